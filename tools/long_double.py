@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import Eyelet, Line, RigidPlatform, UniversalJoint
+from cablewright.robot import Eyelet, Line, RigidPlatform, Swivel, UniversalJoint
 
 Long = NDArray[np.longdouble]
 PI = np.arctan2(np.longdouble(0), np.longdouble(-1))
@@ -154,7 +154,7 @@ def _numbers(model: Model, line: Line) -> list[Any]:
         radius,
         joint.lever if joint else radius,
         np.longdouble(joint.lever_weight) * np.longdouble(joint.lever_mass_centre) if joint else 0.0,
-        -1.0 if not isinstance(sheave, Eyelet) and sheave.wrap == "under" else 1.0,
+        -1.0 if isinstance(sheave, Swivel | UniversalJoint) and sheave.wrap == "under" else 1.0,
         float(isinstance(sheave, Eyelet)),
         float(joint is not None),
         line.dead_length,

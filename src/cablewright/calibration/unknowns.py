@@ -13,7 +13,7 @@ from cablewright.arrays import Array, Indices
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.parameters import lines_of
-from cablewright.robot import Eyelet, Line, Robot
+from cablewright.robot import Line, Robot, Swivel, UniversalJoint
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
 
 _COLUMNS: Final = {
@@ -121,7 +121,7 @@ def numbers_of_lines(robot: Robot) -> Array:
         row[calibration_residuals.EXIT : calibration_residuals.EXIT + 3] = line.exit_point
         row[calibration_residuals.POINT : calibration_residuals.POINT + 3] = line.platform_point
         row[calibration_residuals.SCALE] = 1.0
-        if not isinstance(line.sheave, Eyelet):
+        if isinstance(line.sheave, Swivel | UniversalJoint):
             row[calibration_residuals.RADIUS] = line.sheave.radius
             row[calibration_residuals.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
     return lines

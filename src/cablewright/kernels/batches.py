@@ -11,13 +11,12 @@ from cablewright.kernels.certificates.system_enclosure import certificate_pool, 
 from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, STATE, robot_of
 from cablewright.kernels.newton import largest
 from cablewright.kernels.rotation import between, compose, matrix
-from cablewright.kernels.statics.equilibrium import evaluate, workspace
+from cablewright.kernels.statics.equilibrium import draw_straight, evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.statics.inverse import inverse_workspace, solve_inverse
 from cablewright.kernels.statics.lever_starts import start_at
 from cablewright.kernels.statics.line import extremes, lengths_of
 from cablewright.kernels.statics.linearise import linearise, tension_changes
-from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.kernels.statics.underactuated import solve_hanging
 from cablewright.kernels.statics.wrench import place
 
@@ -145,10 +144,9 @@ def straight_rows(packed, poses, tension, lengths):
         if own.freedoms == 6:
             matrix(poses[j, 3:], work.rotation)
         for i in range(own.lines.shape[0]):
-            row, plane = own.lines[i], work.planes[i]
-            place(own.lines, i, poses[j], work.rotation, work.arms[i], plane)
-            found = straight(row, plane[2], plane[3], tension, y)
-            lengths[j, i] = whole_length(row, y) if found else np.nan
+            place(own.lines, i, poses[j], work.rotation, work.arms[i], work.planes[i])
+            drawn = draw_straight(own.lines[i], y, poses[j], i, tension, work)
+            lengths[j, i] = drawn if drawn >= 0.0 else np.nan
 
 
 @jit(allocates=True)

@@ -48,7 +48,18 @@ UNKNOWNS = 20  # number of the line's unknowns, 3 to 6: it identifies the sheave
 PREFERRED = 21  # preferred pull (N): where tensions are redundant, the inverse problem minimises distances from it
 SPANS = 22  # spans of the cable between exit and platform point: as often its free length counts
 PULLS = 23  # tensions at the platform point: spans of all cables of the line
-COLUMNS = 24
+GUIDE = 24  # how a line out of the plane is guided at the frame; 0 for one in a vertical plane
+AXIS_X, AXIS_Y, AXIS_Z = 25, 26, 27  # axis that the swivel turns about, or on which the pulley turns, world
+ARRIVAL_X, ARRIVAL_Y, ARRIVAL_Z = 28, 29, 30  # from a pulley's centre to where the cable arrives on it, unit vector
+DEAD_SPAN = 31  # distance that the dead span of a line out of the plane covers; 0 where it is not modelled
+WINCH_RISE = 32  # height of its winch over its sheave, per length of the dead span
+MEAN_RISE = 33  # twice the mean height of its dead span over its sheave, per length
+END_RADIUS = 34  # sheave on the platform; 0 where the line ends at its platform point
+END_AXIS_X, END_AXIS_Y, END_AXIS_Z = 35, 36, 37  # axis through the platform point that it turns about, platform frame
+COLUMNS = 38
+
+# Values of GUIDE.
+UPRIGHT, EYELET, SWIVEL, PULLEY = 0, 1, 2, 3
 
 # Unknowns of one line, ordered so that a simpler sheave kind uses the first few of them.
 # In the line's plane, x points towards B and z up; angles are of the tangent where the cable leaves the sheave.
@@ -59,6 +70,15 @@ DEAD = 3  # unstrained length of the dead span, m
 PSI = 4  # direction of the dead span from the sheave towards the winch, rad
 BETA = 5  # lever angle from the horizontal, rad
 STATE = 6
+
+# A line out of the plane has two other meanings: PHI is then the span's direction above the horizontal.
+AZIMUTH = 4  # of the free span where it leaves the frame, rad
+CONTACT = 5  # length of cable on the sheaves, m
+
+# Parameters of a line in a linearisation: unstrained length, relative modulus, exit point x, y, z, sheave's radius,
+# relative weight of the cable, and platform point x, y, z in the platform's frame.
+LENGTH, MODULUS, EXIT, SHEAVE, WEIGHT_FACTOR, POINT = 0, 1, 2, 5, 6, 7
+PARAMETERS = 10
 
 # Entries of `Packed.platform`.
 MASS_X, MASS_Y, MASS_Z = 0, 1, 2  # centre of mass, platform frame

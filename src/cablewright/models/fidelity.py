@@ -45,7 +45,14 @@ class Fidelity:
         return ", ".join(law.value for law in (self.cable, self.sheave) if law is not None)
 
     def sheave_of(self, built: str, line: str) -> SheaveLaw:
-        """Return the law of a *line* whose sheave is *built* so. Raises `InputError` for a law beyond the hardware."""
+        """Return the law of a *line* whose sheave is *built* so. Raises `InputError` for a law beyond the hardware.
+
+        A pulley as built has the law `SWIVEL`: that of a sheave without a lever.
+        """
+        if built == "pulley":  # fixed in its plane: of the laws only the eyelet is simpler
+            if self.sheave not in (None, SheaveLaw.EYELET):
+                raise InputError(f"sheave = {self.sheave}: line {line!r} has a pulley, which does not turn")
+            return self.sheave or SheaveLaw.SWIVEL
         hardware = SheaveLaw(built)
         if self.sheave is None:
             return hardware

@@ -12,7 +12,8 @@ from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
-from cablewright.robot import Line, Platform, RigidPlatform, Robot
+from cablewright.robot import Eyelet, Line, Platform, Pulley, RigidPlatform, Robot, Swivel
+from cablewright.robot.direction import unit_vector
 
 
 def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] | None = None) -> Packed:
@@ -86,7 +87,10 @@ def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
     own.spans = line.advantage
     own.pulls = line.advantage * line.cables
     sheave = line.sheave
-    if law is not SheaveLaw.EYELET and sheave.kind != "eyelet":
+    if not line.in_plane:
+        _pack_out_of_plane(own, line, law)
+        return
+    if law is not SheaveLaw.EYELET and not isinstance(sheave, Eyelet | Pulley):
         own.radius = sheave.radius
         own.lever = sheave.radius
         own.side = 1.0 if sheave.wrap == "over" else -1.0
@@ -104,6 +108,46 @@ def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
         own.lever = sheave.lever
         own.lever_moment = sheave.lever_weight * sheave.lever_mass_centre
         own.unknowns = 6
+
+
+def _pack_out_of_plane(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
+    """Guides of a line that no vertical plane holds; its points and spans are packed."""
+    sheave, exit_point = line.sheave, np.array(line.exit_point)
+    own.guide = layout.EYELET
+    if line.winch_exit is not None:
+        _pack_dead_span(own, line)
+    if law is SheaveLaw.EYELET:
+        return
+    if line.platform_sheave is not None:
+        own.end_radius = line.platform_sheave.radius
+        own.end_axis = unit_vector(line.platform_sheave.axis)
+    if isinstance(sheave, Swivel):
+        own.guide, own.axis = layout.SWIVEL, unit_vector(sheave.axis)
+        own.radius = own.lever = sheave.radius
+        own.side = 1.0 if sheave.wrap == "over" else -1.0
+    elif isinstance(sheave, Pulley):
+        assert line.last_guide is not None  # checked by Line
+        away, axis = np.array(line.last_guide) - exit_point, np.array(unit_vector(sheave.axis))
+        away -= (away @ axis) * axis
+        distance = float(np.linalg.norm(away))
+        outward, share = away / distance, sheave.radius / distance
+        own.guide, own.axis, own.radius = layout.PULLEY, axis, sheave.radius
+        own.arrival = share * outward + math.sqrt((1.0 - share) * (1.0 + share)) * np.cross(axis, outward)
+        arrived = exit_point + sheave.radius * own.arrival
+        _pack_dead_span(own, line, arrived)
+
+
+def _pack_dead_span(own: LineNumbers, line: Line, arrived: Array | None = None) -> None:
+    """Straight spans from the winch over the guides to the exit point, or to where the cable has *arrived* instead."""
+    assert line.winch_exit is not None  # of a modelled dead span
+    end = np.array(line.exit_point) if arrived is None else arrived
+    points = np.array([line.winch_exit, *line.guides, end])[::-1]  # from the sheave to the winch
+    spans = np.diff(points, axis=0)
+    lengths = np.linalg.norm(spans, axis=1)
+    own.unknowns, own.dead_span = 4, lengths.sum()
+    own.winch_rise = (points[-1, 2] - end[2]) / own.dead_span
+    own.mean_rise = 2.0 * (lengths @ (0.5 * (points[:-1, 2] + points[1:, 2]) - end[2])) / own.dead_span**2
+    own.winch_height = points[-1, 2] - end[2]
 
 
 def _pack_cable(own: LineNumbers, line: Line, law: CableLaw, gravity: float) -> None:

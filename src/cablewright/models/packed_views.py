@@ -39,7 +39,7 @@ class _Columns:
 
 
 class LineNumbers(_View):
-    """Numbers of lines under one fidelity, (..., 24): `Packed.lines`, that of a batch, or a row of it.
+    """Numbers of lines under one fidelity, (..., 38): `Packed.lines`, that of a batch, or a row of it.
 
     A point is (..., 3), all else (...). What the fidelity leaves out is 0: the weight of a cable, the radius of an
     eyelet, the compliance of a rigid cable.
@@ -67,6 +67,22 @@ class LineNumbers(_View):
     spans = _Columns(layout.SPANS, "Spans of the cable between exit and platform point.")
     pulls = _Columns(layout.PULLS, "Tensions at the platform point: spans of all cables of the line.")
     preferred_tension = _Columns(layout.PREFERRED, "Tension to which inverse solutions stay near, N.")
+
+    guide = _Columns(layout.GUIDE, "How a line out of the plane is guided at the frame: a value of `layout`; else 0.")
+    axis = _Columns(slice(layout.AXIS_X, layout.AXIS_Z + 1), "Axis of its swivel or pulley, world, (..., 3).")
+    arrival = _Columns(
+        slice(layout.ARRIVAL_X, layout.ARRIVAL_Z + 1), "From a pulley's centre to where the cable arrives, (..., 3)."
+    )
+    dead_span = _Columns(layout.DEAD_SPAN, "Distance that its dead span covers, m.")
+    winch_rise = _Columns(layout.WINCH_RISE, "Height of its winch over its sheave, per length of that.")
+    mean_rise = _Columns(layout.MEAN_RISE, "Twice the mean height of its dead span over its sheave, per length.")
+    end_radius = _Columns(layout.END_RADIUS, "Radius of its sheave on the platform, m; 0 for none.")
+    end_axis = _Columns(slice(layout.END_AXIS_X, layout.END_AXIS_Z + 1), "Axis of that, platform frame, (..., 3).")
+
+    @property
+    def in_plane(self) -> Mask:
+        """(...) bool: whether the line lies in a vertical plane."""
+        return np.asarray(self.guide == 0.0)
 
     @property
     def has_dead_span(self) -> Mask:

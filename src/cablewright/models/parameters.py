@@ -10,8 +10,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels import layout
-from cablewright.kernels.layout import Packed
-from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR
+from cablewright.kernels.layout import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR, Packed
 from cablewright.robot import Line, Robot
 from cablewright.robot.parameter_values import AXES
 from cablewright.robot.parameters import Parameter

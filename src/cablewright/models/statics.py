@@ -205,8 +205,10 @@ class Equilibrium(Rows, Result):
     @property
     def winch_tensions(self) -> Array:
         """Tension at the winch exit of each line, N; the one at the sheave where the dead span is not modelled."""
-        at_winch = self._end_tensions(self.line_states.dead_angle, self.line_states.dead_length)
-        return np.where(self.lines.has_dead_span, at_winch, self.tensions)
+        lines, dead = self.lines, self.line_states.dead_length
+        in_plane = self._end_tensions(self.line_states.dead_angle, dead)
+        at_winch = np.where(lines.in_plane, in_plane, self.tensions + lines.weight * dead * lines.winch_rise)
+        return np.where(lines.has_dead_span, at_winch, self.tensions)
 
     def _end_tensions(self, angles: Array, lengths: Array) -> Array:
         """Return the tension at the far end of spans that leave the sheave at *angles* from the horizontal."""

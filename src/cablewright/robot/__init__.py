@@ -10,7 +10,7 @@ from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_o
 from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Beam, Scene
-from cablewright.robot.sheave import Eyelet, Sheave, Swivel, UniversalJoint
+from cablewright.robot.sheave import Eyelet, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
 from cablewright.robot.uncertainty import (
     Range,
     Uncertain,
@@ -34,7 +34,9 @@ __all__ = [
     "Load",
     "Parameter",
     "Platform",
+    "PlatformSheave",
     "PointPlatform",
+    "Pulley",
     "Range",
     "Retraction",
     "RigidPlatform",

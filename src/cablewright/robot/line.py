@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Self
 
 from pydantic import Field, StrictBool, model_validator
 
 from cablewright.robot.cable import Cable
-from cablewright.robot.sheave import Eyelet, Sheave, UniversalJoint
+from cablewright.robot.direction import unit_vector
+from cablewright.robot.sheave import Eyelet, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
 from cablewright.robot.winch import Winch
 from cablewright.units import Force, Length, NonNegative, Vec3
 from cablewright.validation import Description, refusal, require_rising
@@ -19,8 +21,11 @@ MAX_LINES = 64
 MAX_SPANS = 12
 """Maximum mechanical advantage, and maximum number of cables side by side."""
 
+MAX_GUIDES = 24
+"""Maximum number of eyelets between winch exit and exit point."""
+
 AXIS_TOLERANCE = 1e-9
-"""Largest horizontal distance of a winch exit from the exit point of a sheave that turns, m: rounding."""
+"""Largest distance of a winch exit from a swivel's axis, or from a pulley's plane, m: rounding."""
 
 
 class Line(Description):
@@ -34,17 +39,22 @@ class Line(Description):
     ``advantage``: the mechanical advantage, which is the number of spans between exit point and platform point: with 2
     the cable runs to a pulley on the platform and back. ``cables``: of one kind, side by side on one winch. Spans are
     taken as alike, from point to point, and pulleys as without friction; tension is that of one cable.
+
+    ``guides``: (k, 3) m, world: eyelets that the cable passes from the winch exit on, before the exit point.
+    ``platform_sheave``: on which the cable ends, instead of at its platform point.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
     exit_point: Vec3
     winch_exit: Vec3 | None = None
+    guides: Annotated[tuple[Vec3, ...], Field(max_length=MAX_GUIDES)] = ()
     dead_length: NonNegative[Length] = 0.0
     advantage: Annotated[int, Field(strict=True, ge=1, le=MAX_SPANS)] = 1
     cables: Annotated[int, Field(strict=True, ge=1, le=MAX_SPANS)] = 1
     dead_elastic: StrictBool = True
     arc_elastic: StrictBool = False
     platform_point: Vec3 = (0.0, 0.0, 0.0)
+    platform_sheave: PlatformSheave | None = None
     cable: Cable
     sheave: Sheave
     winch: Winch = Winch()
@@ -55,27 +65,89 @@ class Line(Description):
         require_rising("tension_limits", self.tension_limits)
         if self.tension_limits[1] > self.cable.breaking_load:
             raise refusal("tension_limits", f"must end at or below the breaking load, {self.cable.breaking_load:g} N")
+        self._check_path()
         if self.winch_exit is not None:
             self._check_dead_span(self.winch_exit)
-        if self.advantage > 1 and not isinstance(self.sheave, Eyelet):
+        if self.advantage > 1 and not (isinstance(self.sheave, Eyelet) and self.platform_sheave is None):
             raise refusal("advantage", "must be 1 over a sheave that turns; the ends of several spans are eyelets")
         if self.cables > 1 and isinstance(self.sheave, UniversalJoint):
             raise refusal("cables", "must be 1 on a universal joint, whose lever one cable balances")
         return self
+
+    @property
+    def out_of_plane_by(self) -> str:
+        """What takes the line out of the vertical plane through its exit point and platform point; empty if nothing."""
+        if isinstance(self.sheave, Pulley):
+            return "a pulley in a fixed plane"
+        if isinstance(self.sheave, Swivel) and not self.sheave.upright:
+            return "a swivel whose axis is not vertical"
+        if self.platform_sheave is not None:
+            return "a sheave on the platform"
+        return "guides" if self.guides else ""
+
+    @property
+    def in_plane(self) -> bool:
+        """Whether the line lies in one vertical plane with its sag, and passes nothing before its exit point."""
+        return not self.out_of_plane_by
+
+    @property
+    def last_guide(self) -> Vec3 | None:
+        """The point (m, world) from which the cable comes to its exit point: a guide, or the winch exit."""
+        return self.guides[-1] if self.guides else self.winch_exit
+
+    def _check_path(self) -> None:
+        if isinstance(self.sheave, UniversalJoint) and not self.in_plane:
+            key = "guides" if self.guides else "platform_sheave"
+            raise refusal(key, "is for lines without a universal joint")
+        if self.guides:
+            self._check_guides()
+        if isinstance(self.sheave, Pulley):
+            self._check_pulley(self.sheave)
+
+    def _check_guides(self) -> None:
+        if self.winch_exit is None:
+            raise refusal("guides", "needs winch_exit, where the cable comes from")
+        for one, two in pairwise((self.winch_exit, *self.guides, self.exit_point)):
+            if one == two:
+                raise refusal("guides", f"{list(two)} m follows itself: a cable passes a point once")
+
+    def _check_pulley(self, pulley: Pulley) -> None:
+        """Refuse a cable that does not come in the pulley's plane, from outside of it."""
+        if self.last_guide is None:
+            raise refusal("winch_exit", "is needed for a pulley, whose arc begins where the cable comes to it")
+        away = tuple(c - a for c, a in zip(self.last_guide, self.exit_point, strict=True))
+        across = abs(sum(n * d for n, d in zip(unit_vector(pulley.axis), away, strict=True)))
+        key = "guides" if self.guides else "winch_exit"
+        if across > AXIS_TOLERANCE * max(1.0, math.hypot(*away)):
+            raise refusal(key, f"is {across:g} m out of the plane of the pulley, in which the cable must come to it")
+        if not math.hypot(*away) > pulley.radius:
+            raise refusal(key, f"is inside the pulley, whose radius is {pulley.radius:g} m")
 
     def _check_dead_span(self, winch_exit: Vec3) -> None:
         if self.dead_length:
             raise refusal("dead_length", "is for a dead span that is not modelled: leave out this or winch_exit")
         if winch_exit == self.exit_point:
             raise refusal("winch_exit", "must differ from exit_point")
-        if isinstance(self.sheave, Eyelet):
+        if isinstance(self.sheave, Eyelet | Pulley):
             return
-        offset = math.dist(winch_exit[:2], self.exit_point[:2])
+        axis = unit_vector(self.sheave.axis) if isinstance(self.sheave, Swivel) else (0.0, 0.0, 1.0)
+        self._check_on_axis(self.sheave, axis, self.guides[-1] if self.guides else winch_exit)
+
+    def _check_on_axis(self, sheave: Swivel | UniversalJoint, axis: Vec3, last: Vec3) -> None:
+        """Refuse a cable that does not come to its sheave along the axis."""
+        key = "guides" if self.guides else "winch_exit"
+        away = tuple(c - a for c, a in zip(last, self.exit_point, strict=True))
+        along = sum(a * d for a, d in zip(axis, away, strict=True))
+        offset = math.hypot(*(d - along * a for a, d in zip(axis, away, strict=True)))
+        upright = axis == (0.0, 0.0, 1.0)
         if offset > AXIS_TOLERANCE:
-            where = f"is {offset:g} m off the vertical through exit_point"
+            line = "the vertical through exit_point" if upright else "the axis of the swivel"
             why = "a winch exit off the swivel axis leaves the cable's plane"
-            raise refusal("winch_exit", f"{where}; {why}: put it on the axis, or leave it out and give dead_length")
-        if self.sheave.wrap == "over" and winch_exit[2] >= self.exit_point[2]:
-            raise refusal("winch_exit", "must be below exit_point for a cable that wraps over its sheave")
-        if self.sheave.wrap == "under" and winch_exit[2] <= self.exit_point[2]:
-            raise refusal("winch_exit", "must be above exit_point for a cable that wraps under its sheave")
+            raise refusal(key, f"is {offset:g} m off {line}; {why}: put it on the axis, or leave it out and give "
+                               "dead_length")  # fmt: skip
+        if sheave.wrap == "over" and along >= 0.0:
+            where = "below exit_point" if upright else "before exit_point along the axis"
+            raise refusal(key, f"must be {where} for a cable that wraps over its sheave")
+        if sheave.wrap == "under" and along <= 0.0:
+            where = "above exit_point" if upright else "beyond exit_point along the axis"
+            raise refusal(key, f"must be {where} for a cable that wraps under its sheave")

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, TypeVar
 
 from cablewright.robot.line import Line
 from cablewright.robot.platform import Platform
-from cablewright.robot.sheave import Eyelet, UniversalJoint
+from cablewright.robot.sheave import Swivel, UniversalJoint
 from cablewright.units import Dimension, Vec3
 
 AXES: Final = "xyz"
@@ -115,11 +115,17 @@ def with_exit(line: Line, path: str, value: float) -> Line:
 
 
 def with_exit_point(line: Line, point: Vec3, rise: float = 0.0) -> Line:
-    """Return the line with another exit point (m); a modelled winch exit moves along in x and y, and up by ``rise``."""
-    update: dict[str, Vec3] = {"exit_point": point}
+    """Return the line with another exit point (m); a modelled winch exit moves along in x and y, and up by ``rise``.
+
+    Of a line out of the plane the winch exit, and what guides the cable from there, move along altogether.
+    """
+    x, y, z = (new - old for new, old in zip(point, line.exit_point, strict=True))
+    if line.in_plane:
+        z = rise
+    update: dict[str, Any] = {"exit_point": point}
     if line.winch_exit is not None:
-        (x, y, z), was = line.winch_exit, line.exit_point
-        update["winch_exit"] = (x + (point[0] - was[0]), y + (point[1] - was[1]), z + rise)
+        moved = [(a + x, b + y, c + z) for a, b, c in (line.winch_exit, *line.guides)]
+        update |= {"winch_exit": moved[0], "guides": tuple(moved[1:])}
     return line.model_copy(update=update)
 
 
@@ -139,8 +145,11 @@ def up_to_lever(line: Line, _name: str) -> Room | None:
 
 def above_winch(line: Line, name: str) -> Room | None:
     """Return the range of an exit point's height, which a modelled winch exit does not follow."""
-    if not name.endswith(".z") or line.winch_exit is None or isinstance(line.sheave, Eyelet):
+    sheave = line.sheave
+    if not name.endswith(".z") or line.winch_exit is None or not line.in_plane:
+        return None
+    if not isinstance(sheave, Swivel | UniversalJoint):
         return None
     height = line.winch_exit[2]
     why = f"it reaches the winch exit of {line.name!r}, at {height:g} m"
-    return (height, math.inf, why) if line.sheave.wrap == "over" else (-math.inf, height, why)
+    return (height, math.inf, why) if sheave.wrap == "over" else (-math.inf, height, why)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, Strict, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from cablewright.errors import UnknownName
+from cablewright.robot.direction import Direction, unit_vector
 from cablewright.robot.inertia import check_inertia
 from cablewright.robot.scene import MAX_SHAPES
 from cablewright.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
 from cablewright.validation import Description, KeyPath, refusal, require_box, require_unique_names
 
 _ZERO = (0.0, 0.0, 0.0)
-_Number = Annotated[float, Strict()]
 _OF_A_BODY = ("centre_of_mass", "inertia", "inertia_products", "moment")
 
 
@@ -105,7 +104,7 @@ class Retraction(Description):
     length: Positive[Length]
     least: Positive[Length]
     most: Positive[Length]
-    direction: tuple[_Number, _Number, _Number] = (0.0, 0.0, 1.0)
+    direction: Direction = (0.0, 0.0, 1.0)
     lines: Annotated[tuple[str, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
@@ -114,8 +113,6 @@ class Retraction(Description):
             raise refusal("most", f"must be above least, {self.least:g} m")
         if not self.least <= self.length <= self.most:
             raise refusal("length", f"must be from least to most, {self.least:g} to {self.most:g} m")
-        if self.direction == _ZERO:
-            raise refusal("direction", "must not be zero")
         for name in self.lines:
             if self.lines.count(name) > 1:
                 raise refusal("lines", f"names {name!r} more than once")
@@ -124,10 +121,7 @@ class Retraction(Description):
     @property
     def along(self) -> Vec3:
         """The unit vector of ``direction``."""
-        largest = max(abs(number) for number in self.direction)  # divided out: nothing under- or overflows
-        x, y, z = (number / largest for number in self.direction)
-        size = math.hypot(x, y, z)
-        return x / size, y / size, z / size
+        return unit_vector(self.direction)
 
     def moved(self, point: Vec3, length: float) -> Vec3:
         """Return a platform point (m, platform frame) that moves with the retraction, at another ``length`` (m)."""

@@ -99,12 +99,19 @@ class Robot(FileDescription):
             raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {about_origin} N m")
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
-    def require_single_spans(self, by: str) -> None:
-        """Raise `InputError` for a line of several spans or cables, which is not covered *by* something."""
+    def require_plain_lines(self, by: str) -> None:
+        """Raise `InputError` for a line of several spans or cables, or out of its plane: not covered *by* something."""
+        self.require_lines_in_plane(by)
         for line in self.lines:
             for key in ("advantage", "cables"):
                 if getattr(line, key) > 1:
                     raise InputError(f"{by}: line {line.name!r} has {key} = {getattr(line, key)}; only 1 is covered")
+
+    def require_lines_in_plane(self, by: str) -> None:
+        """Raise `InputError` for a line that is not in one vertical plane, which is not covered *by* something."""
+        for line in self.lines:
+            if not line.in_plane:
+                raise InputError(f"{by}: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
 
     def limited(self, tension_limits: tuple[float, float]) -> Robot:
         """Return the robot with *tension_limits*, min and max (N), of every line."""

@@ -1,4 +1,4 @@
-"""The sheave that guides a cable: a plain eyelet, a sheave that swivels, or a sheave on a universal joint."""
+"""The sheaves that guide a cable: an eyelet, a swivel, a universal joint or a pulley, and a swivel on the platform."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
+from cablewright.robot.direction import Direction, unit_vector
 from cablewright.units import ANGLE, Angle, Force, Length, NonNegative, Positive
 from cablewright.validation import Description, refusal, require_rising
 
@@ -39,12 +40,49 @@ class _TurningSheave(Description):
 
 
 class Swivel(_TurningSheave):
-    """A sheave that turns about the vertical axis through the exit point, with its centre ``radius`` from that axis.
+    """A sheave that turns about an axis through the exit point, with its centre ``radius`` from that axis.
 
-    ``facing``: azimuth that its mounting faces, 0 is world +x; ``swing``: how far it can turn to either side of that.
+    ``axis``: (3,) direction of the axis, world, of any length; vertical by default. ``wrap``: ``over`` for a cable that
+    comes along the axis in that direction, ``under`` against it. ``facing``: azimuth that its mounting faces, 0 is
+    world +x; ``swing``: how far it can turn to either side of that; both are of a vertical axis.
     """
 
     kind: Literal["swivel"] = "swivel"
+    axis: Direction = (0.0, 0.0, 1.0)
+
+    @property
+    def upright(self) -> bool:
+        """Whether the axis points straight up."""
+        return unit_vector(self.axis) == (0.0, 0.0, 1.0)
+
+    @model_validator(mode="after")
+    def _facing_is_of_an_upright_axis(self) -> Self:
+        if self.facing is not None and not self.upright:
+            raise refusal("facing", "is an azimuth about a vertical axis: leave it out with this axis")
+        return self
+
+
+class Pulley(Description):
+    """A sheave in a fixed plane: its centre is the exit point, and the line's winch exit lies in its plane.
+
+    ``axis``: (3,) the axis that it turns on, world, of any length; the cable travels around it from winch to platform
+    by the right-hand rule. Its groove takes what pulls out of the plane.
+    """
+
+    kind: Literal["pulley"] = "pulley"
+    radius: Positive[Length]
+    axis: Direction
+
+
+class PlatformSheave(Description):
+    """A sheave on the platform, which turns about an axis through the line's platform point.
+
+    ``radius``: also the distance of its centre from that axis. ``axis``: (3,) direction of the axis, platform frame, of
+    any length: the cable comes from the frame, passes over the sheave, and runs to its anchor against that direction.
+    """
+
+    radius: Positive[Length]
+    axis: Direction
 
 
 class UniversalJoint(_TurningSheave):
@@ -69,4 +107,4 @@ class UniversalJoint(_TurningSheave):
         return self
 
 
-Sheave = Annotated[Eyelet | Swivel | UniversalJoint, Field(discriminator="kind")]
+Sheave = Annotated[Eyelet | Swivel | UniversalJoint | Pulley, Field(discriminator="kind")]

@@ -28,6 +28,7 @@ REASONS = {
     STRAIGHT_DOWN: "not certified: a line hangs straight down, where it has no plane; the proof is by lines in planes",
     kernel.NO_INVERSE: "not certified: the Jacobian is singular",
     kernel.SLACK: "not certified: a massless line hangs slack and has no shape",
+    kernel.OUT_OF_PLANE: "not certified: a line is not in a vertical plane, and the proof is by lines in planes",
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
 }
 
@@ -126,6 +127,6 @@ def is_only_one(equilibrium: Equilibrium) -> bool:
     finite stiffness.
     """
     lines = equilibrium.lines
-    plain = ~lines.has_dead_span & (lines.radius == 0.0) & (equilibrium.lengths > lines.dead_length)
+    plain = lines.in_plane & ~lines.has_dead_span & (lines.radius == 0.0) & (equilibrium.lengths > lines.dead_length)
     real = (lines.weight > 0.0) & (lines.free_compliance > 0.0)
     return bool(equilibrium.model.n == 3 and plain.all() and real.all())

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, Status
 from cablewright.kernels import batches
-from cablewright.kernels.statics.linearise import EXIT, LENGTH, MODULUS, PARAMETERS, POINT, SHEAVE, WEIGHT_FACTOR
+from cablewright.kernels.layout import EXIT, LENGTH, MODULUS, PARAMETERS, POINT, SHEAVE, WEIGHT_FACTOR
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.arguments import run

@@ -71,6 +71,7 @@ def taut_lengths(lines: Array, planes: Array) -> Array:
 
 def one_pose(model: Model, pose: ArrayLike) -> tuple[Array, Array]:
     """Return *pose* as (1, n), and the lines' planes (m, 4) there. Raises `InputError`."""
+    model.robot.require_lines_in_plane("the shape of a line")
     at, single = as_poses(model, pose, "pose")
     if not single:
         raise InputError(f"pose: one pose is expected; got {len(at)} rows")

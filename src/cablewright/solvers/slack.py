@@ -64,6 +64,7 @@ def excess_lengths(equilibrium: Equilibrium) -> Array:
 
     NaN where there is no answer or no tangent, as the platform point is inside the sheave.
     """
+    equilibrium.model.robot.require_lines_in_plane("excess lengths")
     rows = equilibrium[None] if equilibrium.single else equilibrium
     planes, _ = planes_and_arms(rows.packed.lines, rows.pose)
     lines = np.broadcast_to(rows.packed.lines, (len(planes), *rows.packed.lines.shape[1:]))
@@ -101,6 +102,7 @@ def solve_with_slack(
 
 def _checked(model: Model, excess: Excess) -> dict[int, float]:
     """The excess by index of the line. Raises `InputError`."""
+    model.robot.require_lines_in_plane("slack lines")
     by: dict[int, float] = {}
     for line, value in excess.items():
         index = line_index(model, line)

@@ -19,7 +19,7 @@ import numpy as np
 
 from cablewright.analyses.accuracy.spread import SpreadProblem, drawn, sampled
 from cablewright.arrays import Array, Indices
-from cablewright.kernels.statics.linearise import LENGTH
+from cablewright.kernels.layout import LENGTH
 from cablewright.models.statics import Equilibrium
 from cablewright.printing.path import Samples
 from cablewright.results import Figure

@@ -125,9 +125,12 @@ def _sheave(line: Line) -> str:
     sheave = line.sheave
     if sheave.kind == "eyelet":
         return "through an eyelet, a fixed point"
+    if sheave.kind == "pulley":
+        return f"over a pulley of {quantity(sheave.radius, 'm')} radius in a fixed plane"
     over = f"{sheave.wrap} a sheave of {quantity(sheave.radius, 'm')} radius"
     if sheave.kind == "swivel":
-        return f"{over} that swivels about a vertical axis without friction"
+        axis = "a vertical axis" if sheave.upright else f"the axis {_point(sheave.axis)}"
+        return f"{over} that swivels about {axis} without friction"
     return (
         f"{over} on a lever of {quantity(sheave.lever, 'm')} that turns freely and hangs as forces and weight take it"
     )
@@ -147,6 +150,8 @@ def _dead_span(line: Line) -> str:
 
 def _free_spans(line: Line) -> str:
     spans = "one span" if line.advantage == 1 else f"{line.advantage} spans over pulleys without friction"
+    if line.platform_sheave is not None:
+        spans = f"one span to a sheave of {quantity(line.platform_sheave.radius, 'm')} radius on the platform"
     return spans if line.cables == 1 else f"{spans} of each of {line.cables} cables side by side"
 
 

@@ -15,9 +15,10 @@ from cablewright.kernels.collision.distance import (
     segment_segment,
     vector,
 )
-from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline
+from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline, span_plane
 from cablewright.kernels.layout import STATE
 from cablewright.kernels.rotation import matrix
+from cablewright.kernels.statics.guides import GUIDE_SIZE
 from cablewright.kernels.statics.wrench import place
 
 LINE, BODY, FRAME, PART = 0, 1, 2, 3  # kinds of obstacles, in the order of the results
@@ -67,6 +68,8 @@ class Clearing(NamedTuple):
     rotation: NDArray[np.float64]  # (3, 3)
     arm: NDArray[np.float64]  # (3,)
     plane: NDArray[np.float64]  # (4,)
+    origin: NDArray[np.float64]  # (3,)
+    guide: NDArray[np.float64]  # (GUIDE_SIZE,)
     hints: NDArray[np.int64]  # (m,): the piece of the part last nearest to each line, -1 for none
     stack: NDArray[np.int64]  # (STACK,): nodes of the tree to visit
     squares: NDArray[np.float64]  # (STACK,): their squared distances
@@ -84,6 +87,8 @@ def clearing_scratch(m):
         np.eye(3),
         np.zeros(3),
         np.zeros(4),
+        np.zeros(3),
+        np.zeros(GUIDE_SIZE),
         np.full(m, -1),
         np.zeros(STACK, np.int64),
         np.zeros(STACK),
@@ -152,8 +157,9 @@ def _drawn(lines, pose, states, around, work):
             if not np.isfinite(states[i, k]):
                 return False
         place(lines, i, pose, work.rotation, work.arm, work.plane)
+        span_plane(lines[i], states[i], work.guide, work.origin, work.plane)
         work.counts[i], work.bounds[i] = polyline(
-            lines[i], states[i], work.plane, around.ends, around.tolerance, work.points[i], work.cuts[i]
+            lines[i], states[i], work.origin, work.plane, around.ends, around.tolerance, work.points[i], work.cuts[i]
         )
     return True
 

@@ -8,8 +8,22 @@ and its horizontal component h is w |h| / (T^2 (1 + c T)), largest where T is sm
 from math import ceil, cos, exp, sin, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import BETA, EXIT_X, FREE, FREE_COMPLIANCE, LEVER, PHI, RADIUS, SIDE, TAU, WEIGHT
+from cablewright.kernels.layout import (
+    AZIMUTH,
+    BETA,
+    EXIT_X,
+    FREE,
+    FREE_COMPLIANCE,
+    GUIDE,
+    LEVER,
+    PHI,
+    RADIUS,
+    SIDE,
+    TAU,
+    WEIGHT,
+)
 from cablewright.kernels.statics.catenary import TINY, span
+from cablewright.kernels.statics.guides import CONTACT_POINT, leave_frame
 
 MAX_POINTS = 128  # of a line
 EVEN_PIECES = 8  # up to this number, the rest of a section is divided evenly
@@ -18,23 +32,24 @@ TRIES = 40
 
 
 @jit
-def polyline(row, y, plane, ends, tolerance, points, cuts):
+def polyline(row, y, origin, plane, ends, tolerance, points, cuts):
     """Write the free span of a solved line to *points* (MAX_POINTS, 3), world, from its sheave to the platform.
 
     Two of the points lie *ends* (m) along the cable from either end, or both in its middle; *cuts* (2,) receives their
-    indices. *plane* is that of `wrench.place`. Returns the number of points and a bound of the distance between curve
-    and polyline, m: at most *tolerance* unless that requires too many points.
+    indices. *plane* and *origin* (3,), m, world, are those of `span_plane`. Returns the number of points and a bound of
+    the distance between curve and polyline, m: at most *tolerance* unless that requires too many points.
     """
     t = exp(y[TAU])
     h, v = t * cos(y[PHI]), t * sin(y[PHI])
-    turn = row[SIDE] * row[RADIUS]
-    x0 = row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])
-    z0 = row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
+    turn, x0, z0 = row[SIDE] * row[RADIUS], 0.0, 0.0
+    if row[GUIDE] == 0.0:
+        x0 = row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])
+        z0 = row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
     if row[WEIGHT] == 0.0:
-        return _straight(row, x0, z0, plane, ends, points, cuts), 0.0
+        return _straight(origin, x0, z0, plane, ends, points, cuts), 0.0
     count, bound = 0, 0.0
     for _ in range(TRIES):
-        count, bound = _walk(row, h, v, y[FREE], x0, z0, plane, ends, tolerance, points, cuts)
+        count, bound = _walk(row, h, v, y[FREE], x0, z0, origin, plane, ends, tolerance, points, cuts)
         if bound <= tolerance:
             break
         tolerance *= LOOSER
@@ -42,10 +57,30 @@ def polyline(row, y, plane, ends, tolerance, points, cuts):
 
 
 @jit
-def _walk(row, h, v, length, x0, z0, plane, ends, tolerance, points, cuts):
+def span_plane(row, y, guide, origin, plane):
+    """Write the point (3,), world, from which `polyline` draws a solved line in *plane*, as set by `wrench.place`.
+
+    That is the exit point, or for a line out of the plane, where it leaves the frame; its span's own plane is then
+    written to *plane*. *guide* (GUIDE_SIZE,) is scratch.
+    """
+    for k in range(3):
+        origin[k] = row[EXIT_X + k]
+    if row[GUIDE] == 0.0:
+        return
+    t, c = exp(y[TAU]), cos(y[PHI])
+    plane[0], plane[1] = cos(y[AZIMUTH]), sin(y[AZIMUTH])
+    leave_frame(row, t * c * plane[0], t * c * plane[1], t * sin(y[PHI]), guide, 0)
+    for k in range(3):
+        origin[k] += guide[CONTACT_POINT + k]
+    straight = y[FREE] * (1.0 + t * row[FREE_COMPLIANCE])
+    plane[2], plane[3] = straight * c, straight * sin(y[PHI])  # its end, as long as it is straight
+
+
+@jit
+def _walk(row, h, v, length, x0, z0, origin, plane, ends, tolerance, points, cuts):
     """As `polyline`, of a line with weight that starts at (x0, z0) with the force (h, v)."""
     weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
-    _put(row, plane, x0, z0, points, 0)
+    _put(origin, plane, x0, z0, points, 0)
     near = min(ends, 0.5 * length)
     count, done, bound = 1, 0.0, 0.0
     for section in range(3):
@@ -62,7 +97,7 @@ def _walk(row, h, v, length, x0, z0, plane, ends, tolerance, points, cuts):
             bound = max(bound, error)
             done = stop if piece >= stop - done else done + piece
             x, z, _, _, _, _, _, _ = span(h, v, done, weight, compliance)
-            _put(row, plane, x0 + x, z0 + z, points, count)
+            _put(origin, plane, x0 + x, z0 + z, points, count)
             count += 1
         if section < 2:
             cuts[section] = count - 1
@@ -83,20 +118,20 @@ def chord_error(h, v, length, weight, compliance):
 
 
 @jit
-def _straight(row, x0, z0, plane, ends, points, cuts):
+def _straight(origin, x0, z0, plane, ends, points, cuts):
     """As `polyline`, of a line without weight: four points. Returns their number."""
     x, z = plane[2] - x0, plane[3] - z0
     length = sqrt(x * x + z * z)
     near = min(ends / max(length, TINY), 0.5)
     for k in range(4):
         share = 0.0 if k == 0 else (near if k == 1 else (1.0 - near if k == 2 else 1.0))
-        _put(row, plane, x0 + share * x, z0 + share * z, points, k)
+        _put(origin, plane, x0 + share * x, z0 + share * z, points, k)
     cuts[0], cuts[1] = 1, 2
     return 4
 
 
 @jit
-def _put(row, plane, x, z, points, k):
-    points[k, 0] = row[EXIT_X] + plane[0] * x
-    points[k, 1] = row[EXIT_X + 1] + plane[1] * x
-    points[k, 2] = row[EXIT_X + 2] + z
+def _put(origin, plane, x, z, points, k):
+    points[k, 0] = origin[0] + plane[0] * x
+    points[k, 1] = origin[1] + plane[1] * x
+    points[k, 2] = origin[2] + z

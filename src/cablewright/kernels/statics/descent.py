@@ -5,25 +5,41 @@ anywhere; for other robots it is a robust local minimisation. Line laws: SPRING,
 the line's stiffness, cheap and good for a first guess; SETTLED, the line itself.
 """
 
-from math import sqrt
+from math import log, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
+    CONTACT,
     DEAD,
     DEAD_COMPLIANCE,
+    DEAD_LENGTH,
+    DEAD_SPAN,
     EXIT_X,
     FREE,
     FREE_COMPLIANCE,
+    GUIDE,
+    PULLS,
     RADIUS,
     SPANS,
+    TAU,
     WEIGHT,
 )
 from cablewright.kernels.newton import copy, largest, largest_of_column, solve
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics.equilibrium import add_eliminated, eliminate, move_platform
+from cablewright.kernels.statics.equilibrium import add_eliminated, draw_straight, eliminate, move_platform
 from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
 from cablewright.kernels.statics.sheave import straight, unstrain, whole_length, wrap
+from cablewright.kernels.statics.spatial import (
+    POSE,
+    SIZE,
+    add_spatial,
+    guess_spatial,
+    settle_spatial,
+    spatial_system,
+    straight_length,
+    straight_spatial,
+)
 from cablewright.kernels.statics.wrench import add_line, load_scale, place, start_balance
 
 SPRING, SETTLED = 0, 1
@@ -107,12 +123,44 @@ def _evaluate(packed, lengths, pose, states, work, law):
         if law == SPRING:
             _add_spring(row, work.lengths[i], work.arms[i], plane, work.wrench, work.stiffness)
             continue
+        if row[GUIDE] > 0.0:
+            if not _add_spatial_line(row, lengths[i], pose, states[i], i, work):
+                return False
+            continue
         steps, block, force = work.steps[i], work.blocks[i], work.forces[i]
         found = _settle_line(row, plane[2], plane[3], lengths[i], states[i], block, steps, force)
         if found < 0:
             return False
         if found > 0:
             add_eliminated(row, states[i], force, steps, work.arms[i], plane, work.wrench, work.stiffness)
+    return True
+
+
+@jit
+def _add_spatial_line(row, length, pose, y, i, work):
+    """Solve a line out of the plane at a fixed pose and add it; a slack massless one adds nothing. False if not."""
+    arm, turned = work.arms[i], work.rotation
+    record, block, rhs = work.records[i], work.spatial_blocks[i], work.spatial_steps[i]
+    if row[WEIGHT] == 0.0:
+        if not straight_spatial(row, y, pose, arm, turned, SLACK_TENSION, record, block, rhs):
+            return False
+        excess = straight_length(row, y) - length
+        if excess <= 0.0:
+            return True
+        compliance = y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + y[CONTACT] * row[ARC_COMPLIANCE]
+        y[TAU] = log(excess / compliance)
+        unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
+        solved = settle_spatial(row, y, pose, arm, turned, length, record, block, rhs)
+    else:
+        solved = settle_spatial(row, y, pose, arm, turned, length, record, block, rhs) or (
+            guess_spatial(row, y, pose, arm, turned, length, SPRING_TENSION, record, block, rhs)
+            and settle_spatial(row, y, pose, arm, turned, length, record, block, rhs)
+        )
+    if not (solved and spatial_system(row, y, pose, arm, turned, length, record, block, rhs)):
+        return False
+    if not solve(block, rhs, SIZE, POSE + pose.shape[0]):
+        return False
+    add_spatial(row, y, record, rhs, row[PULLS], work.change, work.wrench, work.stiffness)
     return True
 
 
@@ -190,6 +238,12 @@ def _offset_springs(packed, lengths, pose, states, work):
     for i in range(packed.lines.shape[0]):
         row, plane, y = packed.lines[i], work.planes[i], states[i]
         place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
+        if row[GUIDE] > 0.0:
+            distance = sqrt(plane[2] * plane[2] + plane[3] * plane[3])
+            drawn = draw_straight(row, y, pose, i, SPRING_TENSION, work)
+            offset = distance - drawn if drawn > 0.0 else -row[DEAD_SPAN] - row[DEAD_LENGTH]
+            work.lengths[i] = max(lengths[i] + offset, 1e-3)
+            continue
         x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
         if not straight(row, x, plane[3], SPRING_TENSION, y):
             return False

@@ -1,6 +1,6 @@
 """All lines and the platform: Newton on F(x, y) = 0 with each line's block eliminated to an n x n system."""
 
-from math import cos, exp, log, sqrt
+from math import cos, exp, log, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,9 @@ from cablewright.kernels.layout import (
     BAD_WRAP,
     BETA,
     BREAKING,
+    CONTACT,
     FREE,
+    GUIDE,
     LEVER,
     LEVER_MOMENT,
     LEVER_UNSTABLE,
@@ -38,7 +40,22 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import copy, largest, min_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
-from cablewright.kernels.statics.sheave import wrap
+from cablewright.kernels.statics.sheave import straight, whole_length, wrap
+from cablewright.kernels.statics.spatial import (
+    COLUMNS,
+    END_FORCE,
+    POSE,
+    RECORD,
+    RESIDUAL,
+    SIZE,
+    add_spatial,
+    add_spatial_pull,
+    advance_spatial,
+    is_on_axis,
+    spatial_system,
+    straight_length,
+    straight_spatial,
+)
 from cablewright.kernels.statics.wrench import add_line, add_pull, has_plane, place, start_balance
 
 NEWTON_STEPS = 60
@@ -66,6 +83,10 @@ class Work(NamedTuple):
     trial: NDArray[np.float64]  # (n,)
     forces: NDArray[np.float64]  # (m, 2): tension (h, v) where each free span starts
     lengths: NDArray[np.float64]  # (m,)
+    records: NDArray[np.float64]  # (m, RECORD): of lines out of the plane, see `spatial`
+    spatial_blocks: NDArray[np.float64]  # (m, 4, 4)
+    spatial_steps: NDArray[np.float64]  # (m, 4, 8)
+    change: NDArray[np.float64]  # (n,): of one line's wrench
 
 
 @jit(allocates=True)
@@ -89,6 +110,10 @@ def workspace_of(n, m):
         np.zeros(n),
         np.zeros((m, 2)),
         np.zeros(m),
+        np.zeros((m, RECORD)),
+        np.zeros((m, SIZE, SIZE)),
+        np.zeros((m, SIZE, COLUMNS)),
+        np.zeros(n),
     )
 
 
@@ -114,6 +139,12 @@ def evaluate(packed, lengths, pose, states, work):
         reach = max(reach, abs(work.arms[i, 0]), abs(work.arms[i, 1]), abs(work.arms[i, 2]))
         if is_slack(row, y):
             continue
+        if row[GUIDE] > 0.0:
+            size, force = _evaluate_spatial(row, y, lengths[i], i, pose, work)
+            if size > worst or size != size:
+                worst = size
+            scale = max(scale, force)
+            continue
         h, v = system(row, y, plane[2], plane[3], lengths[i], work.blocks[i], steps[:, 0])
         work.forces[i, 0], work.forces[i, 1] = h, v
         v += row[WEIGHT] * y[FREE]
@@ -129,6 +160,23 @@ def evaluate(packed, lengths, pose, states, work):
 
 
 @jit
+def _evaluate_spatial(row, y, length, i, pose, work):
+    """As `evaluate`, of one line out of the plane. Returns its largest residual, m, and force, N."""
+    record, rhs = work.records[i], work.spatial_steps[i]
+    if not spatial_system(row, y, pose, work.arms[i], work.rotation, length, record, work.spatial_blocks[i], rhs):
+        return nan, 0.0
+    add_spatial_pull(record, row[PULLS], work.trial)
+    worst, force = 0.0, 0.0
+    for k in range(SIZE):
+        size = abs(rhs[k, RESIDUAL])
+        if size > worst or size != size:
+            worst = size
+    for k in range(3):
+        force = max(force, row[PULLS] * abs(record[END_FORCE + k]))
+    return worst, force
+
+
+@jit
 def condense(packed, states, work):
     """Eliminate the evaluated lines: leaves the balance after each line's own Newton step and the tangent stiffness.
 
@@ -137,6 +185,12 @@ def condense(packed, states, work):
     for i in range(packed.lines.shape[0]):
         row, y, steps = packed.lines[i], states[i], work.steps[i]
         if is_slack(row, y):
+            continue
+        if row[GUIDE] > 0.0:
+            if not solve(work.spatial_blocks[i], work.spatial_steps[i], SIZE, POSE + packed.freedoms):
+                return False
+            rows = work.spatial_steps[i]
+            add_spatial(row, y, work.records[i], rows, row[PULLS], work.change, work.wrench, work.stiffness)
             continue
         if not eliminate(row, work.blocks[i], steps, 3):
             return False
@@ -154,6 +208,20 @@ def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
     kxz, kzz = force_change(h, v, weight, steps, 2)
     v += weight * y[FREE]
     add_line(row, arm, plane, h - dh, v - dv, kxx, kxz, kzx, kzz, wrench, stiffness)
+
+
+@jit
+def draw_straight(row, y, pose, i, tension, work):
+    """Set *y* to the straight placed line *i* at *tension* (N), with strained lengths. Returns its length, m.
+
+    Negative where the platform point lies inside a sheave.
+    """
+    if row[GUIDE] > 0.0:
+        record, block, rhs = work.records[i], work.spatial_blocks[i], work.spatial_steps[i]
+        found = straight_spatial(row, y, pose, work.arms[i], work.rotation, tension, record, block, rhs)
+        return straight_length(row, y) if found else -1.0
+    plane = work.planes[i]
+    return whole_length(row, y) if straight(row, plane[2], plane[3], tension, y) else -1.0
 
 
 @jit
@@ -238,7 +306,11 @@ def newton_step(packed, pose, states, work):
         return False, 0.0, False
     step, full = move_platform(pose, work)
     for i in range(lines.shape[0]):
-        if not is_slack(lines[i], states[i]):
+        if is_slack(lines[i], states[i]):
+            continue
+        if lines[i, GUIDE] > 0.0:
+            full = _step_spatial(lines[i], states[i], work.spatial_steps[i], work.move) and full
+        else:
             full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
     return True, step, full
 
@@ -279,11 +351,28 @@ def step_line(row, y, steps, arm, plane, move):
 
 
 @jit
+def _step_spatial(row, y, steps, move):
+    """As `step_line`, of a line out of the plane."""
+    for k in range(SIZE):
+        for j in range(move.shape[0]):
+            steps[k, RESIDUAL] -= steps[k, POSE + j] * move[j, 0]
+    return advance_spatial(row, y, steps, RESIDUAL, 1.0)
+
+
+@jit
 def judge(packed, states, planes):
     """Code of a solved equilibrium: OK if the machine can have it; OVERSTRETCHED only if nothing else is wrong."""
     code = OK
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
+        if row[GUIDE] > 0.0:
+            if is_on_axis(row, y):
+                return UNDER_EXIT
+            if y[CONTACT] < 0.0:
+                return BAD_WRAP
+            if extremes(row, y)[1] > row[BREAKING]:
+                code = OVERSTRETCHED
+            continue
         if not has_plane(row, planes[i]):
             return UNDER_EXIT
         if not lever_stable(row, y):
@@ -323,9 +412,12 @@ def _all_slack(packed, states):
 
 @jit
 def _leaves_backwards(packed, states):
-    """Whether any free span leaves its sheave away from the platform, whose point is then under the sheave."""
+    """Whether any free span leaves its sheave away from the platform, whose point is then under the sheave.
+
+    Of a line out of the plane nothing of the kind is proved.
+    """
     for i in range(packed.lines.shape[0]):
-        if packed.lines[i, RADIUS] > 0.0 and cos(states[i, PHI]) < 0.0:
+        if packed.lines[i, GUIDE] > 0.0 or (packed.lines[i, RADIUS] > 0.0 and cos(states[i, PHI]) < 0.0):
             return True
     return False
 

@@ -3,12 +3,13 @@
 from math import pi
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED
+from cablewright.kernels.layout import GUIDE, LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED
 from cablewright.kernels.rotation import angle_of, matrix
 from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
 from cablewright.kernels.statics.equilibrium import (
     BALANCED,
     LENGTH_TOLERANCE,
+    draw_straight,
     evaluate,
     grains,
     is_slack,
@@ -18,7 +19,7 @@ from cablewright.kernels.statics.equilibrium import (
     refine,
 )
 from cablewright.kernels.statics.line import SLACK_TENSION, guess
-from cablewright.kernels.statics.sheave import straight, whole_length
+from cablewright.kernels.statics.spatial import guess_spatial
 from cablewright.kernels.statics.wrench import load_scale, place
 
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
@@ -60,20 +61,21 @@ def _polish(packed, lengths, pose, states, work):
     for step in range(POLISHES + 1):
         worst, unbalanced, scale = evaluate(packed, lengths, pose, states, work)
         if worst <= LENGTH_TOLERANCE * size + grain and unbalanced <= BALANCED * scale:
-            return step == 0 or _hang_slack(packed, lengths, states, work, LENGTH_TOLERANCE * size + grain)
+            return step == 0 or _hang_slack(packed, lengths, pose, states, work, LENGTH_TOLERANCE * size + grain)
         if step == POLISHES or not newton_step(packed, pose, states, work)[0]:
             return False
     return False
 
 
 @jit
-def _hang_slack(packed, lengths, states, work, tolerance):
+def _hang_slack(packed, lengths, pose, states, work, tolerance):
     """Draw the slack lines to where the evaluated platform is now. False if one is too short to be slack there."""
     for i in range(packed.lines.shape[0]):
-        row, y, plane = packed.lines[i], states[i], work.planes[i]
+        row, y = packed.lines[i], states[i]
         if not is_slack(row, y):
             continue
-        if not straight(row, plane[2], plane[3], SLACK_TENSION, y) or whole_length(row, y) > lengths[i] + tolerance:
+        drawn = draw_straight(row, y, pose, i, SLACK_TENSION, work)
+        if drawn < 0.0 or drawn > lengths[i] + tolerance:
             return False
     return True
 
@@ -183,11 +185,12 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
     m = packed.lines.shape[0]
     taut = lengths.copy()
     for i in range(m):
-        row, y, plane = packed.lines[i], states[i], work.planes[i]
-        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-        if not straight(row, plane[2], plane[3], load_scale(packed) / m, y):
+        row, y = packed.lines[i], states[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
+        drawn = draw_straight(row, y, pose, i, load_scale(packed) / m, work)
+        if drawn < 0.0:
             return NOT_CONVERGED, 0, 0.0
-        taut[i] = min(lengths[i], whole_length(row, y))
+        taut[i] = min(lengths[i], drawn)
     if not guess_states(packed, taut, pose, states, work, 1.0):
         return NOT_CONVERGED, 0, 0.0
     code, total, residual = solve_warm(packed, taut, pose, states, work)
@@ -222,8 +225,12 @@ def guess_states(packed, lengths, pose, states, work, pull):
     if packed.freedoms == 6:
         matrix(pose[3:], work.rotation)
     for i in range(packed.lines.shape[0]):
-        plane = work.planes[i]
-        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-        if not guess(packed.lines[i], plane[2], plane[3], lengths[i], share, states[i]):
+        row, y, plane, arm = packed.lines[i], states[i], work.planes[i], work.arms[i]
+        place(packed.lines, i, pose, work.rotation, arm, plane)
+        if row[GUIDE] > 0.0:
+            record, block, rhs = work.records[i], work.spatial_blocks[i], work.spatial_steps[i]
+            if not guess_spatial(row, y, pose, arm, work.rotation, lengths[i], share, record, block, rhs):
+                return False
+        elif not guess(row, plane[2], plane[3], lengths[i], share, y):
             return False
     return True

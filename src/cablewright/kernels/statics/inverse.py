@@ -19,6 +19,7 @@ from cablewright.kernels.layout import (
     DEAD_COMPLIANCE,
     FREE,
     FREE_COMPLIANCE,
+    GUIDE,
     INFEASIBLE,
     INSIDE_SHEAVE,
     LEVER,
@@ -66,13 +67,14 @@ from cablewright.kernels.statics.line import (
     start_force,
 )
 from cablewright.kernels.statics.sheave import straight, unstrain
+from cablewright.kernels.statics.spatial import END_FORCE, GIVEN, add_spatial_pull, advance_spatial
+from cablewright.kernels.statics.spatial_pull import TAUT, begin_spatial, settle_placed, spatial_column
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.statics.wrench import add_pull, has_plane, load_scale, place, start_balance
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
 SOFT_TOLERANCE = 1e-8  # of the largest pull
-TAUT = 1.5  # of its own weight: tension at which a line is straight enough for a first guess
 AMBIGUOUS = 0.01  # of its own weight: a line with a smaller tension can have several shapes
 SLACKEST = 0.25  # of its own weight: minimum tension of a line where smaller ones lead to no solution
 MIN_SECANT = 1e-4  # of a pull: the curvature over a shorter step is rounding
@@ -159,20 +161,20 @@ def _solve(packed, pose, states, work, known):
     code = _begin(packed, pose, states, work, known)
     if code != OK:
         return code, 0.0
-    code = _distribute(packed, states, work, 0.0)
+    code = _distribute(packed, pose, states, work, 0.0)
     if code not in (INFEASIBLE, NOT_CONVERGED) and _slackest(packed, states) > AMBIGUOUS:
         return code, 0.0
     if code == INFEASIBLE and not _may_slacken(packed, work.base):
-        return _least_infeasible(packed, states, work)
+        return _least_infeasible(packed, pose, states, work)
     # the limits let a line become slack under its own weight: try with a larger minimum tension first
     _begin(packed, pose, states, work, False)
-    if _distribute(packed, states, work, SLACKEST) == OK:
+    if _distribute(packed, pose, states, work, SLACKEST) == OK:
         return OK, 0.0
     _begin(packed, pose, states, work, False)
-    code = _distribute(packed, states, work, 0.0)
+    code = _distribute(packed, pose, states, work, 0.0)
     if code != INFEASIBLE:
         return code, 0.0
-    return _least_infeasible(packed, states, work)
+    return _least_infeasible(packed, pose, states, work)
 
 
 @jit
@@ -199,14 +201,14 @@ def _may_slacken(packed, base):
 
 
 @jit
-def _least_infeasible(packed, states, work):
+def _least_infeasible(packed, pose, states, work):
     """Write the tensions of an infeasible pose that violate the limits least. Returns code and violation, N."""
-    settled, violation = _least_violation(packed, states, work)
+    settled, violation = _least_violation(packed, pose, states, work)
     if settled and violation <= SMALL_VIOLATION * load_scale(packed):
-        code = _distribute(packed, states, work, 0.0)  # the infeasible program was far from the solution
+        code = _distribute(packed, pose, states, work, 0.0)  # the infeasible program was far from the solution
         if code != INFEASIBLE:
             return code, 0.0
-        settled, violation = _least_violation(packed, states, work)
+        settled, violation = _least_violation(packed, pose, states, work)
     return (INFEASIBLE if settled else NEEDS_PUSH), violation
 
 
@@ -242,6 +244,11 @@ def balances(packed, states, work):
     scale = packed.platform[PLATFORM_WEIGHT]
     for i in range(packed.lines.shape[0]):
         row = packed.lines[i]
+        if row[GUIDE] > 0.0:
+            add_spatial_pull(base.records[i], row[PULLS], base.wrench)
+            for k in range(3):
+                scale = max(scale, row[PULLS] * abs(base.records[i, END_FORCE + k]))
+            continue
         h, v = start_force(states[i])
         v += row[WEIGHT] * states[i, FREE]
         add_pull(row, base.arms[i], base.planes[i], h, v, base.wrench)
@@ -262,17 +269,17 @@ def _slackest(packed, states):
 
 
 @jit
-def _distribute(packed, states, work, slackest):
+def _distribute(packed, pose, states, work, slackest):
     """Solve programs until the pulls converge, with tensions of at least *slackest* of a line's weight; a code."""
     work.slackest[0] = slackest
     relax = 1.0
     work.moves[:], work.before[:], work.curvature[:] = 0.0, 0.0, 1.0
     for _ in range(PROGRAMS):
-        code, change, turned = _program(packed, states, work, 0.0, relax)
+        code, change, turned = _program(packed, pose, states, work, 0.0, relax)
         if code != OK:
             return code
         if change < TENSION_TOLERANCE:
-            if not (_settle_idle(packed, states, work) and balances(packed, states, work)):
+            if not (_settle_idle(packed, pose, states, work) and balances(packed, states, work)):
                 return NOT_CONVERGED
             return judge(packed, states, work.base.planes)
         # slack lines are nonlinear: shorten the steps where programs overshoot
@@ -281,7 +288,7 @@ def _distribute(packed, states, work, slackest):
 
 
 @jit
-def _settle_idle(packed, states, work):
+def _settle_idle(packed, pose, states, work):
     """Solve the lines whose last change of pull was small among the pulls, but not for themselves. False if one fails.
 
     Their states were only predicted, which is exact to the square of that change.
@@ -289,7 +296,10 @@ def _settle_idle(packed, states, work):
     base = work.base
     for i in range(packed.lines.shape[0]):
         row, pull, plane = packed.lines[i], work.pulls[i], base.planes[i]
-        if abs(work.moves[i]) > PREDICTED * pull and not settle_at_pull(
+        if row[GUIDE] > 0.0:
+            if not settle_placed(row, states[i], i, pose, pull, base):
+                return False
+        elif abs(work.moves[i]) > PREDICTED * pull and not settle_at_pull(
             row, plane[2], plane[3], pull, states[i], base.blocks[i], base.steps[i]
         ):
             return False
@@ -297,7 +307,7 @@ def _settle_idle(packed, states, work):
 
 
 @jit
-def _least_violation(packed, states, work):
+def _least_violation(packed, pose, states, work):
     """Move *states* to the tensions that violate the limits least.
 
     Returns whether the pulls converge, and the largest violation (N). Where a line would have to push they cannot
@@ -306,7 +316,7 @@ def _least_violation(packed, states, work):
     work.multipliers[:], work.moves[:], work.before[:], work.curvature[:] = 0.0, 0.0, 0.0, 1.0
     relax = 1.0
     for _ in range(SOFT_PROGRAMS):
-        code, change, turned = _program(packed, states, work, SOFT, relax)
+        code, change, turned = _program(packed, pose, states, work, SOFT, relax)
         if code != OK or change < SOFT_TOLERANCE or _would_push(packed, work):
             break
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
@@ -343,6 +353,11 @@ def _begin(packed, pose, states, work, known):
     for i in range(packed.lines.shape[0]):
         row, y, plane = packed.lines[i], states[i], base.planes[i]
         place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
+        if row[GUIDE] > 0.0:
+            code, work.pulls[i] = begin_spatial(row, y, i, pose, base, known, share)
+            if code != OK:
+                return code
+            continue
         if not has_plane(row, plane):
             return UNDER_EXIT
         if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
@@ -361,7 +376,7 @@ def _begin(packed, pose, states, work, known):
 
 
 @jit
-def _program(packed, states, work, give, relax):
+def _program(packed, pose, states, work, give, relax):
     """Solve the lines at their pulls, linearise, distribute, and take the share *relax* of the step.
 
     Returns code, relative change of the pulls, and whether the step reverses the one before.
@@ -372,20 +387,27 @@ def _program(packed, states, work, give, relax):
     for i in range(m):
         row, y, plane, steps = packed.lines[i], states[i], base.planes[i], base.steps[i]
         pull = work.pulls[i]
-        if not settle_at_pull(row, plane[2], plane[3], pull, y, base.blocks[i], steps):
-            return NOT_CONVERGED, 0.0, False
-        h, v = start_force(y)
-        dh, dv = force_change(h, v, row[WEIGHT], steps, 1)
-        dh, dv = dh / pull, dv / pull
-        work.column[:] = 0.0
-        add_pull(row, base.arms[i], plane, -dh, -dv, work.column)
-        _curve(work, i, pull, row[PREFERRED])
-        # the part of the end force that is not proportional to the pull belongs to the load
-        h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
-        add_pull(row, base.arms[i], plane, h, v, work.load)
-        low, high, dlow, dhigh = extremes_and_change(
-            row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
-        )
+        if row[GUIDE] > 0.0:
+            solved, dphi, dtau, dfree, ddead = spatial_column(row, y, i, pose, pull, base, work.column, work.load)
+            if not solved:
+                return NOT_CONVERGED, 0.0, False
+            _curve(work, i, pull, row[PREFERRED])
+            low, high, dlow, dhigh = extremes_and_change(row, y, dphi, dtau, dfree, ddead, 0.0)
+        else:
+            if not settle_at_pull(row, plane[2], plane[3], pull, y, base.blocks[i], steps):
+                return NOT_CONVERGED, 0.0, False
+            h, v = start_force(y)
+            dh, dv = force_change(h, v, row[WEIGHT], steps, 1)
+            dh, dv = dh / pull, dv / pull
+            work.column[:] = 0.0
+            add_pull(row, base.arms[i], plane, -dh, -dv, work.column)
+            _curve(work, i, pull, row[PREFERRED])
+            # the part of the end force that is not proportional to the pull belongs to the load
+            h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
+            add_pull(row, base.arms[i], plane, h, v, work.load)
+            low, high, dlow, dhigh = extremes_and_change(
+                row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
+            )
         min_tension = max(row[TENSION_MIN], work.slackest[0] * row[WEIGHT] * (y[FREE] + y[DEAD]))
         work.low[i] = pull + (min_tension - low) * pull / max(dlow, FLATTEST * pull)
         work.high[i] = pull + (row[TENSION_MAX] - high) * pull / max(dhigh, FLATTEST * pull)
@@ -401,8 +423,11 @@ def _program(packed, states, work, give, relax):
         work.pulls[i] = pull + relax * (required - pull)
         grown = log(work.pulls[i] / pull)
         if abs(grown) < 0.1:  # predict the line's state along dy / dlog(pull), which saves it a Newton step
-            for k in range(int(packed.lines[i, UNKNOWNS])):
-                states[i, k] += grown * base.steps[i, k, 1]
+            if packed.lines[i, GUIDE] > 0.0:
+                advance_spatial(packed.lines[i], states[i], base.spatial_steps[i], GIVEN, -grown)
+            else:
+                for k in range(int(packed.lines[i, UNKNOWNS])):
+                    states[i, k] += grown * base.steps[i, k, 1]
         change = max(change, abs(required - pull))
         along += work.moves[i] * (required - pull)
         work.moves[i] = required - pull

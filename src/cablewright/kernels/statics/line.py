@@ -5,16 +5,18 @@ free span ends at the platform point (x, z); unstrained lengths sum to the given
 exit (z, x); moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11 to 19; `docs/theory/statics.md`.
 """
 
-from math import atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
+from math import asin, atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     BETA,
+    CONTACT,
     DEAD,
     DEAD_COMPLIANCE,
     FREE,
     FREE_COMPLIANCE,
+    GUIDE,
     LEVER,
     LEVER_MOMENT,
     PHI,
@@ -25,6 +27,7 @@ from cablewright.kernels.layout import (
     TAU,
     UNKNOWNS,
     WEIGHT,
+    WINCH_RISE,
     WINCH_X,
     WINCH_Z,
 )
@@ -145,7 +148,8 @@ def extremes_and_change(row, y, dphi, dtau, dfree, ddead, dpsi):
     dh, dv = h * dtau - v * dphi, v * dtau + h * dphi
     low, high, dlow, dhigh = _span_extremes(h, v, weight * y[FREE], dh, dv, weight * dfree)
     if row[UNKNOWNS] > 3.0:
-        h, v = t * cos(y[PSI]), t * sin(y[PSI])
+        direction = asin(row[WINCH_RISE]) if row[GUIDE] > 0.0 else y[PSI]
+        h, v = t * cos(direction), t * sin(direction)
         turn = dpsi if row[UNKNOWNS] > 4.0 else 0.0
         dh, dv = h * dtau - v * turn, v * dtau + h * turn
         low2, high2, dlow2, dhigh2 = _span_extremes(h, v, weight * y[DEAD], dh, dv, weight * ddead)
@@ -174,7 +178,8 @@ def _span_extremes(h, v, carried, dh, dv, dcarried):
 def length_of(row, y):
     """Unstrained length from the winch exit to the platform point, m."""
     taken = 1.0 + exp(y[TAU]) * row[ARC_COMPLIANCE]
-    return row[SPANS] * y[FREE] + y[DEAD] + row[RADIUS] * wrap(row, y) / taken + constant_length(row)
+    contact = y[CONTACT] if row[GUIDE] > 0.0 else row[RADIUS] * wrap(row, y)
+    return row[SPANS] * y[FREE] + y[DEAD] + contact / taken + constant_length(row)
 
 
 @jit
@@ -211,11 +216,20 @@ def guess(row, x, z, length, tension, y):
     """
     if not straight(row, x, z, tension, y):
         return False
-    chord = y[FREE]
-    weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
+    chord, weight = y[FREE], row[WEIGHT]
     unstrain(y, 0.0, row[DEAD_COMPLIANCE])
     free = (length - y[DEAD] - row[RADIUS] * wrap(row, y) - constant_length(row)) / row[SPANS]
     free = max(free, 0.05 * chord)
+    shape_span(row, chord, free, tension, y)
+    if row[UNKNOWNS] > 3.0:  # the dead span must at least carry itself
+        y[TAU] = max(y[TAU], log(max(1.02 * weight * y[DEAD], 1e-300)))
+    return True
+
+
+@jit
+def shape_span(row, chord, free, tension, y):
+    """Set *y* close to a span of unstrained length *free* over a *chord* (m) in the direction y[PHI]."""
+    weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
     reach = chord * cos(y[PHI])
     sag = weight * weight * reach * reach * chord / 24.0
     t = max(weight * chord, 1e-3 * tension, (chord - free) / (free * compliance))
@@ -229,14 +243,10 @@ def guess(row, x, z, length, tension, y):
     v = t * sin(y[PHI]) - 0.5 * weight * free
     if free > SLACK_FROM * chord:
         h, v = _hanging(max(reach, 1e-6 * chord), chord * sin(y[PHI]), free, weight)
-    t = sqrt(h * h + v * v)
-    if row[UNKNOWNS] > 3.0:  # the dead span must at least carry itself
-        t = max(t, 1.02 * weight * y[DEAD])
-    y[TAU] = log(t)
+    y[TAU] = log(sqrt(h * h + v * v))
     c, s = cos(y[PHI]), sin(y[PHI])
     y[PHI] -= atan2(s * h - c * v, c * h + s * v)
     y[FREE] = free
-    return True
 
 
 @jit

@@ -9,31 +9,37 @@ from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     DEAD,
     DEAD_COMPLIANCE,
+    EXIT,
     FREE,
     FREE_COMPLIANCE,
+    GUIDE,
+    LENGTH,
+    MODULUS,
     OK,
+    PARAMETERS,
     PHI,
+    POINT,
     PSI,
     PULLS,
     RADIUS,
+    SHEAVE,
     SIDE,
     SINGULAR,
     STATE,
     TAU,
     UNKNOWNS,
     WEIGHT,
+    WEIGHT_FACTOR,
 )
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.catenary import span
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack
 from cablewright.kernels.statics.line import force_change, system
 from cablewright.kernels.statics.sheave import wrap
+from cablewright.kernels.statics.spatial import POSE, SIZE
+from cablewright.kernels.statics.spatial_parameters import parameter_changes, tension_change, write_parameter
 from cablewright.kernels.statics.wrench import add_force, sideways
 
-# Columns of a line's parameters: length, relative modulus, exit point x, y, z, sheave radius, relative weight, and the
-# platform point x, y, z in the platform's frame.
-PARAMETERS = 10
-LENGTH, MODULUS, EXIT, SHEAVE, WEIGHT_FACTOR, POINT = 0, 1, 2, 5, 6, 7
 OWN = (LENGTH, MODULUS, EXIT + 2, SHEAVE, WEIGHT_FACTOR)  # those whose effect stays in the line's plane
 
 
@@ -51,12 +57,19 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
     if not condense(packed, states, work):
         return SINGULAR
     stiffness[:, :] = work.stiffness[:n, :n]
-    changes = np.zeros((STATE, len(OWN)))
+    changes, spatial = np.zeros((STATE, len(OWN))), np.zeros((SIZE, PARAMETERS))
     right = motion.reshape((n, m * PARAMETERS))
     for i in range(m):
         row, y = packed.lines[i], states[i]
         right[:, i * PARAMETERS : (i + 1) * PARAMETERS] = 0.0
         if is_slack(row, y):
+            continue
+        if row[GUIDE] > 0.0:
+            if not parameter_changes(row, y, lengths[i], i, pose, work, spatial):
+                return SINGULAR
+            for k in range(PARAMETERS):
+                write_parameter(row, y, i, work, spatial, k, work.change)
+                right[:, i * PARAMETERS + k] = work.change
             continue
         if not _add_own(row, y, lengths[i], i, work, changes, right):
             return SINGULAR
@@ -74,11 +87,20 @@ def tension_changes(packed, lengths, pose, states, work, own, by_point):
     evaluate(packed, lengths, pose, states, work)
     if not condense(packed, states, work):
         return SINGULAR
-    changes = np.zeros((STATE, len(OWN)))
+    changes, spatial = np.zeros((STATE, len(OWN))), np.zeros((SIZE, PARAMETERS))
     for i in range(packed.lines.shape[0]):
         row, y, plane, steps = packed.lines[i], states[i], work.planes[i], work.steps[i]
         own[i, :], by_point[i, :] = 0.0, 0.0
         if is_slack(row, y):
+            continue
+        if row[GUIDE] > 0.0:
+            record = work.records[i]
+            for k in range(3):
+                by_point[i, k] = tension_change(record, y, work.spatial_steps[i], POSE + k)
+            if not parameter_changes(row, y, lengths[i], i, pose, work, spatial):
+                return SINGULAR
+            for k in range(PARAMETERS):
+                own[i, k] = -tension_change(record, y, spatial, k)
             continue
         if not _own_changes(row, y, lengths[i], i, work, changes):
             return SINGULAR

@@ -1,10 +1,11 @@
 """Tangent stiffness of the platform, and each line's stiffness along its own chord."""
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import OK, PULLS, SINGULAR, WEIGHT, robot_of
+from cablewright.kernels.layout import GUIDE, OK, PULLS, SINGULAR, WEIGHT, robot_of
 from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack, workspace
 from cablewright.kernels.statics.line import force_change, lengths_of, pull_of
+from cablewright.kernels.statics.spatial import stiffness_along
 
 
 @jit(allocates=True)
@@ -31,6 +32,9 @@ def _stiffness(packed, pose, states, work, tangent, chords, axial):
         row, y, steps, plane = packed.lines[i], states[i], work.steps[i], work.planes[i]
         if is_slack(row, y):
             axial[i], chords[i, :] = 0.0, 0.0
+            continue
+        if row[GUIDE] > 0.0:
+            axial[i] = row[PULLS] * stiffness_along(row, y, work.records[i], work.spatial_steps[i], chords[i])
             continue
         h, v = work.forces[i, 0], work.forces[i, 1]
         kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)

@@ -5,6 +5,7 @@ from math import sqrt
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     EXIT_X,
+    GUIDE,
     LEVER,
     MASS_X,
     PLATFORM_WEIGHT,
@@ -43,8 +44,8 @@ def place(lines, i, pose, rotation, arm, plane):
 
 @jit
 def is_eyelet(row):
-    """Whether a line bends at one point, without a sheave or a lever."""
-    return row[RADIUS] == 0.0 and row[LEVER] == 0.0
+    """Whether a line bends at one point and ends at another, without sheaves or a lever."""
+    return row[RADIUS] == 0.0 and row[LEVER] == 0.0 and row[GUIDE] == 0.0
 
 
 @jit

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     BAD_WRAP,
+    CONTACT,
     EXIT_X,
+    GUIDE,
     INSIDE_SHEAVE,
     LEVER,
     MASS_X,
@@ -32,6 +34,15 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.rotation import matrix, rotate
 from cablewright.kernels.statics.sheave import straight, wrap
+from cablewright.kernels.statics.spatial import (
+    ARM,
+    COLUMNS,
+    FORCE,
+    RECORD,
+    SIZE,
+    is_on_axis,
+    straight_spatial,
+)
 from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, has_plane, is_eyelet, place
 
 DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
@@ -52,6 +63,9 @@ class StructureScratch(NamedTuple):
     arm: NDArray[np.float64]  # (3,)
     plane: NDArray[np.float64]  # (4,)
     state: NDArray[np.float64]  # (STATE,)
+    record: NDArray[np.float64]  # (RECORD,): of a line out of the plane, see `spatial`
+    block: NDArray[np.float64]  # (4, 4)
+    rhs: NDArray[np.float64]  # (4, 8)
 
 
 @jit(allocates=True)
@@ -65,6 +79,9 @@ def structure_scratch(m):
         np.zeros(3),
         np.zeros(4),
         np.zeros(STATE),
+        np.zeros(RECORD),
+        np.zeros((SIZE, SIZE)),
+        np.zeros((SIZE, COLUMNS)),
     )
 
 
@@ -93,7 +110,7 @@ def structure_at(packed, pose, work):
             inverse = 1.0 / sqrt(square)
             x, y, z = x * inverse, y * inverse, z * inverse
         else:
-            code, x, y, z = _over_sheave(lines, i, pose, R, arm, work.plane, work.state)
+            code, x, y, z = _over_sheave(lines, i, pose, R, arm, work)
             if code != OK:
                 return code
             rx, ry, rz = arm[0], arm[1], arm[2]
@@ -115,21 +132,36 @@ def structure_at(packed, pose, work):
 
 
 @jit
-def _over_sheave(lines, i, pose, rotation, arm, plane, state):
+def _over_sheave(lines, i, pose, rotation, arm, work):
     """Status code and the unit vector along which line *i* pulls, over its sheave; writes its arm."""
-    row = lines[i]
+    row, plane, state = lines[i], work.plane, work.state
     place(lines, i, pose, rotation, arm, plane)
+    tension = 0.5 * (row[TENSION_MIN] + row[TENSION_MAX])
+    if row[GUIDE] > 0.0:
+        return _straight_spatial(row, pose, rotation, arm, tension, work)
     if not has_plane(row, plane):
         return UNDER_EXIT, 0.0, 0.0, 0.0
     if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
-    if not straight(row, plane[2], plane[3], 0.5 * (row[TENSION_MIN] + row[TENSION_MAX]), state):
+    if not straight(row, plane[2], plane[3], tension, state):
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
     contact = wrap(row, state)
     if contact < 0.0 or contact > 2.0 * pi:
         return BAD_WRAP, 0.0, 0.0, 0.0
     along = -cos(state[PHI])
     return OK, along * plane[0], along * plane[1], -sin(state[PHI])
+
+
+@jit
+def _straight_spatial(row, pose, rotation, arm, tension, work):
+    """As `_over_sheave`, of a line out of the plane; *arm* then reaches to where it leaves the platform."""
+    state, record = work.state, work.record
+    if not straight_spatial(row, state, pose, arm, rotation, tension, record, work.block, work.rhs):
+        return (UNDER_EXIT if is_on_axis(row, state) else INSIDE_SHEAVE), 0.0, 0.0, 0.0
+    if state[CONTACT] < 0.0:
+        return BAD_WRAP, 0.0, 0.0, 0.0
+    arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
+    return OK, -record[FORCE], -record[FORCE + 1], -record[FORCE + 2]
 
 
 @jit

@@ -1,0 +1,456 @@
+"""One line out of the plane: a guide of any axis at the frame, a free span that sags, a sheave on the platform.
+
+Unknowns are the tension vector f where the free span leaves the frame, kept as its direction (PHI above the horizontal,
+AZIMUTH) and the logarithm of its size, and the span's unstrained length. Three equations say that the span from the
+contact point at the frame ends at the one on the platform, the fourth gives the length, or the pull. Both points
+follow from the forces there (`guides`), so that nothing else is unknown. The dead span is straight, with its weight.
+
+Steps of the unknowns are s = df / |f| (3,) and that of the span's length: four numbers.
+"""
+
+from math import atan2, cos, exp, log, sin, sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    ARC_COMPLIANCE,
+    AXIS_X,
+    AZIMUTH,
+    CONTACT,
+    DEAD,
+    DEAD_COMPLIANCE,
+    DEAD_SPAN,
+    END_AXIS_X,
+    EXIT_X,
+    EYELET,
+    FREE,
+    FREE_COMPLIANCE,
+    GUIDE,
+    MEAN_RISE,
+    PHI,
+    TAU,
+    WEIGHT,
+)
+from cablewright.kernels.newton import largest_of_column, solve
+from cablewright.kernels.rotation import rotate
+from cablewright.kernels.statics.catenary import span
+from cablewright.kernels.statics.guides import (
+    ARC,
+    ARC_BY_FORCE,
+    BY_FORCE,
+    CONTACT_POINT,
+    GUIDE_SIZE,
+    NO_PLANE,
+    leave_frame,
+    leave_platform,
+)
+from cablewright.kernels.statics.line import LENGTH_TOLERANCE, STALLED, STEPS, shape_span
+from cablewright.kernels.statics.sheave import constant_length
+
+SIZE = 4  # unknowns of a line
+# Columns of the right-hand sides and of what `solve` makes of them.
+RESIDUAL, POSE, GIVEN = 0, 1, 7  # by residual; by the pose's freedoms, 1..6; by length or logarithm of the pull
+COLUMNS = 8  # of right-hand sides
+
+# What `place_span` writes to a record.
+FRAME, PLATFORM = 0, GUIDE_SIZE  # the guides, see `guides`
+FORCE, END_FORCE = 32, 35  # tension vectors at the span's start and end, along the direction of travel, N
+ARM = 38  # from the platform's origin to where the span ends, world, m
+CHORD = 41  # of the span, m
+GAP = 44  # from the span's end to where it should end, m
+RECORD = 47
+
+STRAIGHT_STEPS = 30
+STRAIGHT_STEP = 0.5  # largest turn of a straight line's direction in one step
+CLOSED = 1e-15  # m per m: a few roundings
+
+
+@jit
+def dead_length(row, tension):
+    """Unstrained length of the straight dead span (m) and its derivative by the *tension* at the sheave, m/N."""
+    covered, compliance = row[DEAD_SPAN], row[DEAD_COMPLIANCE]
+    bend = 0.5 * compliance * row[WEIGHT] * row[MEAN_RISE]
+    linear = 1.0 + compliance * tension
+    length = 2.0 * covered / (linear + sqrt(linear * linear + 4.0 * bend * covered))
+    return length, -compliance * length / (linear + 2.0 * bend * length)
+
+
+@jit
+def point_of(row, pose, arm, k):
+    """Coordinate *k* of the frame's guide from the platform point, m."""
+    return row[EXIT_X + k] - pose[k] - arm[k]
+
+
+@jit
+def place_guides(row, rotation, record):
+    """Write both guides for the forces in *record*. False where a sheave has no plane."""
+    found = leave_frame(row, record[FORCE], record[FORCE + 1], record[FORCE + 2], record, FRAME)
+    ax, ay, az = rotate(rotation, row[END_AXIS_X], row[END_AXIS_X + 1], row[END_AXIS_X + 2])
+    gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
+    return leave_platform(row, ax, ay, az, gx, gy, gz, record, PLATFORM) and found
+
+
+@jit
+def place_span(row, y, pose, arm, rotation, record, block):
+    """Write forces, guides, chord and gap of the line at *y* to *record*; contact and dead length to *y*.
+
+    *block* (4, 4) receives the gap's derivative by the unknowns in its first three rows. False where a sheave has no
+    plane.
+    """
+    t, c, s = exp(y[TAU]), cos(y[PHI]), sin(y[PHI])
+    ex, ey = cos(y[AZIMUTH]), sin(y[AZIMUTH])
+    h, v = t * c, t * s
+    x, z, hh, hv, vv, xl, zl, v1 = span(h, v, y[FREE], row[WEIGHT], row[FREE_COMPLIANCE])
+    across = x / h if abs(h) > 1e-200 else hh
+    record[FORCE], record[FORCE + 1], record[FORCE + 2] = h * ex, h * ey, v
+    record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2] = h * ex, h * ey, v1
+    record[CHORD], record[CHORD + 1], record[CHORD + 2] = x * ex, x * ey, z
+    if not place_guides(row, rotation, record):
+        return False
+    y[CONTACT] = record[FRAME + ARC] + record[PLATFORM + ARC]
+    y[DEAD], _ = dead_length(row, t)
+    block[0, 0], block[1, 1] = ex * ex * hh + ey * ey * across, ey * ey * hh + ex * ex * across
+    block[0, 1] = block[1, 0] = ex * ey * (hh - across)
+    block[0, 2] = block[2, 0] = ex * hv
+    block[1, 2] = block[2, 1] = ey * hv
+    block[2, 2] = vv
+    block[0, 3], block[1, 3], block[2, 3] = ex * xl, ey * xl, zl
+    for i in range(3):
+        record[ARM + i] = arm[i] + record[PLATFORM + CONTACT_POINT + i]
+        reached = record[FRAME + CONTACT_POINT + i] + record[CHORD + i] - record[PLATFORM + CONTACT_POINT + i]
+        record[GAP + i] = point_of(row, pose, arm, i) + reached
+        for j in range(3):
+            moved = record[FRAME + BY_FORCE + 3 * i + j] - record[PLATFORM + BY_FORCE + 3 * i + j]
+            block[i, j] = t * (block[i, j] + moved)
+        block[i, 3] -= record[PLATFORM + BY_FORCE + 3 * i + 2] * row[WEIGHT]
+    return True
+
+
+@jit
+def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
+    """Write the four equations for *length* (m), as `line.system`: block (4, 4) and right-hand sides (4, 8).
+
+    Solved, column k of *rhs* is the step to take off the unknowns for the residual (0), and their derivatives by the
+    pose (1..6) and the length (7). False where a sheave has no plane.
+    """
+    if not place_span(row, y, pose, arm, rotation, record, block):
+        return False
+    t, n = exp(y[TAU]), pose.shape[0]
+    taken = 1.0 / (1.0 + t * row[ARC_COMPLIANCE])
+    _, by_tension = dead_length(row, t)
+    by_tension -= y[CONTACT] * taken * taken * row[ARC_COMPLIANCE]
+    for j in range(3):
+        arcs = record[FRAME + ARC_BY_FORCE + j] + record[PLATFORM + ARC_BY_FORCE + j]
+        block[3, j] = t * arcs * taken + record[FORCE + j] * by_tension
+    block[3, 3] = 1.0 + record[PLATFORM + ARC_BY_FORCE + 2] * row[WEIGHT] * taken
+    rhs[3, RESIDUAL] = y[FREE] + y[DEAD] + y[CONTACT] * taken + constant_length(row) - length
+    for i in range(3):
+        rhs[i, RESIDUAL] = record[GAP + i]
+    by_pose(n, record, taken, rhs)
+    for i in range(3):
+        rhs[i, GIVEN] = 0.0
+    rhs[3, GIVEN] = 1.0
+    return True
+
+
+@jit
+def by_pose(n, record, taken, rhs):
+    """Write the right-hand sides for the pose's *n* freedoms; *taken*: unstrained per contact length, 0 at a pull."""
+    for k in range(3):
+        for i in range(4):
+            rhs[i, POSE + k] = 1.0 if i == k else 0.0
+    if n < 6:
+        return
+    for k in range(3):
+        ex, ey, ez = turn_of(k, record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2])
+        moved = turn_of(k, record[ARM], record[ARM + 1], record[ARM + 2])
+        for i in range(3):
+            at = PLATFORM + BY_FORCE + 3 * i
+            rhs[i, POSE + 3 + k] = moved[i] - record[at] * ex - record[at + 1] * ey - record[at + 2] * ez
+        at = PLATFORM + ARC_BY_FORCE
+        rhs[3, POSE + 3 + k] = taken * (record[at] * ex + record[at + 1] * ey + record[at + 2] * ez)
+
+
+@jit
+def turn_of(k, x, y, z):
+    """Change of the vector (x, y, z) per rotation about world axis *k*."""
+    if k == 0:
+        return 0.0, -z, y
+    if k == 1:
+        return z, 0.0, -x
+    return -y, x, 0.0
+
+
+@jit
+def spatial_at_pull(row, y, pose, arm, rotation, pull, record, block, rhs):
+    """As `spatial_system`, with the pull (N) given instead of the length: column 7 is by its logarithm.
+
+    The pull is the mid-length force along the span's chord, see `line.pull_of`.
+    """
+    if not place_span(row, y, pose, arm, rotation, record, block):
+        return False
+    t, weight = exp(y[TAU]), row[WEIGHT]
+    found, chord = pull_along(row, y, record)
+    for j in range(4):
+        slope = 0.0
+        for i in range(3):
+            toward = record[CHORD + i] / chord
+            middle = record[FORCE + i] + (0.5 * weight * y[FREE] if i == 2 else 0.0)
+            across = (middle - found * toward) / chord  # the chord turns as its ends move
+            if j < 3:
+                moved = record[FRAME + BY_FORCE + 3 * i + j] - record[PLATFORM + BY_FORCE + 3 * i + j]
+                slope += across * (block[i, j] - t * moved)
+                slope += t * toward if i == j else 0.0
+            else:
+                slope += across * (block[i, 3] + record[PLATFORM + BY_FORCE + 3 * i + 2] * weight)
+                slope += 0.5 * weight * toward if i == 2 else 0.0
+        block[3, j] = slope / pull
+    for i in range(3):
+        rhs[i, RESIDUAL] = record[GAP + i]
+        rhs[i, GIVEN] = 0.0
+    rhs[3, RESIDUAL] = found / pull - 1.0
+    rhs[3, GIVEN] = 1.0
+    by_pose(pose.shape[0], record, 0.0, rhs)
+    return True
+
+
+@jit
+def pull_along(row, y, record):
+    """Pull of a placed span (N) and the length of its chord, m."""
+    along, square = 0.0, 0.0
+    for i in range(3):
+        middle = record[FORCE + i] + (0.5 * row[WEIGHT] * y[FREE] if i == 2 else 0.0)
+        along += middle * record[CHORD + i]
+        square += record[CHORD + i] ** 2
+    chord = sqrt(square)
+    return along / chord, chord
+
+
+@jit
+def advance_spatial(row, y, rhs, column, scale):
+    """Add minus *scale* times a column of *rhs* to the unknowns, shortened where one would change too much.
+
+    True if it is not shortened.
+    """
+    c, s = cos(y[PHI]), sin(y[PHI])
+    fx, fy, fz = c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), s
+    sx, sy, sz, longer = rhs[0, column], rhs[1, column], rhs[2, column], rhs[3, column]
+    grow = fx * sx + fy * sy + fz * sz
+    sx, sy, sz = sx - grow * fx, sy - grow * fy, sz - grow * fz
+    turn = sqrt(sx * sx + sy * sy + sz * sz)
+    held = scale
+    if turn * abs(held) > 0.5:
+        held = 0.5 / turn if held > 0.0 else -0.5 / turn
+    if abs(grow * held) > 1.5:
+        held *= 1.5 / abs(grow * held)
+    allowed = 0.7 * y[FREE] if longer * held > 0.0 else 0.7 * y[FREE] + 0.5
+    if abs(longer * held) > allowed:
+        held *= allowed / abs(longer * held)
+    fx, fy, fz = fx - held * sx, fy - held * sy, fz - held * sz
+    y[PHI], y[AZIMUTH] = atan2(fz, sqrt(fx * fx + fy * fy)), atan2(fy, fx)
+    y[TAU] -= held * grow
+    y[FREE] -= held * longer
+    y[DEAD], _ = dead_length(row, exp(y[TAU]))
+    return held == scale
+
+
+@jit
+def settle_spatial(row, y, pose, arm, rotation, length, record, block, rhs):
+    """Solve the line at a fixed pose for its *length* (m) from the guess in *y*. True if it converges."""
+    scale = LENGTH_TOLERANCE * (1.0 + _size(row, pose, arm) + length)
+    for _ in range(STEPS):
+        if not spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
+            return False
+        if largest_of_column(rhs, SIZE) < scale:
+            return True
+        if not solve(block, rhs, SIZE, 1):
+            return False
+        stalled = largest_of_column(rhs, SIZE) < STALLED
+        advance_spatial(row, y, rhs, RESIDUAL, 1.0)
+        if stalled:
+            return True
+    return False
+
+
+@jit
+def settle_spatial_at_pull(row, y, pose, arm, rotation, pull, record, block, rhs):
+    """Solve the line at a fixed pose for its *pull* (N) from *y*; *rhs* is then solved. True if it converges."""
+    scale = LENGTH_TOLERANCE * (1.0 + _size(row, pose, arm))
+    for _ in range(STEPS):
+        if not spatial_at_pull(row, y, pose, arm, rotation, pull, record, block, rhs):
+            return False
+        done = largest_of_column(rhs, SIZE) < scale
+        if not solve(block, rhs, SIZE, COLUMNS):
+            return False
+        if done:
+            return True
+        done = largest_of_column(rhs, SIZE) < STALLED
+        advance_spatial(row, y, rhs, RESIDUAL, 1.0)
+        if done:
+            return spatial_at_pull(row, y, pose, arm, rotation, pull, record, block, rhs) and solve(
+                block, rhs, SIZE, COLUMNS
+            )
+    return False
+
+
+@jit
+def _size(row, pose, arm):
+    """Distance of the platform point from the frame's guide along the three axes together, m."""
+    return abs(point_of(row, pose, arm, 0)) + abs(point_of(row, pose, arm, 1)) + abs(point_of(row, pose, arm, 2))
+
+
+@jit
+def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
+    """Set *y* to the straight massless line at *tension* (N), with strained lengths, as `sheave.straight`.
+
+    False where no straight line joins the guides: the platform point is inside a sheave, or on its axis.
+    """
+    size = _size(row, pose, arm)
+    ex, ey, ez = -point_of(row, pose, arm, 0), -point_of(row, pose, arm, 1), -point_of(row, pose, arm, 2)
+    x = sqrt(ex * ex + ey * ey + ez * ez)
+    if not x > 0.0:
+        return False
+    ex, ey, ez = ex / x, ey / x, ez / x
+    closed = False
+    for _ in range(STRAIGHT_STEPS):
+        record[FORCE], record[FORCE + 1], record[FORCE + 2] = ex, ey, ez
+        record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2] = ex, ey, ez
+        y[PHI], y[AZIMUTH] = atan2(ez, sqrt(ex * ex + ey * ey)), atan2(ey, ex)
+        if not place_guides(row, rotation, record):
+            return False
+        toward, gap = (ex, ey, ez), 0.0
+        for i in range(3):
+            reached = record[FRAME + CONTACT_POINT + i] - record[PLATFORM + CONTACT_POINT + i] + x * toward[i]
+            rhs[i, 0] = point_of(row, pose, arm, i) + reached
+            gap = max(gap, abs(rhs[i, 0]))
+            for j in range(3):
+                moved = record[FRAME + BY_FORCE + 3 * i + j] - record[PLATFORM + BY_FORCE + 3 * i + j]
+                block[i, j] = moved + (1.0 - x) * toward[i] * toward[j] + (x if i == j else 0.0)
+        if closed or gap <= CLOSED * size:
+            closed = True
+            break
+        if not solve(block, rhs, 3, 1):
+            return False
+        longer = rhs[0, 0] * ex + rhs[1, 0] * ey + rhs[2, 0] * ez
+        turns = (rhs[0, 0] - longer * ex, rhs[1, 0] - longer * ey, rhs[2, 0] - longer * ez)
+        turn = sqrt(turns[0] ** 2 + turns[1] ** 2 + turns[2] ** 2)
+        held = min(1.0, STRAIGHT_STEP / max(turn, 1e-300))
+        ex, ey, ez = ex - held * turns[0], ey - held * turns[1], ez - held * turns[2]
+        unit = sqrt(ex * ex + ey * ey + ez * ez)
+        ex, ey, ez = ex / unit, ey / unit, ez / unit
+        x -= held * longer
+        closed = turn < STALLED and abs(longer) < STALLED * size
+    y[TAU] = log(tension)
+    y[FREE], y[DEAD] = x, row[DEAD_SPAN]
+    y[CONTACT] = record[FRAME + ARC] + record[PLATFORM + ARC]
+    for i in range(3):
+        record[ARM + i] = arm[i] + record[PLATFORM + CONTACT_POINT + i]
+    return closed and x > 0.0
+
+
+@jit
+def straight_length(row, y):
+    """Length (m) of the straight line that `straight_spatial` wrote to *y*."""
+    return y[FREE] + y[DEAD] + y[CONTACT] + constant_length(row)
+
+
+@jit
+def guess_spatial(row, y, pose, arm, rotation, length, tension, record, block, rhs):
+    """Set *y* close to the line of unstrained *length*, taut or slack, as `line.guess`. False inside a sheave."""
+    if not straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
+        return False
+    chord = y[FREE]
+    free = max(length - straight_length(row, y) + chord, 0.05 * chord)
+    shape_span(row, chord, free, tension, y)
+    y[DEAD], _ = dead_length(row, exp(y[TAU]))
+    return True
+
+
+@jit
+def is_on_axis(row, y):
+    """Whether the span leaves the frame along the axis of its sheave, which then has no plane."""
+    if row[GUIDE] == EYELET:
+        return False
+    c, ax, ay, az = cos(y[PHI]), row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2]
+    fx, fy, fz = c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI])
+    across = (fy * az - fz * ay) ** 2 + (fz * ax - fx * az) ** 2 + (fx * ay - fy * ax) ** 2
+    return across < NO_PLANE * NO_PLANE
+
+
+@jit
+def add_spatial_pull(record, pulls, wrench):
+    """Add the wrench of a placed line on the platform, times *pulls*, to *wrench* (n,)."""
+    gx, gy, gz = -pulls * record[END_FORCE], -pulls * record[END_FORCE + 1], -pulls * record[END_FORCE + 2]
+    wrench[0] += gx
+    wrench[1] += gy
+    wrench[2] += gz
+    if wrench.shape[0] == 6:
+        ax, ay, az = record[ARM], record[ARM + 1], record[ARM + 2]
+        wrench[3] += ay * gz - az * gy
+        wrench[4] += az * gx - ax * gz
+        wrench[5] += ax * gy - ay * gx
+
+
+@jit
+def wrench_change(row, y, record, steps, column, axis, pulls, out):
+    """Write the change of the line's wrench, times *pulls*, for a column of *steps* of the unknowns to *out* (n,).
+
+    *axis*: 0 to 2 where the platform turns about that world axis at the same time, else -1.
+    """
+    t, weight = exp(y[TAU]), row[WEIGHT]
+    dg = (t * steps[0, column], t * steps[1, column], t * steps[2, column] + weight * steps[3, column])
+    for i in range(3):
+        out[i] = -pulls * dg[i]
+    if out.shape[0] < 6:
+        return
+    turned, moved = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    if axis >= 0:
+        turned = turn_of(axis, record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2])
+        moved = turn_of(axis, record[ARM], record[ARM + 1], record[ARM + 2])
+    slip = (dg[0] - turned[0], dg[1] - turned[1], dg[2] - turned[2])
+    at = PLATFORM + BY_FORCE
+    bx = moved[0] + record[at] * slip[0] + record[at + 1] * slip[1] + record[at + 2] * slip[2]
+    by = moved[1] + record[at + 3] * slip[0] + record[at + 4] * slip[1] + record[at + 5] * slip[2]
+    bz = moved[2] + record[at + 6] * slip[0] + record[at + 7] * slip[1] + record[at + 8] * slip[2]
+    gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
+    ax, ay, az = record[ARM], record[ARM + 1], record[ARM + 2]
+    out[3] = -pulls * (by * gz - bz * gy + ay * dg[2] - az * dg[1])
+    out[4] = -pulls * (bz * gx - bx * gz + az * dg[0] - ax * dg[2])
+    out[5] = -pulls * (bx * gy - by * gx + ax * dg[1] - ay * dg[0])
+
+
+@jit
+def add_spatial(row, y, record, steps, pulls, scratch, wrench, stiffness):
+    """Add an eliminated line, as `equilibrium.add_eliminated`: its wrench after its own step, and its change.
+
+    *steps* (4, 8) are the solved right-hand sides; *scratch* (n,).
+    """
+    n = wrench.shape[0]
+    add_spatial_pull(record, pulls, wrench)
+    wrench_change(row, y, record, steps, RESIDUAL, -1, pulls, scratch)
+    for i in range(n):
+        wrench[i] -= scratch[i]
+    add_spatial_stiffness(row, y, record, steps, pulls, scratch, stiffness)
+
+
+@jit
+def add_spatial_stiffness(row, y, record, steps, pulls, scratch, stiffness):
+    """Add minus the change of the line's wrench by the pose to *stiffness* (n, n); *scratch* (n,)."""
+    n = stiffness.shape[0]
+    for k in range(n):
+        wrench_change(row, y, record, steps, POSE + k, k - 3, pulls, scratch)
+        for i in range(n):
+            stiffness[i, k] -= scratch[i]
+
+
+@jit
+def stiffness_along(row, y, record, steps, toward):
+    """Stiffness of an eliminated span along its chord, N/m; writes the chord's direction to *toward* (3,)."""
+    _, chord = pull_along(row, y, record)
+    t, rate = exp(y[TAU]), 0.0
+    for i in range(3):
+        toward[i] = record[CHORD + i] / chord
+    for i in range(3):
+        for k in range(3):
+            change = t * steps[i, POSE + k] + (row[WEIGHT] * steps[3, POSE + k] if i == 2 else 0.0)
+            rate += toward[i] * change * toward[k]
+    return rate

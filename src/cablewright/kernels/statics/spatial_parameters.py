@@ -1,0 +1,127 @@
+"""Motion of one line out of the plane with its parameters, for `linearise`: the same columns, see `layout.PARAMETERS`.
+
+The winch exit follows the exit point altogether; the arc on a pulley begins in the same direction.
+"""
+
+from math import cos, exp
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    ARC_COMPLIANCE,
+    DEAD,
+    DEAD_COMPLIANCE,
+    DEAD_SPAN,
+    EXIT,
+    FREE,
+    FREE_COMPLIANCE,
+    LENGTH,
+    MEAN_RISE,
+    MODULUS,
+    PARAMETERS,
+    PHI,
+    POINT,
+    PULLS,
+    RADIUS,
+    SHEAVE,
+    TAU,
+    WEIGHT,
+    WEIGHT_FACTOR,
+)
+from cablewright.kernels.newton import solve
+from cablewright.kernels.statics.catenary import span
+from cablewright.kernels.statics.guides import ARC, ARC_BY_FORCE, BY_FORCE, CONTACT_POINT
+from cablewright.kernels.statics.spatial import (
+    ARM,
+    END_FORCE,
+    FORCE,
+    FRAME,
+    PLATFORM,
+    SIZE,
+    spatial_system,
+    wrench_change,
+)
+
+
+@jit
+def parameter_changes(row, y, length, i, pose, work, changes):
+    """Write minus the derivatives of the line's unknowns by its parameters, its ends held, to *changes* (4+, 10)."""
+    record, block = work.records[i], work.spatial_blocks[i]
+    if not spatial_system(row, y, pose, work.arms[i], work.rotation, length, record, block, work.spatial_steps[i]):
+        return False
+    changes[:, :] = 0.0
+    taken = 1.0 / (1.0 + exp(y[TAU]) * row[ARC_COMPLIANCE])
+    changes[3, LENGTH] = -1.0
+    for k in range(3):
+        changes[k, EXIT + k] = 1.0
+        for axis in range(3):
+            changes[k, POINT + axis] = -work.rotation[k, axis]
+    _by_cable(row, y, record, taken, changes)
+    _by_dead_span(row, y, record, taken, changes)
+    return solve(block, changes, SIZE, PARAMETERS)
+
+
+@jit
+def _by_cable(row, y, record, taken, changes):
+    """Add the derivatives of the equations by modulus and weight of the free span and the cable on the sheaves."""
+    weight, compliance, free = row[WEIGHT], row[FREE_COMPLIANCE], y[FREE]
+    h, v = exp(y[TAU]) * cos(y[PHI]), record[FORCE + 2]
+    stretch, sag = compliance * free, 0.5 * weight * compliance * free * free
+    for k in range(3):
+        changes[k, MODULUS] = -stretch * record[FORCE + k] - (sag if k == 2 else 0.0)
+    contact = record[FRAME + ARC] + record[PLATFORM + ARC]
+    changes[3, MODULUS] = contact * taken * (1.0 - taken)
+    if weight == 0.0:
+        return
+    _, _, hh, hv, vv, _, _, _ = span(h, v, free, weight, compliance)
+    outward = -(h * (hh - stretch) + v * hv)  # the shape of an inextensible span depends on ratios of forces (Euler)
+    changes[2, WEIGHT_FACTOR] = -(h * hv + v * (vv - stretch)) + sag
+    for k in range(2):
+        changes[k, WEIGHT_FACTOR] = outward * record[FORCE + k] / h if h > 0.0 else 0.0
+    for k in range(3):
+        changes[k, WEIGHT_FACTOR] -= record[PLATFORM + BY_FORCE + 3 * k + 2] * weight * free
+    changes[3, WEIGHT_FACTOR] = taken * record[PLATFORM + ARC_BY_FORCE + 2] * weight * free
+
+
+@jit
+def _by_dead_span(row, y, record, taken, changes):
+    """Add the derivatives of the equations by the sheave's radius, and of the dead span by all parameters."""
+    tension, radius = exp(y[TAU]), row[RADIUS]
+    bend = 0.5 * row[DEAD_COMPLIANCE] * row[WEIGHT] * row[MEAN_RISE]
+    per_metre = 1.0 / (1.0 + row[DEAD_COMPLIANCE] * tension + 2.0 * bend * y[DEAD])
+    if radius > 0.0:
+        for k in range(3):
+            changes[k, SHEAVE] = record[FRAME + CONTACT_POINT + k] / radius
+        changes[3, SHEAVE] = record[FRAME + ARC] / radius * taken
+    if row[DEAD_SPAN] == 0.0:
+        return
+    stretch = y[DEAD] * (row[DEAD_COMPLIANCE] * tension + bend * y[DEAD])
+    changes[3, MODULUS] += stretch * per_metre
+    changes[3, WEIGHT_FACTOR] -= y[DEAD] * bend * y[DEAD] * per_metre
+
+
+@jit
+def write_parameter(row, y, i, work, changes, parameter, out):
+    """Write the wrench's change per *parameter* (0 to 9) of `parameter_changes`, the platform held, to *out* (n,)."""
+    record, pulls = work.records[i], row[PULLS]
+    wrench_change(row, y, record, changes, parameter, -1, -pulls, out)
+    gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
+    bx, by, bz, heavier = 0.0, 0.0, 0.0, 0.0
+    if parameter == WEIGHT_FACTOR:
+        heavier = row[WEIGHT] * y[FREE]
+        at = PLATFORM + BY_FORCE
+        bx, by, bz = heavier * record[at + 2], heavier * record[at + 5], heavier * record[at + 8]
+        out[2] -= pulls * heavier
+    elif parameter >= POINT:
+        axis = parameter - POINT
+        bx, by, bz = work.rotation[0, axis], work.rotation[1, axis], work.rotation[2, axis]
+    if out.shape[0] == 6:
+        out[3] -= pulls * (by * gz - bz * gy + record[ARM + 1] * heavier)
+        out[4] -= pulls * (bz * gx - bx * gz - record[ARM] * heavier)
+        out[5] -= pulls * (bx * gy - by * gx)
+
+
+@jit
+def tension_change(record, y, columns, k):
+    """Change of the logarithm of the tension at the frame for column *k* of steps of the unknowns."""
+    grow = record[FORCE] * columns[0, k] + record[FORCE + 1] * columns[1, k] + record[FORCE + 2] * columns[2, k]
+    return grow / exp(y[TAU])

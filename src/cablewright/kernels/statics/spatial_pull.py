@@ -1,0 +1,83 @@
+"""One line out of the plane in the inverse problem: its first guess, its state at a pull, and its column per pull."""
+
+from math import cos, exp, log, sin
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    AZIMUTH,
+    DEAD,
+    DEAD_COMPLIANCE,
+    FREE,
+    FREE_COMPLIANCE,
+    INSIDE_SHEAVE,
+    OK,
+    PHI,
+    PULLS,
+    TAU,
+    TENSION_MIN,
+    UNDER_EXIT,
+    WEIGHT,
+)
+from cablewright.kernels.statics.equilibrium import is_slack
+from cablewright.kernels.statics.sheave import unstrain
+from cablewright.kernels.statics.spatial import (
+    GIVEN,
+    add_spatial_pull,
+    dead_length,
+    is_on_axis,
+    place_span,
+    pull_along,
+    settle_spatial_at_pull,
+    straight_spatial,
+    wrench_change,
+)
+
+TAUT = 1.5  # of its own weight: tension at which a line is straight enough for a first guess
+
+
+@jit
+def begin_spatial(row, y, i, pose, base, known, share):
+    """Place line *i*; unless its state is *known*, guess it straight with the tension *share*. Returns code and pull.
+
+    *base*: the scratch of the equilibrium, with the line's arm.
+    """
+    record, block, rhs = base.records[i], base.spatial_blocks[i], base.spatial_steps[i]
+    if known and not is_slack(row, y):
+        if not place_span(row, y, pose, base.arms[i], base.rotation, record, block):
+            return UNDER_EXIT, 0.0
+        pull, _ = pull_along(row, y, record)
+        return OK, pull
+    tension = max(share, row[TENSION_MIN], 1.0)
+    if not straight_spatial(row, y, pose, base.arms[i], base.rotation, tension, record, block, rhs):
+        return (UNDER_EXIT if is_on_axis(row, y) else INSIDE_SHEAVE), 0.0
+    tension = max(tension, TAUT * row[WEIGHT] * (y[FREE] + y[DEAD]))
+    y[TAU] = log(tension)
+    unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
+    return OK, tension
+
+
+@jit
+def settle_placed(row, y, i, pose, pull, base):
+    """Solve line *i* at its *pull* (N); its solved right-hand sides are left in *base*. True if it converges."""
+    record, block, rhs = base.records[i], base.spatial_blocks[i], base.spatial_steps[i]
+    return settle_spatial_at_pull(row, y, pose, base.arms[i], base.rotation, pull, record, block, rhs)
+
+
+@jit
+def spatial_column(row, y, i, pose, pull, base, column, load):
+    """Solve line *i* at its *pull* (N); write minus its wrench per pull to *column* (n,), add the rest to *load* (n,).
+
+    Returns whether it is solved, and the changes of PHI, TAU, FREE and DEAD per logarithm of the pull.
+    """
+    if not settle_placed(row, y, i, pose, pull, base):
+        return False, 0.0, 0.0, 0.0, 0.0
+    record, rhs = base.records[i], base.spatial_steps[i]
+    wrench_change(row, y, record, rhs, GIVEN, -1, -row[PULLS] / pull, column)
+    add_spatial_pull(record, row[PULLS], load)
+    for k in range(column.shape[0]):
+        load[k] += pull * column[k]
+    c, s, tension = cos(y[PHI]), sin(y[PHI]), exp(y[TAU])
+    outward = cos(y[AZIMUTH]) * rhs[0, GIVEN] + sin(y[AZIMUTH]) * rhs[1, GIVEN]
+    grow = c * outward + s * rhs[2, GIVEN]
+    _, by_tension = dead_length(row, tension)
+    return True, c * rhs[2, GIVEN] - s * outward, grow, rhs[3, GIVEN], by_tension * tension * grow

@@ -1,0 +1,31 @@
+"""Directions in robot files: three numbers of any length but zero."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import AfterValidator, Strict
+from pydantic_core import PydanticCustomError
+
+from cablewright.units import Vec3
+
+_Number = Annotated[float, Strict()]
+
+
+def _not_zero(direction: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not any(direction):
+        raise PydanticCustomError("zero", "must not be zero: it is a direction")
+    return direction
+
+
+Direction = Annotated[tuple[_Number, _Number, _Number], AfterValidator(_not_zero)]
+"""Three numbers, not all zero; their size has no meaning."""
+
+
+def unit_vector(direction: tuple[float, float, float]) -> Vec3:
+    """Return the unit vector of a *direction*."""
+    largest = max(abs(number) for number in direction)  # divided out: nothing under- or overflows
+    x, y, z = (number / largest for number in direction)
+    size = math.hypot(x, y, z)
+    return x / size, y / size, z / size
