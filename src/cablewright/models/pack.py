@@ -23,7 +23,11 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
     """
     lines = LineNumbers(np.zeros((robot.m, layout.COLUMNS)))
     for own, line in zip(map(LineNumbers, lines.array), robot.lines, strict=True):
-        _pack_geometry(own, line, fidelity.sheave_of(line.sheave.kind, line.name))
+        law = fidelity.sheave_of(line.sheave.kind, line.name)
+        _pack_geometry(own, line, law)
+        if line.platform_sheave is not None and fidelity.sheave is not SheaveLaw.EYELET:
+            own.end_radius = line.platform_sheave.radius
+            own.end_axis = unit_vector(line.platform_sheave.axis)
         _pack_cable(own, line, fidelity.cable, robot.scene.gravity)
         own.tension_limits = tension_limits or line.tension_limits
         own.breaking_load = line.cable.breaking_load
@@ -118,13 +122,12 @@ def _pack_out_of_plane(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
         _pack_dead_span(own, line)
     if law is SheaveLaw.EYELET:
         return
-    if line.platform_sheave is not None:
-        own.end_radius = line.platform_sheave.radius
-        own.end_axis = unit_vector(line.platform_sheave.axis)
     if isinstance(sheave, Swivel):
         own.guide, own.axis = layout.SWIVEL, unit_vector(sheave.axis)
         own.radius = own.lever = sheave.radius
         own.side = 1.0 if sheave.wrap == "over" else -1.0
+        if line.is_aside:
+            own.guide, own.arrival = layout.ASIDE, np.array(line.last_guide) - exit_point
     elif isinstance(sheave, Pulley):
         assert line.last_guide is not None  # checked by Line
         away, axis = np.array(line.last_guide) - exit_point, np.array(unit_vector(sheave.axis))

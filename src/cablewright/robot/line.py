@@ -25,7 +25,7 @@ MAX_GUIDES = 24
 """Maximum number of eyelets between winch exit and exit point."""
 
 AXIS_TOLERANCE = 1e-9
-"""Largest distance of a winch exit from a swivel's axis, or from a pulley's plane, m: rounding."""
+"""Distance up to which a winch exit is on a swivel's axis, or in a pulley's plane, m: rounding."""
 
 
 class Line(Description):
@@ -81,6 +81,8 @@ class Line(Description):
             return "a pulley in a fixed plane"
         if isinstance(self.sheave, Swivel) and not self.sheave.upright:
             return "a swivel whose axis is not vertical"
+        if isinstance(self.sheave, Swivel) and self.is_aside:
+            return "a winch that is not on the axis of its swivel"
         if self.platform_sheave is not None:
             return "a sheave on the platform"
         return "guides" if self.guides else ""
@@ -89,6 +91,20 @@ class Line(Description):
     def in_plane(self) -> bool:
         """Whether the line lies in one vertical plane with its sag, and passes nothing before its exit point."""
         return not self.out_of_plane_by
+
+    @property
+    def is_aside(self) -> bool:
+        """Whether the cable comes to its swivel from a point that is not on the swivel's axis."""
+        return isinstance(self.sheave, Swivel) and self.last_guide is not None and self._from_axis()[1] > AXIS_TOLERANCE
+
+    def _from_axis(self) -> tuple[float, float]:
+        """Where the cable comes from: how far along the axis of its sheave, from the exit point, and aside of it, m."""
+        assert self.last_guide is not None
+        assert not isinstance(self.sheave, Eyelet | Pulley)
+        axis = unit_vector(self.sheave.axis) if isinstance(self.sheave, Swivel) else (0.0, 0.0, 1.0)
+        away = tuple(c - a for c, a in zip(self.last_guide, self.exit_point, strict=True))
+        along = sum(a * d for a, d in zip(axis, away, strict=True))
+        return along, math.hypot(*(d - along * a for a, d in zip(axis, away, strict=True)))
 
     @property
     def last_guide(self) -> Vec3 | None:
@@ -130,21 +146,16 @@ class Line(Description):
             raise refusal("winch_exit", "must differ from exit_point")
         if isinstance(self.sheave, Eyelet | Pulley):
             return
-        axis = unit_vector(self.sheave.axis) if isinstance(self.sheave, Swivel) else (0.0, 0.0, 1.0)
-        self._check_on_axis(self.sheave, axis, self.guides[-1] if self.guides else winch_exit)
+        self._check_side(self.sheave)
 
-    def _check_on_axis(self, sheave: Swivel | UniversalJoint, axis: Vec3, last: Vec3) -> None:
-        """Refuse a cable that does not come to its sheave along the axis."""
+    def _check_side(self, sheave: Swivel | UniversalJoint) -> None:
+        """Refuse a cable that does not come to its sheave from the side that its wrap says."""
         key = "guides" if self.guides else "winch_exit"
-        away = tuple(c - a for c, a in zip(last, self.exit_point, strict=True))
-        along = sum(a * d for a, d in zip(axis, away, strict=True))
-        offset = math.hypot(*(d - along * a for a, d in zip(axis, away, strict=True)))
-        upright = axis == (0.0, 0.0, 1.0)
-        if offset > AXIS_TOLERANCE:
-            line = "the vertical through exit_point" if upright else "the axis of the swivel"
-            why = "a winch exit off the swivel axis leaves the cable's plane"
-            raise refusal(key, f"is {offset:g} m off {line}; {why}: put it on the axis, or leave it out and give "
-                               "dead_length")  # fmt: skip
+        upright = isinstance(sheave, UniversalJoint) or sheave.upright
+        along, offset = self._from_axis()
+        if isinstance(sheave, UniversalJoint) and offset > AXIS_TOLERANCE:
+            where = f"is {offset:g} m off the vertical through exit_point"
+            raise refusal(key, f"{where}; the cable of a universal joint comes along it: put it there")
         if sheave.wrap == "over" and along >= 0.0:
             where = "below exit_point" if upright else "before exit_point along the axis"
             raise refusal(key, f"must be {where} for a cable that wraps over its sheave")

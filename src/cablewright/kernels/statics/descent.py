@@ -33,13 +33,13 @@ from cablewright.kernels.statics.sheave import straight, unstrain, whole_length,
 from cablewright.kernels.statics.spatial import (
     POSE,
     SIZE,
-    add_spatial,
     guess_spatial,
     settle_spatial,
     spatial_system,
     straight_length,
     straight_spatial,
 )
+from cablewright.kernels.statics.spatial_wrench import add_spatial
 from cablewright.kernels.statics.wrench import add_line, load_scale, place, start_balance
 
 SPRING, SETTLED = 0, 1

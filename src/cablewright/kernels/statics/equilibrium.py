@@ -11,7 +11,6 @@ from cablewright.kernels.layout import (
     BAD_WRAP,
     BETA,
     BREAKING,
-    CONTACT,
     FREE,
     GUIDE,
     LEVER,
@@ -48,15 +47,15 @@ from cablewright.kernels.statics.spatial import (
     RECORD,
     RESIDUAL,
     SIZE,
-    add_spatial,
-    add_spatial_pull,
     advance_spatial,
     is_on_axis,
+    is_unwound,
     spatial_system,
     straight_length,
     straight_spatial,
 )
-from cablewright.kernels.statics.wrench import add_line, add_pull, has_plane, place, start_balance
+from cablewright.kernels.statics.spatial_wrench import add_spatial, add_spatial_pull
+from cablewright.kernels.statics.wrench import add_line, add_pull, has_plane, is_eyelet, place, start_balance
 
 NEWTON_STEPS = 60
 LENGTH_TOLERANCE = 1e-12  # on every geometric equation, m: of lines over 1 m, of shorter ones a share
@@ -309,7 +308,7 @@ def newton_step(packed, pose, states, work):
         if is_slack(lines[i], states[i]):
             continue
         if lines[i, GUIDE] > 0.0:
-            full = _step_spatial(lines[i], states[i], work.spatial_steps[i], work.move) and full
+            full = _step_spatial(states[i], work.spatial_steps[i], work.move) and full
         else:
             full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
     return True, step, full
@@ -351,12 +350,12 @@ def step_line(row, y, steps, arm, plane, move):
 
 
 @jit
-def _step_spatial(row, y, steps, move):
+def _step_spatial(y, steps, move):
     """As `step_line`, of a line out of the plane."""
     for k in range(SIZE):
         for j in range(move.shape[0]):
             steps[k, RESIDUAL] -= steps[k, POSE + j] * move[j, 0]
-    return advance_spatial(row, y, steps, RESIDUAL, 1.0)
+    return advance_spatial(y, steps, RESIDUAL, 1.0)
 
 
 @jit
@@ -368,13 +367,14 @@ def judge(packed, states, planes):
         if row[GUIDE] > 0.0:
             if is_on_axis(row, y):
                 return UNDER_EXIT
-            if y[CONTACT] < 0.0:
+            if is_unwound(row, y):
                 return BAD_WRAP
             if extremes(row, y)[1] > row[BREAKING]:
                 code = OVERSTRETCHED
             continue
         if not has_plane(row, planes[i]):
-            return UNDER_EXIT
+            # on its axis a sheave can face any way, and drives the platform off it
+            return UNDER_EXIT if is_eyelet(row) else UNSTABLE
         if not lever_stable(row, y):
             return LEVER_UNSTABLE
         angle = wrap(row, y)
@@ -394,7 +394,7 @@ def judge_stability(packed, states, work):
     """
     if _all_slack(packed, states):
         return SINGULAR
-    if packed.freedoms < 6 and not _leaves_backwards(packed, states):
+    if packed.freedoms < 6 and not leaves_backwards(packed, states):
         return OK
     if not condense(packed, states, work):
         return SINGULAR
@@ -411,7 +411,7 @@ def _all_slack(packed, states):
 
 
 @jit
-def _leaves_backwards(packed, states):
+def leaves_backwards(packed, states):
     """Whether any free span leaves its sheave away from the platform, whose point is then under the sheave.
 
     Of a line out of the plane nothing of the kind is proved.

@@ -2,16 +2,20 @@
 
 All are without friction and bearing torque, so that the tension on both sides is the same. A swivel turns about any
 axis until the axis, the sheave and the tension vector lie in one plane, because the cable on its other side runs
-along the axis; a pulley turns in a fixed plane, and its groove takes what pulls out of it: the cable leaves where the
-tension vector, seen along the wheel's axis, touches the wheel. Either point depends on the direction alone.
+along the axis, or, where it comes from a winch aside of it, until both tensions have no moment about the axis. A
+pulley turns in a fixed plane. Where a cable leaves or enters aslant, the groove takes what pulls out of the sheave's
+plane: it touches the rim where its tension vector, seen along the wheel's axis, is tangent. All depends on the
+direction of the force alone.
 """
 
-from math import atan2, pi, sqrt
+from math import asin, atan2, cos, pi, sin, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARRIVAL_X,
+    ASIDE,
     AXIS_X,
+    DEAD_SPAN,
     END_RADIUS,
     GUIDE,
     PULLEY,
@@ -25,10 +29,17 @@ CONTACT_POINT = 0  # 0..2: contact point from the guide's own point, m
 BY_FORCE = 3  # 3..11: derivative of the point by f, rows x, y, z, m/N
 ARC = 12  # contact length, m
 ARC_BY_FORCE = 13  # 13..15: its derivative by f, m/N
-GUIDE_SIZE = 16
+SPAN = 16  # distance that the dead span covers, m
+SPAN_BY_FORCE = 17  # 17..19: its derivative by f, m/N
+POINT_BY_RADIUS = 20  # 20..22: derivative of the point by the sheave's radius, of a guide ASIDE
+ARC_BY_RADIUS, SPAN_BY_RADIUS = 23, 24  # the same of contact length and dead span
+GUIDE_SIZE = 25
 
 NO_PLANE = 1e-9  # sine of the angle to the axis under which a sheave has no plane
 UNWOUND = 1.5 * pi  # rad: a larger angle of contact is one below zero
+TURNS = 50  # steps of the search for the angle of a swivel
+TURN = 0.3  # rad: the longest of them
+TURNED = 1e-15  # rad
 
 
 @jit
@@ -37,12 +48,17 @@ def leave_frame(row, fx, fy, fz, out, at):
 
     False where the force is along the axis, so that the sheave has no plane.
     """
+    if row[GUIDE] == ASIDE:
+        return _leave_aside(row, (fx, fy, fz), out, at)
     if row[GUIDE] == SWIVEL:
+        out[at + SPAN] = row[DEAD_SPAN]
         axis = (row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
         return _leave_swivel(axis, row[RADIUS], row[SIDE], (fx, fy, fz), out, at)
     if row[GUIDE] == PULLEY:
+        out[at + SPAN] = row[DEAD_SPAN]
         return _leave_pulley(row, (fx, fy, fz), out, at)
     _clear(out, at)
+    out[at + SPAN] = row[DEAD_SPAN]
     return True
 
 
@@ -58,7 +74,7 @@ def leave_platform(row, ax, ay, az, gx, gy, gz, out, at):
     found = _leave_swivel((ax, ay, az), row[END_RADIUS], 1.0, (-gx, -gy, -gz), out, at)
     for k in range(BY_FORCE, ARC):
         out[at + k] = -out[at + k]
-    for k in range(ARC_BY_FORCE, GUIDE_SIZE):
+    for k in range(ARC_BY_FORCE, SPAN):
         out[at + k] = -out[at + k]
     return found
 
@@ -97,8 +113,118 @@ def _leave_swivel(axis, radius, side, force, out, at):
             turned = reach / away * normal[i] * normal[j]
             out[at + BY_FORCE + 3 * i + j] = turned - turn / size * along[i] * up[j]
         out[at + ARC_BY_FORCE + i] = -turn / size * up[i]
+        out[at + SPAN_BY_FORCE + i] = 0.0
     out[at + ARC] = radius * 0.5 * pi - turn * atan2(s, c)
     return True
+
+
+@jit
+def _leave_aside(row, force, out, at):
+    """As `_leave_swivel`, of a cable that comes from a winch aside of the axis, at ARRIVAL from the exit point."""
+    axis = (row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
+    winch = (row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2])
+    radius, turn = row[RADIUS], row[SIDE] * row[RADIUS]
+    size = sqrt(_dot(force, force))
+    f = (force[0] / size, force[1] / size, force[2] / size)
+    rise, fall = _dot(f, axis), _dot(winch, axis)
+    first = (f[0] - rise * axis[0], f[1] - rise * axis[1], f[2] - rise * axis[2])
+    away = sqrt(_dot(first, first))
+    if not away > NO_PLANE:
+        return False
+    first = (first[0] / away, first[1] / away, first[2] / away)
+    angle, done = 0.0, False
+    e, n = first, first
+    for _ in range(TURNS):
+        e = _turned(first, axis, angle)
+        n = _cross(axis, e)
+        fe, fn, we, wn = _dot(f, e), _dot(f, n), _dot(winch, e), _dot(winch, n)
+        square = (we - radius) ** 2 + fall * fall - radius * radius
+        if not square > 0.0:
+            return False
+        # of both tensions: distance of the contact point from the axis times the part across the sheave
+        flat = fe * fe + rise * rise
+        dphi = -rise * fn / flat
+        psi = _entry(we - radius, fall, -turn)
+        dpsi = -sin(psi) * wn / sqrt(square)
+        span = sqrt(square + wn * wn)
+        leaves, enters = radius - turn * rise / sqrt(flat), radius + turn * sin(psi)
+        moment = leaves * fn + enters * wn / span
+        slope = -turn * fe / sqrt(flat) * dphi * fn - leaves * fe
+        slope += turn * cos(psi) * dpsi * wn / span - enters * (we / span - radius * wn * wn / span**3)
+        if done or slope == 0.0:
+            break
+        step = moment / slope
+        angle -= min(max(step, -TURN), TURN)
+        done = abs(step) < TURNED
+    if not (done and slope < 0.0):
+        return False
+    return _write_aside(row, (e, n, axis), (fe, fn, rise), (we, wn, fall), slope, size, out, at)
+
+
+@jit
+def _write_aside(row, frame, f, winch, slope, size, out, at):
+    """Write the guide of `_leave_aside` in the sheave's *frame* (outwards, across, axis); *f* and *winch* are in it.
+
+    *slope*: derivative of the moment by the sheave's angle; *size* of the force, N.
+    """
+    e, n, a = frame
+    fe, fn, rise = f
+    we, wn, fall = winch
+    radius, side = row[RADIUS], row[SIDE]
+    turn, flat = side * radius, sqrt(fe * fe + rise * rise)
+    c, s = fe / flat, rise / flat
+    psi = _entry(we - radius, fall, -turn)
+    square = (we - radius) ** 2 + fall * fall - radius * radius
+    span, leaves = sqrt(square + wn * wn), radius - turn * s
+    dphi, dpsi = -s * fn / flat, -sin(psi) * wn / sqrt(square)
+    for j in range(3):
+        by_phi = (c * a[j] - s * e[j]) / flat  # with the sheave held
+        by_side = n[j] - fn * (fe * e[j] + fn * n[j] + rise * a[j])  # of the force's direction
+        turned = -(leaves * by_side - turn * c * by_phi * fn) / slope
+        by_phi += dphi * turned
+        for i in range(3):
+            slip = leaves * n[i] * turned - turn * (c * e[i] + s * a[i]) * by_phi
+            out[at + BY_FORCE + 3 * i + j] = slip / size
+        out[at + ARC_BY_FORCE + j] = turn * (dpsi * turned - by_phi) / size
+        out[at + SPAN_BY_FORCE + j] = -radius * wn / span * turned / size
+    for i in range(3):
+        out[at + CONTACT_POINT + i] = leaves * e[i] + turn * c * a[i]
+    wrap = side * (psi - atan2(s, c)) + pi
+    wrap = wrap if wrap < UNWOUND else wrap - 2.0 * pi
+    out[at + ARC], out[at + SPAN] = radius * wrap, span
+    enters, psi_r, span_r = radius + turn * sin(psi), (sin(psi) + side) / sqrt(square), -we / span
+    more = leaves / radius * fn + (enters / radius + turn * cos(psi) * psi_r) * wn / span
+    turned = -(more - enters * wn / (span * span) * span_r) / slope
+    for i in range(3):
+        slip = leaves * n[i] * turned - turn * (c * e[i] + s * a[i]) * dphi * turned
+        out[at + POINT_BY_RADIUS + i] = out[at + CONTACT_POINT + i] / radius + slip
+    out[at + ARC_BY_RADIUS] = wrap + turn * (psi_r + (dpsi - dphi) * turned)
+    out[at + SPAN_BY_RADIUS] = span_r - radius * wn / span * turned
+    return True
+
+
+@jit
+def _entry(x, z, turn):
+    """Direction (rad) of the tangent from a circle about zero to the point (x, z) outside, as `sheave.tangent`."""
+    distance = sqrt(x * x + z * z)
+    return atan2(z, x) - asin(turn / distance)
+
+
+@jit
+def _turned(e, axis, angle):
+    """The vector *e*, across the *axis*, turned about it."""
+    n, c, s = _cross(axis, e), cos(angle), sin(angle)
+    return (c * e[0] + s * n[0], c * e[1] + s * n[1], c * e[2] + s * n[2])
+
+
+@jit
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@jit
+def _cross(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 @jit
@@ -127,5 +253,6 @@ def _leave_pulley(row, force, out, at):
         for j in range(3):
             out[at + BY_FORCE + 3 * i + j] = -radius / inside * tangent[i] * radial[j]
         out[at + ARC_BY_FORCE + i] = -radius / inside * radial[i]
+        out[at + SPAN_BY_FORCE + i] = 0.0
     out[at + ARC] = radius * angle
     return True

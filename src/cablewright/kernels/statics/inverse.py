@@ -53,6 +53,7 @@ from cablewright.kernels.statics.equilibrium import (
     is_slack,
     judge,
     judge_stability,
+    leaves_backwards,
     unbalanced,
     workspace,
 )
@@ -67,10 +68,19 @@ from cablewright.kernels.statics.line import (
     start_force,
 )
 from cablewright.kernels.statics.sheave import straight, unstrain
-from cablewright.kernels.statics.spatial import END_FORCE, GIVEN, add_spatial_pull, advance_spatial
+from cablewright.kernels.statics.spatial import END_FORCE, GIVEN, advance_spatial
 from cablewright.kernels.statics.spatial_pull import TAUT, begin_spatial, settle_placed, spatial_column
+from cablewright.kernels.statics.spatial_wrench import add_spatial_pull
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
-from cablewright.kernels.statics.wrench import add_pull, has_plane, load_scale, place, start_balance
+from cablewright.kernels.statics.wrench import (
+    NO_PLANE,
+    add_pull,
+    has_plane,
+    is_eyelet,
+    load_scale,
+    place,
+    start_balance,
+)
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
@@ -149,7 +159,7 @@ def solve_inverse(packed, pose, states, work, known):
     code, violation = _solve(packed, pose, states, work, known)
     if code == OK and packed.platform[MASSLESS] > 0.0:
         _mark_slack(packed, states, work.pulls)
-    if code == OK and packed.freedoms == 6:
+    if code == OK and (packed.freedoms == 6 or leaves_backwards(packed, states)):
         code = stays(packed, pose, states, work)
     if code not in SOLVED:
         states[:, :] = np.nan
@@ -214,7 +224,7 @@ def _least_infeasible(packed, pose, states, work):
 
 @jit
 def stays(packed, pose, states, work):
-    """Code of a rigid body in equilibrium at *pose*: OK if it is stable at constant lengths."""
+    """Code of the platform in equilibrium at *pose*: OK if it is stable at constant lengths."""
     elastic = none_rigid(packed, work)
     for i in range(packed.lines.shape[0]):
         added = elastic.lines[i, FREE_COMPLIANCE] - packed.lines[i, FREE_COMPLIANCE]
@@ -358,7 +368,7 @@ def _begin(packed, pose, states, work, known):
             if code != OK:
                 return code
             continue
-        if not has_plane(row, plane):
+        if not has_plane(row, plane) and (is_eyelet(row) or abs(plane[3]) <= NO_PLANE):
             return UNDER_EXIT
         if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
             return INSIDE_SHEAVE  # within reach of the lever
@@ -424,7 +434,7 @@ def _program(packed, pose, states, work, give, relax):
         grown = log(work.pulls[i] / pull)
         if abs(grown) < 0.1:  # predict the line's state along dy / dlog(pull), which saves it a Newton step
             if packed.lines[i, GUIDE] > 0.0:
-                advance_spatial(packed.lines[i], states[i], base.spatial_steps[i], GIVEN, -grown)
+                advance_spatial(states[i], base.spatial_steps[i], GIVEN, -grown)
             else:
                 for k in range(int(packed.lines[i, UNKNOWNS])):
                     states[i, k] += grown * base.steps[i, k, 1]

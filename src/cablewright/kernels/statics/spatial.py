@@ -13,13 +13,14 @@ from math import atan2, cos, exp, log, sin, sqrt
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
+    ARRIVAL_X,
     AXIS_X,
     AZIMUTH,
     CONTACT,
     DEAD,
     DEAD_COMPLIANCE,
-    DEAD_SPAN,
     END_AXIS_X,
+    END_RADIUS,
     EXIT_X,
     EYELET,
     FREE,
@@ -27,6 +28,7 @@ from cablewright.kernels.layout import (
     GUIDE,
     MEAN_RISE,
     PHI,
+    PULLEY,
     TAU,
     WEIGHT,
 )
@@ -40,6 +42,8 @@ from cablewright.kernels.statics.guides import (
     CONTACT_POINT,
     GUIDE_SIZE,
     NO_PLANE,
+    SPAN,
+    SPAN_BY_FORCE,
     leave_frame,
     leave_platform,
 )
@@ -53,11 +57,11 @@ COLUMNS = 8  # of right-hand sides
 
 # What `place_span` writes to a record.
 FRAME, PLATFORM = 0, GUIDE_SIZE  # the guides, see `guides`
-FORCE, END_FORCE = 32, 35  # tension vectors at the span's start and end, along the direction of travel, N
-ARM = 38  # from the platform's origin to where the span ends, world, m
-CHORD = 41  # of the span, m
-GAP = 44  # from the span's end to where it should end, m
-RECORD = 47
+FORCE, END_FORCE = 50, 53  # tension vectors at the span's start and end, along the direction of travel, N
+ARM = 56  # from the platform's origin to where the span ends, world, m
+CHORD = 59  # of the span, m
+GAP = 62  # from the span's end to where it should end, m
+RECORD = 65
 
 STRAIGHT_STEPS = 30
 STRAIGHT_STEP = 0.5  # largest turn of a straight line's direction in one step
@@ -65,13 +69,17 @@ CLOSED = 1e-15  # m per m: a few roundings
 
 
 @jit
-def dead_length(row, tension):
-    """Unstrained length of the straight dead span (m) and its derivative by the *tension* at the sheave, m/N."""
-    covered, compliance = row[DEAD_SPAN], row[DEAD_COMPLIANCE]
+def dead_length(row, covered, tension):
+    """Unstrained length (m) of a straight dead span that covers *covered* metres at the *tension* at the sheave.
+
+    Also returns its derivatives by the tension, m/N, and by what it covers.
+    """
+    compliance = row[DEAD_COMPLIANCE]
     bend = 0.5 * compliance * row[WEIGHT] * row[MEAN_RISE]
     linear = 1.0 + compliance * tension
     length = 2.0 * covered / (linear + sqrt(linear * linear + 4.0 * bend * covered))
-    return length, -compliance * length / (linear + 2.0 * bend * length)
+    per_metre = 1.0 / (linear + 2.0 * bend * length)
+    return length, -compliance * length * per_metre, per_metre
 
 
 @jit
@@ -107,7 +115,7 @@ def place_span(row, y, pose, arm, rotation, record, block):
     if not place_guides(row, rotation, record):
         return False
     y[CONTACT] = record[FRAME + ARC] + record[PLATFORM + ARC]
-    y[DEAD], _ = dead_length(row, t)
+    y[DEAD], _, _ = dead_length(row, record[FRAME + SPAN], t)
     block[0, 0], block[1, 1] = ex * ex * hh + ey * ey * across, ey * ey * hh + ex * ex * across
     block[0, 1] = block[1, 0] = ex * ey * (hh - across)
     block[0, 2] = block[2, 0] = ex * hv
@@ -136,11 +144,12 @@ def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
         return False
     t, n = exp(y[TAU]), pose.shape[0]
     taken = 1.0 / (1.0 + t * row[ARC_COMPLIANCE])
-    _, by_tension = dead_length(row, t)
+    _, by_tension, per_metre = dead_length(row, record[FRAME + SPAN], t)
     by_tension -= y[CONTACT] * taken * taken * row[ARC_COMPLIANCE]
     for j in range(3):
         arcs = record[FRAME + ARC_BY_FORCE + j] + record[PLATFORM + ARC_BY_FORCE + j]
-        block[3, j] = t * arcs * taken + record[FORCE + j] * by_tension
+        spans = per_metre * record[FRAME + SPAN_BY_FORCE + j]
+        block[3, j] = t * (arcs * taken + spans) + record[FORCE + j] * by_tension
     block[3, 3] = 1.0 + record[PLATFORM + ARC_BY_FORCE + 2] * row[WEIGHT] * taken
     rhs[3, RESIDUAL] = y[FREE] + y[DEAD] + y[CONTACT] * taken + constant_length(row) - length
     for i in range(3):
@@ -226,7 +235,7 @@ def pull_along(row, y, record):
 
 
 @jit
-def advance_spatial(row, y, rhs, column, scale):
+def advance_spatial(y, rhs, column, scale):
     """Add minus *scale* times a column of *rhs* to the unknowns, shortened where one would change too much.
 
     True if it is not shortened.
@@ -249,7 +258,6 @@ def advance_spatial(row, y, rhs, column, scale):
     y[PHI], y[AZIMUTH] = atan2(fz, sqrt(fx * fx + fy * fy)), atan2(fy, fx)
     y[TAU] -= held * grow
     y[FREE] -= held * longer
-    y[DEAD], _ = dead_length(row, exp(y[TAU]))
     return held == scale
 
 
@@ -265,7 +273,7 @@ def settle_spatial(row, y, pose, arm, rotation, length, record, block, rhs):
         if not solve(block, rhs, SIZE, 1):
             return False
         stalled = largest_of_column(rhs, SIZE) < STALLED
-        advance_spatial(row, y, rhs, RESIDUAL, 1.0)
+        advance_spatial(y, rhs, RESIDUAL, 1.0)
         if stalled:
             return True
     return False
@@ -284,7 +292,7 @@ def settle_spatial_at_pull(row, y, pose, arm, rotation, pull, record, block, rhs
         if done:
             return True
         done = largest_of_column(rhs, SIZE) < STALLED
-        advance_spatial(row, y, rhs, RESIDUAL, 1.0)
+        advance_spatial(y, rhs, RESIDUAL, 1.0)
         if done:
             return spatial_at_pull(row, y, pose, arm, rotation, pull, record, block, rhs) and solve(
                 block, rhs, SIZE, COLUMNS
@@ -340,7 +348,7 @@ def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
         x -= held * longer
         closed = turn < STALLED and abs(longer) < STALLED * size
     y[TAU] = log(tension)
-    y[FREE], y[DEAD] = x, row[DEAD_SPAN]
+    y[FREE], y[DEAD] = x, record[FRAME + SPAN]
     y[CONTACT] = record[FRAME + ARC] + record[PLATFORM + ARC]
     for i in range(3):
         record[ARM + i] = arm[i] + record[PLATFORM + CONTACT_POINT + i]
@@ -361,7 +369,7 @@ def guess_spatial(row, y, pose, arm, rotation, length, tension, record, block, r
     chord = y[FREE]
     free = max(length - straight_length(row, y) + chord, 0.05 * chord)
     shape_span(row, chord, free, tension, y)
-    y[DEAD], _ = dead_length(row, exp(y[TAU]))
+    y[DEAD], _, _ = dead_length(row, record[FRAME + SPAN], exp(y[TAU]))
     return True
 
 
@@ -377,80 +385,16 @@ def is_on_axis(row, y):
 
 
 @jit
-def add_spatial_pull(record, pulls, wrench):
-    """Add the wrench of a placed line on the platform, times *pulls*, to *wrench* (n,)."""
-    gx, gy, gz = -pulls * record[END_FORCE], -pulls * record[END_FORCE + 1], -pulls * record[END_FORCE + 2]
-    wrench[0] += gx
-    wrench[1] += gy
-    wrench[2] += gz
-    if wrench.shape[0] == 6:
-        ax, ay, az = record[ARM], record[ARM + 1], record[ARM + 2]
-        wrench[3] += ay * gz - az * gy
-        wrench[4] += az * gx - ax * gz
-        wrench[5] += ax * gy - ay * gx
-
-
-@jit
-def wrench_change(row, y, record, steps, column, axis, pulls, out):
-    """Write the change of the line's wrench, times *pulls*, for a column of *steps* of the unknowns to *out* (n,).
-
-    *axis*: 0 to 2 where the platform turns about that world axis at the same time, else -1.
-    """
-    t, weight = exp(y[TAU]), row[WEIGHT]
-    dg = (t * steps[0, column], t * steps[1, column], t * steps[2, column] + weight * steps[3, column])
-    for i in range(3):
-        out[i] = -pulls * dg[i]
-    if out.shape[0] < 6:
-        return
-    turned, moved = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    if axis >= 0:
-        turned = turn_of(axis, record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2])
-        moved = turn_of(axis, record[ARM], record[ARM + 1], record[ARM + 2])
-    slip = (dg[0] - turned[0], dg[1] - turned[1], dg[2] - turned[2])
-    at = PLATFORM + BY_FORCE
-    bx = moved[0] + record[at] * slip[0] + record[at + 1] * slip[1] + record[at + 2] * slip[2]
-    by = moved[1] + record[at + 3] * slip[0] + record[at + 4] * slip[1] + record[at + 5] * slip[2]
-    bz = moved[2] + record[at + 6] * slip[0] + record[at + 7] * slip[1] + record[at + 8] * slip[2]
-    gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
-    ax, ay, az = record[ARM], record[ARM + 1], record[ARM + 2]
-    out[3] = -pulls * (by * gz - bz * gy + ay * dg[2] - az * dg[1])
-    out[4] = -pulls * (bz * gx - bx * gz + az * dg[0] - ax * dg[2])
-    out[5] = -pulls * (bx * gy - by * gx + ax * dg[1] - ay * dg[0])
-
-
-@jit
-def add_spatial(row, y, record, steps, pulls, scratch, wrench, stiffness):
-    """Add an eliminated line, as `equilibrium.add_eliminated`: its wrench after its own step, and its change.
-
-    *steps* (4, 8) are the solved right-hand sides; *scratch* (n,).
-    """
-    n = wrench.shape[0]
-    add_spatial_pull(record, pulls, wrench)
-    wrench_change(row, y, record, steps, RESIDUAL, -1, pulls, scratch)
-    for i in range(n):
-        wrench[i] -= scratch[i]
-    add_spatial_stiffness(row, y, record, steps, pulls, scratch, stiffness)
-
-
-@jit
-def add_spatial_stiffness(row, y, record, steps, pulls, scratch, stiffness):
-    """Add minus the change of the line's wrench by the pose to *stiffness* (n, n); *scratch* (n,)."""
-    n = stiffness.shape[0]
-    for k in range(n):
-        wrench_change(row, y, record, steps, POSE + k, k - 3, pulls, scratch)
-        for i in range(n):
-            stiffness[i, k] -= scratch[i]
-
-
-@jit
-def stiffness_along(row, y, record, steps, toward):
-    """Stiffness of an eliminated span along its chord, N/m; writes the chord's direction to *toward* (3,)."""
-    _, chord = pull_along(row, y, record)
-    t, rate = exp(y[TAU]), 0.0
-    for i in range(3):
-        toward[i] = record[CHORD + i] / chord
-    for i in range(3):
-        for k in range(3):
-            change = t * steps[i, POSE + k] + (row[WEIGHT] * steps[3, POSE + k] if i == 2 else 0.0)
-            rate += toward[i] * change * toward[k]
-    return rate
+def is_unwound(row, y):
+    """Whether the cable would leave its pulley before it meets it: the angle of contact is negative."""
+    if row[GUIDE] != PULLEY or row[END_RADIUS] == 0.0:
+        return y[CONTACT] < 0.0
+    c = cos(y[PHI])
+    f = (c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI]))
+    n = (row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
+    radial = (f[1] * n[2] - f[2] * n[1], f[2] * n[0] - f[0] * n[2], f[0] * n[1] - f[1] * n[0])
+    k = (row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2])
+    ahead = n[0] * (k[1] * radial[2] - k[2] * radial[1]) + n[1] * (k[2] * radial[0] - k[0] * radial[2])
+    ahead += n[2] * (k[0] * radial[1] - k[1] * radial[0])
+    along = k[0] * radial[0] + k[1] * radial[1] + k[2] * radial[2]
+    return ahead < 0.0 and along > 0.0

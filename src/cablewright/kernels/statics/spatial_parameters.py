@@ -8,12 +8,14 @@ from math import cos, exp
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
+    ASIDE,
     DEAD,
     DEAD_COMPLIANCE,
     DEAD_SPAN,
     EXIT,
     FREE,
     FREE_COMPLIANCE,
+    GUIDE,
     LENGTH,
     MEAN_RISE,
     MODULUS,
@@ -29,7 +31,16 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.catenary import span
-from cablewright.kernels.statics.guides import ARC, ARC_BY_FORCE, BY_FORCE, CONTACT_POINT
+from cablewright.kernels.statics.guides import (
+    ARC,
+    ARC_BY_FORCE,
+    ARC_BY_RADIUS,
+    BY_FORCE,
+    CONTACT_POINT,
+    POINT_BY_RADIUS,
+    SPAN,
+    SPAN_BY_RADIUS,
+)
 from cablewright.kernels.statics.spatial import (
     ARM,
     END_FORCE,
@@ -37,9 +48,10 @@ from cablewright.kernels.statics.spatial import (
     FRAME,
     PLATFORM,
     SIZE,
+    dead_length,
     spatial_system,
-    wrench_change,
 )
+from cablewright.kernels.statics.spatial_wrench import wrench_change
 
 
 @jit
@@ -87,8 +99,12 @@ def _by_dead_span(row, y, record, taken, changes):
     """Add the derivatives of the equations by the sheave's radius, and of the dead span by all parameters."""
     tension, radius = exp(y[TAU]), row[RADIUS]
     bend = 0.5 * row[DEAD_COMPLIANCE] * row[WEIGHT] * row[MEAN_RISE]
-    per_metre = 1.0 / (1.0 + row[DEAD_COMPLIANCE] * tension + 2.0 * bend * y[DEAD])
-    if radius > 0.0:
+    _, _, per_metre = dead_length(row, record[FRAME + SPAN], tension)
+    if row[GUIDE] == ASIDE:
+        for k in range(3):
+            changes[k, SHEAVE] = record[FRAME + POINT_BY_RADIUS + k]
+        changes[3, SHEAVE] = record[FRAME + ARC_BY_RADIUS] * taken + record[FRAME + SPAN_BY_RADIUS] * per_metre
+    elif radius > 0.0:
         for k in range(3):
             changes[k, SHEAVE] = record[FRAME + CONTACT_POINT + k] / radius
         changes[3, SHEAVE] = record[FRAME + ARC] / radius * taken

@@ -19,18 +19,18 @@ from cablewright.kernels.layout import (
     WEIGHT,
 )
 from cablewright.kernels.statics.equilibrium import is_slack
+from cablewright.kernels.statics.guides import SPAN, SPAN_BY_FORCE
 from cablewright.kernels.statics.sheave import unstrain
 from cablewright.kernels.statics.spatial import (
     GIVEN,
-    add_spatial_pull,
     dead_length,
     is_on_axis,
     place_span,
     pull_along,
     settle_spatial_at_pull,
     straight_spatial,
-    wrench_change,
 )
+from cablewright.kernels.statics.spatial_wrench import add_spatial_pull, wrench_change
 
 TAUT = 1.5  # of its own weight: tension at which a line is straight enough for a first guess
 
@@ -79,5 +79,8 @@ def spatial_column(row, y, i, pose, pull, base, column, load):
     c, s, tension = cos(y[PHI]), sin(y[PHI]), exp(y[TAU])
     outward = cos(y[AZIMUTH]) * rhs[0, GIVEN] + sin(y[AZIMUTH]) * rhs[1, GIVEN]
     grow = c * outward + s * rhs[2, GIVEN]
-    _, by_tension = dead_length(row, tension)
-    return True, c * rhs[2, GIVEN] - s * outward, grow, rhs[3, GIVEN], by_tension * tension * grow
+    _, by_tension, per_metre = dead_length(row, record[SPAN], tension)
+    longer = by_tension * grow
+    for k in range(3):
+        longer += per_metre * record[SPAN_BY_FORCE + k] * rhs[k, GIVEN]
+    return True, c * rhs[2, GIVEN] - s * outward, grow, rhs[3, GIVEN], longer * tension

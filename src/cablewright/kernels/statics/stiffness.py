@@ -5,7 +5,7 @@ from cablewright.kernels.layout import GUIDE, OK, PULLS, SINGULAR, WEIGHT, robot
 from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack, workspace
 from cablewright.kernels.statics.line import force_change, lengths_of, pull_of
-from cablewright.kernels.statics.spatial import stiffness_along
+from cablewright.kernels.statics.spatial_wrench import stiffness_along
 
 
 @jit(allocates=True)

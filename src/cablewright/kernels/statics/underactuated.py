@@ -30,8 +30,9 @@ from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
 from cablewright.kernels.statics.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
 from cablewright.kernels.statics.sheave import straight, unstrain
-from cablewright.kernels.statics.spatial import GIVEN, add_spatial_pull, add_spatial_stiffness, wrench_change
+from cablewright.kernels.statics.spatial import GIVEN
 from cablewright.kernels.statics.spatial_pull import settle_placed
+from cablewright.kernels.statics.spatial_wrench import add_spatial_pull, add_spatial_stiffness, wrench_change
 from cablewright.kernels.statics.wrench import add_line, add_pull, load_scale, place, start_balance
 
 MAX_PUSHING = 2  # number of the start from which on a line that would have to push ends the search

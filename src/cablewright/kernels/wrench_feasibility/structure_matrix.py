@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     BAD_WRAP,
-    CONTACT,
     EXIT_X,
     GUIDE,
     INSIDE_SHEAVE,
@@ -41,9 +40,10 @@ from cablewright.kernels.statics.spatial import (
     RECORD,
     SIZE,
     is_on_axis,
+    is_unwound,
     straight_spatial,
 )
-from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, has_plane, is_eyelet, place
+from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, is_eyelet, place
 
 DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
 WIDTH = 8  # rows of A, n or n + 1, padded so that a column fills whole registers
@@ -139,8 +139,6 @@ def _over_sheave(lines, i, pose, rotation, arm, work):
     tension = 0.5 * (row[TENSION_MIN] + row[TENSION_MAX])
     if row[GUIDE] > 0.0:
         return _straight_spatial(row, pose, rotation, arm, tension, work)
-    if not has_plane(row, plane):
-        return UNDER_EXIT, 0.0, 0.0, 0.0
     if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
     if not straight(row, plane[2], plane[3], tension, state):
@@ -158,7 +156,7 @@ def _straight_spatial(row, pose, rotation, arm, tension, work):
     state, record = work.state, work.record
     if not straight_spatial(row, state, pose, arm, rotation, tension, record, work.block, work.rhs):
         return (UNDER_EXIT if is_on_axis(row, state) else INSIDE_SHEAVE), 0.0, 0.0, 0.0
-    if state[CONTACT] < 0.0:
+    if is_unwound(row, state):
         return BAD_WRAP, 0.0, 0.0, 0.0
     arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
     return OK, -record[FORCE], -record[FORCE + 1], -record[FORCE + 2]

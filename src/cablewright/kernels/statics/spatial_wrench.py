@@ -1,0 +1,88 @@
+"""Lines out of the plane in the balance of the platform: their wrench, its change, and their stiffness."""
+
+from math import exp
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import TAU, WEIGHT
+from cablewright.kernels.statics.guides import BY_FORCE
+from cablewright.kernels.statics.spatial import ARM, CHORD, END_FORCE, PLATFORM, POSE, RESIDUAL, pull_along, turn_of
+
+
+@jit
+def add_spatial_pull(record, pulls, wrench):
+    """Add the wrench of a placed line on the platform, times *pulls*, to *wrench* (n,)."""
+    gx, gy, gz = -pulls * record[END_FORCE], -pulls * record[END_FORCE + 1], -pulls * record[END_FORCE + 2]
+    wrench[0] += gx
+    wrench[1] += gy
+    wrench[2] += gz
+    if wrench.shape[0] == 6:
+        ax, ay, az = record[ARM], record[ARM + 1], record[ARM + 2]
+        wrench[3] += ay * gz - az * gy
+        wrench[4] += az * gx - ax * gz
+        wrench[5] += ax * gy - ay * gx
+
+
+@jit
+def wrench_change(row, y, record, steps, column, axis, pulls, out):
+    """Write the change of the line's wrench, times *pulls*, for a column of *steps* of the unknowns to *out* (n,).
+
+    *axis*: 0 to 2 where the platform turns about that world axis at the same time, else -1.
+    """
+    t, weight = exp(y[TAU]), row[WEIGHT]
+    dg = (t * steps[0, column], t * steps[1, column], t * steps[2, column] + weight * steps[3, column])
+    for i in range(3):
+        out[i] = -pulls * dg[i]
+    if out.shape[0] < 6:
+        return
+    turned, moved = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    if axis >= 0:
+        turned = turn_of(axis, record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2])
+        moved = turn_of(axis, record[ARM], record[ARM + 1], record[ARM + 2])
+    slip = (dg[0] - turned[0], dg[1] - turned[1], dg[2] - turned[2])
+    at = PLATFORM + BY_FORCE
+    bx = moved[0] + record[at] * slip[0] + record[at + 1] * slip[1] + record[at + 2] * slip[2]
+    by = moved[1] + record[at + 3] * slip[0] + record[at + 4] * slip[1] + record[at + 5] * slip[2]
+    bz = moved[2] + record[at + 6] * slip[0] + record[at + 7] * slip[1] + record[at + 8] * slip[2]
+    gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
+    ax, ay, az = record[ARM], record[ARM + 1], record[ARM + 2]
+    out[3] = -pulls * (by * gz - bz * gy + ay * dg[2] - az * dg[1])
+    out[4] = -pulls * (bz * gx - bx * gz + az * dg[0] - ax * dg[2])
+    out[5] = -pulls * (bx * gy - by * gx + ax * dg[1] - ay * dg[0])
+
+
+@jit
+def add_spatial(row, y, record, steps, pulls, scratch, wrench, stiffness):
+    """Add an eliminated line, as `equilibrium.add_eliminated`: its wrench after its own step, and its change.
+
+    *steps* (4, 8) are the solved right-hand sides; *scratch* (n,).
+    """
+    n = wrench.shape[0]
+    add_spatial_pull(record, pulls, wrench)
+    wrench_change(row, y, record, steps, RESIDUAL, -1, pulls, scratch)
+    for i in range(n):
+        wrench[i] -= scratch[i]
+    add_spatial_stiffness(row, y, record, steps, pulls, scratch, stiffness)
+
+
+@jit
+def add_spatial_stiffness(row, y, record, steps, pulls, scratch, stiffness):
+    """Add minus the change of the line's wrench by the pose to *stiffness* (n, n); *scratch* (n,)."""
+    n = stiffness.shape[0]
+    for k in range(n):
+        wrench_change(row, y, record, steps, POSE + k, k - 3, pulls, scratch)
+        for i in range(n):
+            stiffness[i, k] -= scratch[i]
+
+
+@jit
+def stiffness_along(row, y, record, steps, toward):
+    """Stiffness of an eliminated span along its chord, N/m; writes the chord's direction to *toward* (3,)."""
+    _, chord = pull_along(row, y, record)
+    t, rate = exp(y[TAU]), 0.0
+    for i in range(3):
+        toward[i] = record[CHORD + i] / chord
+    for i in range(3):
+        for k in range(3):
+            change = t * steps[i, POSE + k] + (row[WEIGHT] * steps[3, POSE + k] if i == 2 else 0.0)
+            rate += toward[i] * change * toward[k]
+    return rate
