@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.robot import Eyelet, Swivel, UniversalJoint, library_names, library_text, load, loads
+from cablewright.robot import Eyelet, Line, Swivel, UniversalJoint, library_names, library_text, load, loads
 
 HOUSE = library_text("house-printer")
 BEAM = library_text("jung2020")
@@ -133,9 +134,9 @@ LINE_FAULTS = [  # keys for the second line, where in it, and why
     ("dead_length = -1", ".dead_length", " = -1: must be at least 0"),
     ("winch_exit = [-1, 0, 3]", ".winch_exit", " = [-1, 0, 3]: must differ from exit_point"),
     (
-        "winch_exit = [0, 0, 0]",
+        "winch_exit = [-1, 0, 4]",
         ".winch_exit",
-        " = [0, 0, 0]: is 1 m off the vertical through exit_point; a winch exit off",
+        " = [-1, 0, 4]: must be below exit_point for a cable that wraps over its sheave",
     ),
     ("winch_exit = [-1, 0]", ".winch_exit[2]", ": is missing"),
     ("winch_exit = [-1, 0, 3, 4]", ".winch_exit", " = [-1, 0, 3, 4]: must have at most 3 entries, has 4"),
@@ -281,10 +282,14 @@ def test_an_unreadable_file(tmp_path: Path) -> None:
 
 def test_the_examples_in_the_documentation() -> None:
     page = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
-    point, rigid = (loads(text) for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL))
+    *whole, line = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    point, rigid = (loads(text) for text in whole)
     assert (point.m, point.n) == (3, 3)
     assert (rigid.m, rigid.n, [load.name for load in rigid.platform.loads]) == (8, 6, ["full", "windy"])
     assert rigid.retracted(1.1).lines[0].platform_point == pytest.approx((0.1, 0.1, 0.9))
+    own = tomllib.loads(line)["lines"][0]
+    up = Line(**own, cable=rigid.lines[0].cable, tension_limits=(1, 2))
+    assert up.out_of_plane_by == "a swivel whose axis is not vertical"
 
 
 def test_a_library_name_wins_over_a_file_unless_it_looks_like_a_path(

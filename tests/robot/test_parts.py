@@ -35,6 +35,8 @@ JOINT: dict[str, Any] = {
     "lever_weight": "6.85 N",
     "lever_mass_centre": "70.6 mm",
 }
+PULLEY: dict[str, Any] = {"kind": "pulley", "radius": 0.05, "axis": (2, 0, 0)}
+END: dict[str, Any] = {"radius": 0.02, "axis": (0, 0, -1)}
 LINE: dict[str, Any] = {
     "name": "a",
     "exit_point": (0, 0, 3),
@@ -159,11 +161,27 @@ def test_a_winch_may_be_unknown_but_not_zero(key: str) -> None:
         ({"tension_limits": (1, 2, 3)}, "at most 2 items"),
         ({"winch_exit": (0, 0, 3)}, "winch_exit: must differ from exit_point"),
         ({"winch_exit": (0, 0, 3), "sheave": {"kind": "eyelet"}}, "winch_exit: must differ from exit_point"),
-        ({"winch_exit": (0, 2e-9, 0)}, "swivel axis leaves the cable's plane"),
         ({"winch_exit": (1, 0, 0), "sheave": JOINT}, "is 1 m off the vertical"),
         ({"winch_exit": (0, 0, 4)}, "must be below exit_point"),
         ({"winch_exit": (0, 1e-10, 3)}, "must be below exit_point"),
         ({"sheave": SWIVEL | {"wrap": "under"}}, "must be above exit_point"),
+        ({"sheave": SWIVEL | {"axis": (0, 0, 0)}}, "must not be zero"),
+        ({"sheave": SWIVEL | {"axis": (1, 0, 0), "facing": 1}}, "facing: is an azimuth about a vertical axis"),
+        ({"sheave": SWIVEL | {"axis": (0, 0, -1)}}, "must be before exit_point along the axis"),
+        ({"sheave": JOINT | {"axis": (1, 0, 0)}}, "axis: unknown key"),
+        ({"sheave": PULLEY, "winch_exit": None}, "winch_exit: is needed for a pulley"),
+        ({"sheave": PULLEY, "winch_exit": (0.1, 0, 0)}, "winch_exit: is 0.1 m out of the plane of the pulley"),
+        ({"sheave": PULLEY, "winch_exit": (0, 0.01, 3)}, "winch_exit: is inside the pulley, whose radius is 0.05 m"),
+        ({"sheave": {"kind": "pulley", "radius": 0.05}}, "sheave.pulley.axis\n  Field required"),
+        ({"guides": [(0, 0, 1)], "winch_exit": None}, "guides: needs winch_exit"),
+        ({"guides": [(0, 0, 0)]}, "guides: .* follows itself: a cable passes a point once"),
+        ({"guides": [(0, 0, 3)]}, "guides: .* follows itself"),
+        ({"guides": [(0, 0, z / 10) for z in range(1, 27)]}, "at most 24 items"),
+        ({"sheave": JOINT, "guides": [(0, 0, 1)]}, "guides: is for lines without a universal joint"),
+        ({"sheave": JOINT, "platform_sheave": END}, "platform_sheave: is for lines without a universal joint"),
+        ({"platform_sheave": END | {"radius": 0}}, "greater than 0"),
+        ({"platform_sheave": END | {"axis": (0, 0)}}, "axis"),
+        ({"platform_sheave": END, "advantage": 2, "sheave": {"kind": "eyelet"}}, "advantage: must be 1 over a sheave"),
         ({"dead_length": 1}, "dead_length: is for a dead span that is not modelled"),
         ({"dead_length": -1, "winch_exit": None}, "greater than or equal to 0"),
         ({"exit_point": (0, 0)}, "exit_point.2"),
@@ -189,6 +207,10 @@ def test_a_line_refuses(changes: dict[str, Any], match: str) -> None:
         {"winch_exit": (0, 1e-10, 0)},
         {"winch_exit": (0, 0, 4), "sheave": SWIVEL | {"wrap": "under"}},
         {"tension_limits": (0, "10 kN")},
+        {"winch_exit": (0, 2e-9, 0)},
+        {"winch_exit": (1, 0, 0), "sheave": SWIVEL | {"axis": (-1, 0, 3)}},
+        {"sheave": PULLEY, "winch_exit": (0, 1e-10, 0), "platform_sheave": END},
+        {"guides": [(1, 0, 0), (0, 0, 2)]},
     ],
 )
 def test_a_line_allows(changes: dict[str, Any]) -> None:

@@ -8,7 +8,7 @@ import pytest
 from cablewright.errors import Status
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
-from cablewright.robot import load, loads
+from cablewright.robot import Swivel, loads
 from cablewright.robot.new_robot import Outline, robot_file
 from cablewright.solvers.certify import certify
 from cablewright.solvers.forward import solve_forward
@@ -77,7 +77,31 @@ def test_in_the_eyelet_itself_it_has_no_direction() -> None:
     assert solve_inverse(Model(HANG), HANG.lines[-1].exit_point).status is Status.UNDER_EXIT
 
 
-def test_over_a_sheave_a_line_has_no_plane_there() -> None:
-    model = Model(load("merlet2023"))
-    x, y, _ = model.robot.lines[0].exit_point
-    assert solve_inverse(model, [x, y, 1.0]).status is Status.UNDER_EXIT
+@pytest.mark.parametrize("cable", [CableLaw.ELASTIC, CableLaw.CATENARY])
+def test_under_a_swivel_it_is_the_limit_that_is_unstable(cable: CableLaw) -> None:
+    """The sheave can face any way there, and its line drives the platform the other way: that is no wall."""
+    lines = (*HANG.lines[:-1], HANG.lines[-1].model_copy(update={"sheave": Swivel(radius=0.05)}))
+    model = Model(HANG.model_copy(update={"lines": lines}), Fidelity(cable))
+    below = solve_inverse(model, UNDER)
+    assert below.status is Status.UNSTABLE
+    for aside in AROUND:
+        near = solve_inverse(model, UNDER + 1e-7 * np.array(aside))
+        assert near.status is Status.UNSTABLE
+        np.testing.assert_allclose(near.lengths, below.lengths, rtol=1e-2)
+        np.testing.assert_allclose(near.lengths[-1], below.lengths[-1], atol=1e-5)
+    further = solve_inverse(model, UNDER + np.array([0.3, 0.2, 0.0])).checked()
+    back = solve_forward(model, further.lengths).checked()
+    np.testing.assert_allclose(back.pose, further.pose, atol=1e-8)
+
+
+def test_a_point_load_is_judged_where_a_line_leaves_its_sheave_backwards() -> None:
+    """Inverse and forward agree on which poses near a swivel's axis the platform keeps."""
+    lines = (*HANG.lines[:-1], HANG.lines[-1].model_copy(update={"sheave": Swivel(radius=0.05)}))
+    model = Model(HANG.model_copy(update={"lines": lines}))
+    found = solve_inverse(model, UNDER + np.geomspace(1e-8, 0.3, 60)[:, None] * [0.6, 0.8, 0.0])
+    assert {Status.OK, Status.UNSTABLE} <= set(found.status)
+    for each in found:
+        if each.status in (Status.OK, Status.UNSTABLE):
+            back = solve_forward(model, each.lengths, guess=each.pose)
+            stayed = bool(back.ok) and np.abs(back.pose - each.pose).max() < 1e-6
+            assert stayed == (each.status is Status.OK)

@@ -15,7 +15,7 @@ _Number = Annotated[float, Strict()]
 
 def _not_zero(direction: tuple[float, float, float]) -> tuple[float, float, float]:
     if not any(direction):
-        raise PydanticCustomError("zero", "must not be zero: it is a direction")
+        raise PydanticCustomError("zero", "must not be zero")
     return direction
 
 

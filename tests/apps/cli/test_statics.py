@@ -103,7 +103,7 @@ def test_overstretched_names_the_line_and_by_how_much(cli, as_json: bool) -> Non
         ("0,0,20", "infeasible", "a line would have to push"),  # above the frame: lines cannot push down
         ("9,0,1", "infeasible", "a line would have to push"),  # outside the lines
         ("7.4,7.4,14.95", "inside-sheave", "inside a sheave"),
-        ("7.5,7.5,1", "under-exit", "on the axis of a sheave"),
+        ("7.5,7.5,1", "infeasible", "a line would have to push"),  # on the vertical axis of a sheave: the limit
         ("0,0,-1", "out-of-limits", "frame, z -1 m; 0 to 15 m is allowed"),
     ],
 )
