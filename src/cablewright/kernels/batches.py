@@ -212,6 +212,18 @@ def certify_sweep(packed, lengths, poses, states, tolerance, codes, bounds, boxe
 
 
 @jit(allocates=True)
+def wrench_rows(packed, lengths, poses, states, wrenches):
+    """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row, without what a plane holds.
+
+    *packed* is to have no plane: otherwise the part that it carries is left out.
+    """
+    work = workspace(robot_of(packed, 0))
+    for j in range(states.shape[0]):
+        evaluate(robot_of(packed, j), lengths[j], poses[j], states[j], work)
+        wrenches[j] = work.trial
+
+
+@jit(allocates=True)
 def examine(packed, lengths, poses, states, residuals, unbalanced, low, high):
     """Write the residuals of each row's equations and the extremes of tension along its lines.
 

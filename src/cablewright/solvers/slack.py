@@ -93,6 +93,7 @@ def solve_with_slack(
     fewer taut lines than freedoms would remain.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
+    model.robot.require_no_plane("slack lines")
     by = _checked(model, excess)
     pose, single = as_poses(model, poses, "pose")
     batch = _solve(model, pose, list(by), np.tile(np.array(list(by.values())), (len(pose), 1)))
@@ -255,6 +256,7 @@ def slack_sets(
     or for over 2000 sets.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
+    model.robot.require_no_plane("sets of slack lines")
     _check_taut(model, 1)
     count = math.comb(model.m, model.n)
     if count > MAX_SETS:

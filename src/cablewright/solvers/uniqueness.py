@@ -29,6 +29,7 @@ def unique_among(equilibrium: Equilibrium) -> str | None:
     modulus = _modulus(equilibrium, dead_length)
     covered = (
         equilibrium.model.n == 3
+        and equilibrium.model.robot.platform.plane is None
         and not lines.has_lever.any()
         and np.all((lines.weight > 0.0) & (lines.free_compliance > 0.0) & (lines.arc_compliance == 0.0))
         and np.all((lines.radius == 0.0) | ((lines.side > 0.0) & (lines.lever == lines.radius)))

@@ -41,6 +41,8 @@ def _words(unknown: dict[str, int]) -> str:
 def robot_rows(robot: Robot) -> list[tuple[str, str]]:
     """Return the rows about the robot and the program."""
     body = "point mass" if robot.n == 3 else "rigid body"
+    if robot.platform.plane is not None:
+        body += f" in the plane {robot.platform.plane}"
     return [
         ("program", program()),
         ("robot", robot.name),

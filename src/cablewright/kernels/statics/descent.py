@@ -23,6 +23,7 @@ from cablewright.kernels.newton import copy, largest, largest_of_column, solve
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import add_eliminated, eliminate, move_platform
 from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
+from cablewright.kernels.statics.plane import hold, into_plane
 from cablewright.kernels.statics.sheave import straight, unstrain, whole_length, wrap
 from cablewright.kernels.statics.wrench import add_line, load_scale, place, start_balance
 
@@ -113,6 +114,7 @@ def _evaluate(packed, lengths, pose, states, work, law):
             return False
         if found > 0:
             add_eliminated(row, states[i], force, steps, work.arms[i], plane, work.wrench, work.stiffness)
+    hold(packed, work.wrench, work.stiffness)
     return True
 
 
@@ -200,7 +202,10 @@ def _offset_springs(packed, lengths, pose, states, work):
 
 @jit
 def place_below(packed, lengths, pose):
-    """Set the position of *pose* below the centroid of the exit points as a first guess; its rotation stays."""
+    """Set the position of *pose* below the centroid of the exit points as a first guess; its rotation stays.
+
+    Where the platform has a plane, in that.
+    """
     m = packed.lines.shape[0]
     pose[:3] = 0.0
     drop = 1e300
@@ -213,3 +218,4 @@ def place_below(packed, lengths, pose):
             low, high = min(low, packed.lines[i, EXIT_X + k]), max(high, packed.lines[i, EXIT_X + k])
         drop = max(drop, 0.25 * (high - low))
     pose[2] -= drop
+    into_plane(packed, pose)

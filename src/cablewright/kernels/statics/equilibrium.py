@@ -38,6 +38,7 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import copy, largest, min_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
+from cablewright.kernels.statics.plane import hold, keep_free
 from cablewright.kernels.statics.sheave import wrap
 from cablewright.kernels.statics.wrench import add_line, add_pull, has_plane, place, start_balance
 
@@ -125,6 +126,7 @@ def evaluate(packed, lengths, pose, states, work):
                 worst = size
         add_pull(row, work.arms[i], plane, h, v, work.trial)
         scale = max(scale, row[PULLS] * abs(h), row[PULLS] * abs(v))
+    keep_free(packed, work.trial)
     return worst, _unbalanced(work.trial, reach), scale
 
 
@@ -141,6 +143,7 @@ def condense(packed, states, work):
         if not eliminate(row, work.blocks[i], steps, 3):
             return False
         add_eliminated(row, y, work.forces[i], steps, work.arms[i], work.planes[i], work.wrench, work.stiffness)
+    hold(packed, work.wrench, work.stiffness)
     return True
 
 

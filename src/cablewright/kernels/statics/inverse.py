@@ -65,6 +65,7 @@ from cablewright.kernels.statics.line import (
     settle_at_pull,
     start_force,
 )
+from cablewright.kernels.statics.plane import keep_free
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.statics.wrench import add_pull, has_plane, load_scale, place, start_balance
@@ -246,6 +247,7 @@ def balances(packed, states, work):
         v += row[WEIGHT] * states[i, FREE]
         add_pull(row, base.arms[i], base.planes[i], h, v, base.wrench)
         scale = max(scale, row[PULLS] * abs(h), row[PULLS] * abs(v))
+    keep_free(packed, base.wrench)
     return unbalanced(packed, base.arms, base.wrench) <= BALANCE_TOLERANCE * scale
 
 
@@ -379,6 +381,7 @@ def _program(packed, states, work, give, relax):
         dh, dv = dh / pull, dv / pull
         work.column[:] = 0.0
         add_pull(row, base.arms[i], plane, -dh, -dv, work.column)
+        keep_free(packed, work.column)
         _curve(work, i, pull, row[PREFERRED])
         # the part of the end force that is not proportional to the pull belongs to the load
         h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
@@ -389,6 +392,7 @@ def _program(packed, states, work, give, relax):
         min_tension = max(row[TENSION_MIN], work.slackest[0] * row[WEIGHT] * (y[FREE] + y[DEAD]))
         work.low[i] = pull + (min_tension - low) * pull / max(dlow, FLATTEST * pull)
         work.high[i] = pull + (row[TENSION_MAX] - high) * pull / max(dhigh, FLATTEST * pull)
+    keep_free(packed, work.load)
     program = Program(work.structure, work.load, work.low, work.high, work.curvature, work.bias)
     solved = distribute(program, give, work.required, work.multipliers, base.stiffness, work.step)
     if solved <= 0:

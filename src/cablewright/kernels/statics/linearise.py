@@ -27,6 +27,7 @@ from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.catenary import span
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack
 from cablewright.kernels.statics.line import force_change, system
+from cablewright.kernels.statics.plane import keep_free_columns, keep_free_part
 from cablewright.kernels.statics.sheave import wrap
 from cablewright.kernels.statics.wrench import add_force, sideways
 
@@ -51,6 +52,7 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
     if not condense(packed, states, work):
         return SINGULAR
     stiffness[:, :] = work.stiffness[:n, :n]
+    keep_free_part(packed, stiffness)
     changes = np.zeros((STATE, len(OWN)))
     right = motion.reshape((n, m * PARAMETERS))
     for i in range(m):
@@ -61,6 +63,7 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
         if not _add_own(row, y, lengths[i], i, work, changes, right):
             return SINGULAR
         _add_points(row, y, i, work, right)
+    keep_free_columns(packed, right)
     return OK if solve(work.stiffness, right, n, m * PARAMETERS) else SINGULAR
 
 
