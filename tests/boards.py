@@ -21,11 +21,11 @@ def frame(robot: Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def axes(normal: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Two unit vectors across *normal*, the first horizontal, and the unit normal."""
+    """Two unit vectors across *normal*, the first horizontal and the second upwards, and the unit normal."""
     n = np.array(normal, float) / np.linalg.norm(normal)
     first = np.cross(n, [0.0, 0.0, 1.0]) if abs(n[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
     first /= np.linalg.norm(first)
-    return first, np.cross(n, first), n
+    return first, np.cross(first, n), n
 
 
 def board(

@@ -88,7 +88,9 @@ def test_sagging_lines_balance_in_the_plane_and_the_plane_bears_the_rest(plane: 
     def wrench(pose: np.ndarray) -> np.ndarray:
         weight = np.array([0.0, 0.0, -robot.platform.mass * robot.scene.gravity])
         centre = np.array(getattr(robot.platform, "centre_of_mass", (0.0, 0.0, 0.0)))
-        total = np.concatenate([weight + robot.platform.force, np.cross(turned(robot, pose, centre) - pose[:3], weight)])
+        total = np.concatenate(
+            [weight + robot.platform.force, np.cross(turned(robot, pose, centre) - pose[:3], weight)]
+        )
         for i, line in enumerate(robot.lines):
             point = turned(robot, pose, np.array(line.platform_point))
             x, y, z = point - line.exit_point
