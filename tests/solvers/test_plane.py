@@ -13,11 +13,14 @@ from scipy.spatial.transform import Rotation
 import boards
 import cablewright as cw
 import cases
+from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import AnswerError, InputError, Status
+from cablewright.machine.simulated.settings import require_hanging
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Robot
 from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.solvers.line_cover import refuse_unfit
 from cablewright.solvers.linearise import tension_changes
 from cablewright.solvers.tension import self_stresses, structures
 from oracles import linear_program
@@ -242,7 +245,8 @@ def test_a_sled_on_two_belts_finds_its_turn(cable: str) -> None:
     with pytest.raises(InputError, match="2 lines hold 2 of the 3 freedoms; 3 are given: leave 1 free"):
         cw.inverse(robot, [0.1, boards.DISTANCE, -0.2])
     with pytest.raises(InputError, match=r"what the plane y = 0\.02 m holds cannot be left free"):
-        cw.inverse(robot, [0.1, np.nan, -0.2, 0.0, 0.0, 0.0])
+        cw.inverse(robot, [0.1, np.nan, -0.2, 0.0, 0.0, np.nan])
+    np.testing.assert_array_equal(cw.inverse(robot, [0.1, np.nan, -0.2, 0, np.nan, 0], cable=cable).pose, held.pose)
     tilted = boards.board("tilted", True, 2)
     with pytest.raises(InputError, match="2 lines hold 3 freedoms in a plane across x, y or z alone"):
         cw.inverse(tilted, [0.1, boards.DISTANCE, -0.2, 0.0, np.nan, 0.0])
@@ -302,6 +306,18 @@ def test_places_out_of_the_plane_are_refused() -> None:
         cw.inverse(boards.board("vertical"), [0.1, boards.DISTANCE, np.nan])
 
 
+@pytest.mark.parametrize("plane", boards.PLANES)
+def test_a_plane_decides_one_coordinate(plane: str) -> None:
+    robot = boards.board(plane)
+    for pose in boards.places(robot, 5):
+        for k in np.flatnonzero(robot.platform.plane.across):
+            asked = np.where(np.arange(3) == k, np.nan, pose)
+            np.testing.assert_allclose(cw.inverse(robot, asked).pose, pose, atol=1e-14)
+            assert cw.tension_distribution(robot, asked).feasible == cw.tension_distribution(robot, pose).feasible
+    with pytest.raises(InputError):
+        cw.inverse(robot, [np.nan] * 3)
+
+
 def test_a_table_carries_what_no_line_has_to() -> None:
     robot = boards.board("horizontal")
     with pytest.raises(
@@ -320,13 +336,18 @@ def test_what_does_not_know_planes_refuses_them() -> None:
         lambda: cw.solve_with_slack(robot, held.pose, {0: 0.1}),
         lambda: cw.slack_sets(robot, held.pose),
         lambda: cw.enclose_poses(held, 1e-6),
+        lambda: cw.calibration_poses(robot, 20),
+        lambda: cw.simulate_calibration(robot, 20, 1e-4),
+        lambda: require_hanging(robot),
+        lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
+        lambda: VelocitySettings(cw.Model.of(robot), 1.0),
     ):
         with pytest.raises(InputError, match=r"robot 'board' has platform\.plane, which is not covered"):
             asked()
     with pytest.raises(InputError, match="its plane is tilted; areas are found in planes across x, y or z"):
         cw.workspace_area(boards.board("tilted"))
     for box in (None, (-1, 1, 0, 0, -1, 1)):
-        with pytest.raises(InputError, match=r"moves in a plane: a flat box at y = 0\.02 m is expected, for an area"):
+        with pytest.raises(InputError, match=r"moves in the plane y = 0\.02 m: only an area in that plane"):
             (cw.workspace if box is None else cw.workspace_area)(robot, box=box)
 
 

@@ -17,6 +17,11 @@ def _in_plane(found: Any) -> bool:
     return found.model.robot.platform.plane is not None
 
 
+def _turns_in_plane(found: Any) -> bool:
+    """Whether a plane carries a body."""
+    return _in_plane(found) and found.model.n == 6
+
+
 FIGURES = (
     Figure("status", "", "What became of the solve.", _word),
     Figure("robot", "", "Name of the robot.", "model.robot.name"),
@@ -49,8 +54,8 @@ FIGURES = (
     Figure(
         "plane_moments",
         "N m",
-        "Moment of lines and loads on the plane about the platform's origin, world; null of a point.",
-        only=_in_plane,
+        "Moment of lines and loads on the plane about the platform's origin, world.",
+        only=_turns_in_plane,
     ),
     Figure("margin", "N", "Smallest distance of a tension from its limits; negative where one is broken."),
     Figure("violation", "N", "How far an inverse solution breaks the limits; 0 of a forward one.", detail=True),

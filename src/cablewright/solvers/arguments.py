@@ -87,14 +87,16 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
 
     A rigid body's pose may be its position alone: unrotated. A rotation vector longer than pi is replaced by the
     equivalent shorter one, with a warning in the log. If *free*, NaN marks the freedoms that gravity decides on a robot
-    with fewer lines than freedoms. Raises `InputError` for a wrong count or numbers that are not finite, and for a pose
-    off the platform's plane.
+    with fewer lines than freedoms. Of a position in a plane one coordinate may be NaN, which the plane decides. Raises
+    `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's plane.
     """
     n, freedoms, plane = model.n, model.freedoms, model.robot.platform.plane
     array = _numbers(values, (n, 3), what, "m and rad")
     poses = np.atleast_2d(array)
     if poses.shape[1] < n:
         poses = np.concatenate([poses, np.zeros((len(poses), 3))], axis=1)
+    if plane is not None:
+        _complete(plane, poses)
     wrong = ~(np.abs(poses) <= LARGEST)
     if free and model.m >= freedoms and np.isnan(poses).any():
         raise InputError(f"{what}: {model.m} lines hold all {freedoms} freedoms: none can be left free (nan)")
@@ -114,6 +116,16 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     return poses, array.ndim == 1
 
 
+def _complete(plane: Plane, poses: Array) -> None:
+    """Where one coordinate of a position in *poses* (rows, n) that the plane decides is NaN, write it."""
+    normal = np.array(plane.across)
+    leaning = np.flatnonzero(normal)
+    for k in leaning:
+        others = leaning[leaning != k]
+        rows = np.isnan(poses[:, k]) & ~np.isnan(poses[:, others]).any(axis=1)
+        poses[rows, k] = (plane.distance - poses[rows][:, others] @ normal[others]) / normal[k]
+
+
 def _into_plane(plane: Plane, poses: Array, what: str) -> None:
     """Move *poses* (rows, n) by up to `OFF_PLANE` into the plane. Raises `InputError` for one that is farther off."""
     normal = np.array(plane.across)
@@ -130,8 +142,9 @@ def _into_plane(plane: Plane, poses: Array, what: str) -> None:
     if len(far):
         row = far[0]
         at = ", ".join(f"{x:.6g}" for x in poses[row])
-        away = f"{off[row]:.4g} m off" if abs(off[row]) > OFF_PLANE else f"turned by {turned[row]:.4g} rad out of"
-        raise InputError(f"{what} {at}: {away} the platform's plane {plane}")
+        if turned[row] > OFF_PLANE:
+            raise InputError(f"{what} {at}: turned by {turned[row]:.4g} rad out of the platform's plane {plane}")
+        raise InputError(f"{what} {at}: {off[row]:.4g} m off the platform's plane {plane}; nan lets it decide one")
     poses[:, :3] -= off[:, None] * normal
     if poses.shape[1] == 6:
         poses[:, 3:] -= aside

@@ -30,7 +30,7 @@ def inverse(
     With *preferred* tensions, (m,) or one row for each pose, N, the tensions nearest to those are taken instead.
 
     A rigid body's pose is its position and rotation vector, or its position alone: unrotated. A platform in a plane has
-    its poses in that plane, which takes all force across it. On a robot with fewer
+    its poses in that plane, which takes all force across it and decides a coordinate that is NaN. On a robot with fewer
     lines than freedoms, m freedoms are given and the others are NaN: gravity decides them, and the pose of the answer
     is complete. *retraction* is the platform's retraction length, m, one for all or one for each pose.
 

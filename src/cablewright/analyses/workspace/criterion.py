@@ -242,8 +242,8 @@ class Criterion:
         assert own is not None
         axis, at = own.flat_axis, own.low[own.flat_axis]
         if not (box.is_flat and box.flat_axis == axis and abs(box.low[axis] - at) <= OFF_PLANE):
-            expected = f"a flat box at {'xyz'[axis]} = {at:g} m is expected, for an area"
-            raise InputError(f"box: the {self.point} of {robot.name!r} moves in a plane: {expected}")
+            why = f"the {self.point} of {robot.name!r} moves in the plane {'xyz'[axis]} = {at:g} m"
+            raise InputError(f"box: {why}: only an area in that plane can be searched")
 
     def _check_retraction(self) -> None:
         """Refuse retraction lengths outside the platform's range. Raises `InputError`."""
