@@ -23,7 +23,7 @@ from cablewright.kernels.newton import copy, largest, largest_of_column, solve
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import add_eliminated, eliminate, move_platform
 from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
-from cablewright.kernels.statics.plane import hold, into_plane
+from cablewright.kernels.statics.plane import hold, into_plane, keep_free_columns
 from cablewright.kernels.statics.sheave import straight, unstrain, whole_length, wrap
 from cablewright.kernels.statics.wrench import add_line, load_scale, place, start_balance
 
@@ -55,9 +55,9 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
             soft = max(soft, work.stiffness[k, k])
         if size < tolerance * load:
             return True
-        slope = _direction(work, n, 1e-12 * soft + 1e-6 * load)
+        slope = _direction(packed, work, n, 1e-12 * soft + 1e-6 * load)
         if not slope > 0.0:
-            slope = _direction(work, n, soft + load)
+            slope = _direction(packed, work, n, soft + load)
         if not slope > 0.0:
             return False
         if size < STALLED_FORCE * load and largest_of_column(work.move, n) < STALLED:
@@ -83,13 +83,14 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
 
 
 @jit
-def _direction(work, n, damping):
+def _direction(packed, work, n, damping):
     """Write the Newton direction to work.move; returns the product of wrench and direction, 0 where there is none."""
     for i in range(n):
         work.move[i, 0] = work.wrench[i]
         work.stiffness[i, i] += damping
     if not solve(work.stiffness, work.move, n, 1):
         return 0.0
+    keep_free_columns(packed, work.move)
     slope = 0.0
     for k in range(n):
         slope += work.move[k, 0] * work.wrench[k]

@@ -38,7 +38,7 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import copy, largest, min_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
-from cablewright.kernels.statics.plane import hold, keep_free
+from cablewright.kernels.statics.plane import hold, keep_free, keep_free_columns
 from cablewright.kernels.statics.sheave import wrap
 from cablewright.kernels.statics.wrench import add_line, add_pull, has_plane, place, start_balance
 
@@ -239,6 +239,7 @@ def newton_step(packed, pose, states, work):
         work.move[k, 0] = work.wrench[k]
     if not solve(work.stiffness, work.move, n, 1):
         return False, 0.0, False
+    keep_free_columns(packed, work.move)
     step, full = move_platform(pose, work)
     for i in range(lines.shape[0]):
         if not is_slack(lines[i], states[i]):

@@ -64,7 +64,10 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
             return SINGULAR
         _add_points(row, y, i, work, right)
     keep_free_columns(packed, right)
-    return OK if solve(work.stiffness, right, n, m * PARAMETERS) else SINGULAR
+    if not solve(work.stiffness, right, n, m * PARAMETERS):
+        return SINGULAR
+    keep_free_columns(packed, right)
+    return OK
 
 
 @jit(allocates=True)

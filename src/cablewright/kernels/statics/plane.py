@@ -42,7 +42,7 @@ def keep_free(packed, wrench):
 
 @jit
 def keep_free_columns(packed, columns):
-    """As `keep_free`, of each column of a matrix (n, k)."""
+    """As `keep_free`, of each column of a matrix (n, k). Of moves it takes what rounding left across the plane."""
     if packed.platform[HELD] == 0.0:
         return
     x, y, z = _normal(packed)
@@ -74,7 +74,7 @@ def hold(packed, wrench, stiffness):
     keep_free(packed, wrench)
     keep_free_part(packed, stiffness)
     normal = _normal(packed)
-    forces, moments = 1e-300, 1e-300
+    forces, moments = 0.0, 0.0  # of none the system is singular, as without a plane
     for k in range(stiffness.shape[0]):
         if k < 3:
             forces = max(forces, abs(stiffness[k, k]))
