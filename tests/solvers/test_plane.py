@@ -290,6 +290,16 @@ def test_areas_are_those_of_their_places(plane: str, body: bool, criterion: str)
     assert found.fraction == pytest.approx(share, abs=4.0 * np.sqrt(share * (1 - share) / 4000) + 0.01)
 
 
+def test_the_area_of_a_nozzle_beside_the_plane_is_beside_it() -> None:
+    robot = boards.board("vertical", True, nozzle=(0.05, 0.03, -0.1))
+    found, origins = cw.workspace_area(robot), cw.workspace_area(robot, point="origin")
+    assert found.box.low[1] == pytest.approx(boards.DISTANCE + 0.03)
+    assert origins.box.low[1] == boards.DISTANCE
+    places = np.random.default_rng(4).uniform(origins.box.low, origins.box.high, (50, 3))
+    margins = origins.criterion.margin(places)
+    np.testing.assert_allclose(found.criterion.margin(places + [0.05, 0.03, -0.1]), margins, atol=1e-9)  # noqa: RUF005
+
+
 def test_places_out_of_the_plane_are_refused() -> None:
     for plane, at in (("vertical", "y = 0.02 m"), ("horizontal", "z = -0.02 m")):
         robot = boards.board(plane)

@@ -11,6 +11,9 @@ from pydantic import Strict, model_validator
 from cablewright.units import Length, Vec3
 from cablewright.validation import Description, refusal
 
+OFF_PLANE = 1e-9
+"""Distance from its plane, m, and rotation out of it, rad, up to which a pose counts as in the plane."""
+
 _Number = Annotated[float, Strict()]
 
 

@@ -12,13 +12,11 @@ from pydantic import Field, model_validator
 from cablewright.errors import InputError, suggestion
 from cablewright.robot.bracket import Bracket
 from cablewright.robot.line import MAX_LINES, Line
+from cablewright.robot.plane import OFF_PLANE
 from cablewright.robot.platform import Platform, Retraction, RigidPlatform
 from cablewright.robot.scene import Scene
 from cablewright.robot.uncertainty import Uncertainty
 from cablewright.validation import FileDescription, refusal, require_unique_names
-
-OFF_PLANE = 1e-9
-"""Distance from its plane, m, and rotation out of it, rad, up to which a pose counts as in the plane."""
 
 
 class Robot(FileDescription):

@@ -20,7 +20,7 @@ from cablewright.models.plane import projected
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
 from cablewright.robot import Plane
-from cablewright.robot.robot import OFF_PLANE
+from cablewright.robot.plane import OFF_PLANE
 from cablewright.units import LARGEST
 
 log = logging.getLogger(__name__)
@@ -144,7 +144,8 @@ def _into_plane(plane: Plane, poses: Array, what: str) -> None:
         at = ", ".join(f"{x:.6g}" for x in poses[row])
         if turned[row] > OFF_PLANE:
             raise InputError(f"{what} {at}: turned by {turned[row]:.4g} rad out of the platform's plane {plane}")
-        raise InputError(f"{what} {at}: {off[row]:.4g} m off the platform's plane {plane}; nan lets it decide one")
+        why = f"{off[row]:.4g} m off the platform's plane {plane}; one coordinate can be left free (nan)"
+        raise InputError(f"{what} {at}: {why}")
     poses[:, :3] -= off[:, None] * normal
     if poses.shape[1] == 6:
         poses[:, 3:] -= aside

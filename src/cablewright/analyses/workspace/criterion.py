@@ -21,7 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure
 from cablewright.robot import Plane, RigidPlatform, Robot
-from cablewright.robot.robot import OFF_PLANE
+from cablewright.robot.plane import OFF_PLANE
 from cablewright.solvers.arguments import as_rows, require_a_load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, tension_distribution, wrench_closure
