@@ -283,9 +283,10 @@ def test_an_unreadable_file(tmp_path: Path) -> None:
 def test_the_examples_in_the_documentation() -> None:
     page = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
     *whole, line = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
-    point, rigid = (loads(text) for text in whole)
+    point, rigid, board = (loads(text) for text in whole)
     assert (point.m, point.n) == (3, 3)
     assert (rigid.m, rigid.n, [load.name for load in rigid.platform.loads]) == (8, 6, ["full", "windy"])
+    assert (board.m, board.n, board.freedoms) == (4, 3, 2)
     assert rigid.retracted(1.1).lines[0].platform_point == pytest.approx((0.1, 0.1, 0.9))
     own = tomllib.loads(line)["lines"][0]
     up = Line(**own, cable=rigid.lines[0].cable, tension_limits=(1, 2))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.robot import Load, PointPlatform, Retraction, RigidPlatform, Robot, load, loads
+from cablewright.robot import Load, Plane, PointPlatform, Retraction, RigidPlatform, Robot, load, loads, update
 
 FILE = """
 schema = 1
@@ -340,3 +340,58 @@ def test_what_has_no_retraction_cannot_retract(name: str) -> None:
 )
 def test_a_retraction_refuses(changes: dict[str, Any], match: str) -> None:
     refused(Retraction, RETRACTION | changes, match)
+
+
+POINT = FILE.replace("platform_point", "winch_exit").replace("rigid", "point")
+
+
+def test_a_plane_takes_freedoms() -> None:
+    body, point = (loads(text + "plane = { normal = [0, -3, 0], distance = '20 mm' }") for text in (FILE, POINT))
+    assert (body.n, body.freedoms, point.n, point.freedoms) == (6, 3, 3, 2)
+    assert loads(FILE).freedoms == 6
+    plane = point.platform.plane
+    assert plane is not None
+    assert (plane.normal, plane.across, plane.axis, plane.distance) == ((0.0, -3.0, 0.0), (0.0, -1.0, 0.0), 1, 0.02)
+    assert str(plane) == "y = -0.02 m"
+    assert plane.height((5.0, -1.0, 7.0)) == pytest.approx(0.98)
+    with pytest.raises(InputError, match=r"^a proof: robot 'beam' has platform\.plane, which is not covered$"):
+        point.require_no_plane("a proof")
+    loads(FILE).require_no_plane("a proof")
+
+
+@given(st.tuples(*[st.floats(-1e9, 1e9)] * 3).filter(any))
+def test_a_normal_has_any_length(normal: tuple[float, float, float]) -> None:
+    plane = Plane(normal=normal)
+    assert math.hypot(*plane.across) == pytest.approx(1.0, abs=1e-15)
+    assert plane.distance == 0.0
+    assert (plane.axis is None) == (sum(number != 0.0 for number in plane.across) > 1)
+
+
+@pytest.mark.parametrize(
+    ("plane", "why"),
+    [
+        ("{ normal = [0, 0, 0] }", "platform.plane.normal = [0, 0, 0]: must not be zero"),
+        ("{ distance = 1 }", "platform.plane.normal: is missing"),
+        ("{ normal = [0, 1] }", "platform.plane.normal"),
+        ("{ normal = ['1 m', 0, 0] }", "platform.plane.normal[0] = '1 m'"),
+        ("{ normal = [0, 0, nan] }", "platform.plane.normal[2]"),
+        ("{ normal = [0, 1, 0], distance = '3 kg' }", "platform.plane.distance = '3 kg'"),
+        ("{ normal = [0, 1, 0], offset = 1 }", "platform.plane.offset = 1: unknown key"),
+        ("{ normal = [0, 1, 0], distance = '1.5 m' }", "platform.plane.distance = '1.5 m': the plane y = 1.5 m misses"),
+        ("3", "platform.plane = 3: must be a table"),
+    ],
+)
+def test_a_plane_that_is_none_is_refused(plane: str, why: str) -> None:
+    for text in (FILE, POINT):
+        assert message(f"plane = {plane}", text).startswith(why)
+
+
+def test_a_plane_is_written_back_in_its_units() -> None:
+    text = FILE + "plane = { normal = [0, 1, 0], distance = '20 mm' }  # board\n"
+    robot = loads(text)
+    plane = Plane(normal=(0.0, 0.0, 2.0), distance=0.03)
+    changed = robot.model_copy(update={"platform": robot.platform.model_copy(update={"plane": plane})})
+    written = update(text, changed)
+    assert loads(written) == changed
+    assert "30 mm" in written
+    assert "# board" in written

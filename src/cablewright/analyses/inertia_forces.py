@@ -38,7 +38,7 @@ def inertia_effects(held: Equilibrium, linear: Linearisation, accelerations: Arr
     if len(moving) == 0:
         return found
     there = held[moving]
-    motion = np.asarray(np.linalg.solve(linear.stiffness[moving], _wrenches(there, accelerations[moving])), np.float64)
+    motion = linear[moving].motion_under(_wrenches(there, accelerations[moving]))
     changes = tension_changes(there).following(motion)
     found.tension_drop[moving] = np.minimum(changes.min(axis=2), 0.0)
     found.tension_rise[moving] = np.maximum(changes.max(axis=2), 0.0)

@@ -45,6 +45,8 @@ def _if_balanced(path: str, transposed: bool = False) -> Callable[[Any], Any]:
 class Modes(Pictured):
     """Modes of the platform at an equilibrium; a leading axis for a batch, with NaN where a row does not balance.
 
+    n is the number of freedoms; in a plane fewer than the coordinates that shapes and participation have.
+
     `frequencies` (n,): Hz, ascending. A negative one is of an unstable direction: the platform leaves the equilibrium
     as exp(2 pi |f| t). `shapes` (n, n): each column is a motion of the platform's origin and a rotation, world frame,
     of unit modal mass: column^T M column = 1. `participation` (n, n): each column has the shares of a mode's kinetic
@@ -191,17 +193,26 @@ def _modes(equilibrium: Equilibrium, geometric: bool) -> Modes:
     parts = parts[0] if equilibrium.single else parts
     whole = parts.total if geometric else parts.elastic
     good = np.asarray(np.isfinite(whole).all(axis=(-2, -1)))
-    back = np.linalg.inv(np.where(good[..., None, None], root, np.eye(root.shape[-1])))
+    root = np.where(good[..., None, None], root, np.eye(root.shape[-1]))
+    free = equilibrium.model.free_directions
+    if free is None:
+        back = np.linalg.inv(root)
+    else:  # motions of unit energy that are orthogonal in their energy, (..., n, freedoms)
+        moving, upper = np.linalg.qr(root @ free)
+        back = free @ np.linalg.inv(upper)
     scaled = np.swapaxes(back, -1, -2) @ np.where(good[..., None, None], whole, 0.0) @ back  # (rad/s)^2
     mirrored = np.swapaxes(scaled, -1, -2)
     values, vectors = np.linalg.eigh(0.5 * (scaled + mirrored))
     values = np.where(np.abs(values) <= ROUNDING * np.abs(values).max(axis=-1, keepdims=True), 0.0, values)
+    skew = _left_out(0.5 * (scaled - mirrored), values, vectors)
+    if free is not None:
+        back, vectors = back @ np.swapaxes(moving, -1, -2), moving @ vectors
     vectors = _pointed(vectors)
     arrays = (
         np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi),
         back @ vectors,
         vectors * vectors,
-        _left_out(0.5 * (scaled - mirrored), values, vectors),
+        skew,
     )
     return Modes(equilibrium, parts, geometric, *(_only(good, array) for array in arrays))
 

@@ -13,7 +13,8 @@ from cablewright.kernels.newton import largest
 from cablewright.kernels.rotation import between, compose, matrix
 from cablewright.kernels.statics.equilibrium import draw_straight, evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
-from cablewright.kernels.statics.inverse import inverse_workspace, solve_inverse
+from cablewright.kernels.statics.inverse import solve_inverse
+from cablewright.kernels.statics.inverse_work import inverse_workspace
 from cablewright.kernels.statics.lever_starts import start_at
 from cablewright.kernels.statics.line import extremes, lengths_of
 from cablewright.kernels.statics.linearise import linearise, tension_changes
@@ -207,6 +208,18 @@ def certify_sweep(packed, lengths, poses, states, tolerance, codes, bounds, boxe
         first = chunk * CHUNK
         last = min(rows, first + CHUNK)
         certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes, signs, first, last)
+
+
+@jit(allocates=True)
+def wrench_rows(packed, lengths, poses, states, wrenches):
+    """Write the wrench (N, n), N and N m, of lines and loads on the platform in each row, without what a plane holds.
+
+    *packed* is to have no plane: otherwise the part that it carries is left out.
+    """
+    work = workspace(robot_of(packed, 0))
+    for j in range(states.shape[0]):
+        evaluate(robot_of(packed, j), lengths[j], poses[j], states[j], work)
+        wrenches[j] = work.trial
 
 
 @jit(allocates=True)

@@ -86,7 +86,10 @@ MASS_X, MASS_Y, MASS_Z = 0, 1, 2  # centre of mass, platform frame
 PLATFORM_WEIGHT = 3  # N
 WRENCH = 4  # 4..9: external force (N) and moment about the platform's origin (N m), world
 MASSLESS = 10  # 1 if any line is weightless and can therefore be slack at zero tension
-PLATFORM = 11
+HELD = 11  # 1 if a plane carries the platform across it, else 0 and so are the next four
+NORMAL = 12  # 12..14: unit vector across the plane, world
+PLANE_DISTANCE = 15  # distance of the plane from the world's origin along its normal, m
+PLATFORM = 16
 
 
 class Packed(NamedTuple):

@@ -12,6 +12,16 @@ def _word(found: Any) -> str | list[str]:
     return found.status.word if found.single else [each.word for each in found.status]
 
 
+def _in_plane(found: Any) -> bool:
+    """Whether a plane carries the platform."""
+    return found.model.robot.platform.plane is not None
+
+
+def _turns_in_plane(found: Any) -> bool:
+    """Whether a plane carries a body."""
+    return _in_plane(found) and found.model.n == 6
+
+
 FIGURES = (
     Figure("status", "", "What became of the solve.", _word),
     Figure("robot", "", "Name of the robot.", "model.robot.name"),
@@ -33,6 +43,20 @@ FIGURES = (
     Figure("winch_tensions", "N", "Tensions at the winches.", "", "at winch", 6, shown="N", along="line"),
     Figure("residual", "m", "Largest residual of the geometric equations.", "residual_norm", digits=2, shown="m"),
     Figure("unbalanced_force", "N", "Largest unbalanced force on the platform.", digits=2),
+    Figure(
+        "plane_force",
+        "N",
+        "Force of lines and loads on the plane along its normal. With the normal out of a board, negative presses on "
+        "it; positive lifts off, which needs a guide.",
+        only=_in_plane,
+        shown="N",
+    ),
+    Figure(
+        "plane_moments",
+        "N m",
+        "Moment of lines and loads on the plane about the platform's origin, world.",
+        only=_turns_in_plane,
+    ),
     Figure("margin", "N", "Smallest distance of a tension from its limits; negative where one is broken."),
     Figure("violation", "N", "How far an inverse solution breaks the limits; 0 of a forward one.", detail=True),
 )

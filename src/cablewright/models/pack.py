@@ -73,12 +73,16 @@ def _retract(robot: Robot, lines: LineNumbers, lengths: Array) -> None:
 
 
 def _pack_platform(own: PlatformNumbers, platform: Platform, gravity: float) -> None:
-    """Weight, centre of mass and external wrench."""
+    """Weight, centre of mass, external wrench, and the plane."""
     own.weight = platform.mass * gravity
     own.wrench[:3] = platform.force
     if isinstance(platform, RigidPlatform):
         own.centre_of_mass = platform.centre_of_mass
         own.wrench[3:] = platform.moment
+    if platform.plane is not None:
+        own.held = 1.0
+        own.normal = platform.plane.across
+        own.plane_distance = platform.plane.distance
 
 
 def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:

@@ -117,7 +117,7 @@ class LineStates(_View):
 
 
 class PlatformNumbers(_View):
-    """Numbers of the platform, (..., 11): `Packed.platform`, or that of a batch."""
+    """Numbers of the platform, (..., 16): `Packed.platform`, or that of a batch."""
 
     centre_of_mass = _Columns(slice(layout.MASS_X, layout.MASS_Z + 1), "(..., 3) platform frame, m.")
     weight = _Columns(layout.PLATFORM_WEIGHT, "(...) N.")
@@ -125,6 +125,9 @@ class PlatformNumbers(_View):
     massless = _Columns(
         layout.MASSLESS, "(...) 1 where any line has no weight, so that its tension is 0 when slack; else 0."
     )
+    held = _Columns(layout.HELD, "(...) 1 where a plane carries the platform across it; else 0.")
+    normal = _Columns(slice(layout.NORMAL, layout.NORMAL + 3), "(..., 3) unit vector across the plane, world.")
+    plane_distance = _Columns(layout.PLANE_DISTANCE, "(...) of the plane from the world's origin along its normal, m.")
 
 
 def blank_states(*shape: int) -> Array:

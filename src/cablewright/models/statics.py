@@ -20,6 +20,7 @@ from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.pack import pack, pack_rows
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
+from cablewright.models.plane import basis
 from cablewright.models.rotation import placed
 from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.results import Result
@@ -129,6 +130,17 @@ class Model:
     def m(self) -> int:
         """The number of lines."""
         return self.robot.m
+
+    @property
+    def freedoms(self) -> int:
+        """The number of directions in which the platform is free, at most n."""
+        return self.robot.freedoms
+
+    @cached_property
+    def free_directions(self) -> Array | None:
+        """Orthonormal basis (n, freedoms) of the motions that a plane leaves; None without a plane."""
+        plane = self.robot.platform.plane
+        return None if plane is None else basis(plane, self.n)
 
     @property
     def n(self) -> int:
@@ -257,6 +269,40 @@ class Equilibrium(Rows, Result):
         slack = np.minimum(low - self.lines.tension_min, self.lines.tension_max - high).min(axis=-1)
         met = (slack < 0.0) & (slack >= -TENSION_TOLERANCE * high.max(axis=-1))
         return scalar(np.where(met, 0.0, slack))
+
+    @property
+    def plane_force(self) -> Any:
+        """Force of lines and loads on the plane along its normal, N: a number, (N,) of a batch; None without a plane.
+
+        The plane answers with the opposite, and is taken as able to hold both ways. Where the normal points out of a
+        board, a negative force presses on it; a positive one lifts off, and needs a guide.
+        """
+        carried = self._carried
+        return None if carried is None else scalar(carried[..., :3] @ PlatformNumbers(self.packed.platform[0]).normal)
+
+    @property
+    def plane_moments(self) -> Array | None:
+        """Moment of lines and loads on the plane about the platform's origin, N m, world: (3,), or (N, 3) of a batch.
+
+        It has no part along the normal. None of a point, and without a plane.
+        """
+        carried = self._carried
+        if carried is None or self.model.n == 3:
+            return None
+        normal = PlatformNumbers(self.packed.platform[0]).normal
+        moments = carried[..., 3:]
+        return np.asarray(moments - (moments @ normal)[..., None] * normal)
+
+    @property
+    def _carried(self) -> Array | None:
+        """Wrench (..., n) of lines and loads on the platform, as if there were no plane; None if there is none."""
+        if self.model.robot.platform.plane is None:
+            return None
+        free = PlatformNumbers(self.packed.platform.copy())
+        free.held = 0.0
+        wrenches = np.empty((self.code.size, self.model.n))
+        batches.wrench_rows(self.packed._replace(platform=free.array), *self.solved_arrays(), wrenches)
+        return wrenches[0] if self.single else wrenches
 
     def is_valid(self, tolerance: float = 1e-9) -> bool:
         """Return whether all rows are solved with residuals up to *tolerance*: m, and share of the weight.

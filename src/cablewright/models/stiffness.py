@@ -27,6 +27,7 @@ from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.stiffness import stiffness_rows
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
+from cablewright.models.plane import projected
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 
@@ -42,8 +43,8 @@ class Stiffness(Rows):
     """The parts of the tangent stiffness at constant lengths; a leading axis for a batch (see `Rows`).
 
     `elastic` and `geometric` (n, n): restoring wrench per motion of the platform's origin and rotation, world, N/m and
-    N m/rad; `elastic` is symmetric and positive semidefinite. `axial` (m,): each line's stiffness along its
-    chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack.
+    N m/rad; `elastic` is symmetric and positive semidefinite. What a plane holds has none. `axial` (m,): each line's
+    stiffness along its chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack.
     """
 
     SINGLE: ClassVar = ("elastic", 2)
@@ -102,6 +103,7 @@ def _elastic_part(equilibrium: Equilibrium, chords: Array, axial: Array) -> Arra
     if equilibrium.model.n == 6:
         arms = equilibrium.platform_points - equilibrium.pose[..., None, :3]
         wrenches = np.concatenate([chords, np.cross(arms, chords)], axis=-1)  # (..., m, n)
+    wrenches = projected(equilibrium.model.free_directions, wrenches)
     return np.asarray(np.einsum("...m,...mi,...mj->...ij", axial, wrenches, wrenches))
 
 

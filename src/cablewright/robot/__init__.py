@@ -7,6 +7,7 @@ from cablewright.robot.files import file_text, library_names, library_text, load
 from cablewright.robot.line import Line
 from cablewright.robot.parameter_values import Kind
 from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_of, with_value
+from cablewright.robot.plane import Plane
 from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Beam, Scene
@@ -33,6 +34,7 @@ __all__ = [
     "Line",
     "Load",
     "Parameter",
+    "Plane",
     "Platform",
     "PlatformSheave",
     "PointPlatform",

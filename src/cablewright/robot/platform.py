@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from cablewright.errors import UnknownName
 from cablewright.robot.direction import Direction, unit_vector
 from cablewright.robot.inertia import check_inertia
+from cablewright.robot.plane import Plane
 from cablewright.robot.scene import MAX_SHAPES
 from cablewright.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
 from cablewright.validation import Description, KeyPath, refusal, require_box, require_unique_names
@@ -59,6 +60,7 @@ class _PlatformWithLoads(Description):
     force: Force3 = _ZERO
     loads: tuple[Load, ...] = ()
     boxes: Annotated[tuple[Box, ...], Field(max_length=MAX_SHAPES)] = ()
+    plane: Plane | None = None
 
     @model_validator(mode="after")
     def _loads_have_unique_names(self) -> Self:
@@ -76,7 +78,8 @@ class _PlatformWithLoads(Description):
 class PointPlatform(_PlatformWithLoads):
     """A mass at the point where all lines meet: it has three freedoms, its position (m, world).
 
-    ``force``: (3,) N, world, on the platform besides its weight and the lines. ``boxes``: its body, unrotated.
+    ``force``: (3,) N, world, on the platform besides its weight and the lines. ``boxes``: its body, unrotated. With a
+    ``plane`` it has the two freedoms in it.
     """
 
     freedoms: ClassVar[int] = 3
@@ -136,7 +139,8 @@ class RigidPlatform(_PlatformWithLoads):
     and ``inertia_products``: (3,) Ixy, Ixz, Iyz, kg m^2, the entries of the tensor about the centre of mass along the
     platform's axes, with the tensor's signs, as in a URDF. ``force``: (3,) N, at the platform's origin, and ``moment``:
     (3,) N m about it, both world: on the platform besides its weight and the lines. ``boxes``: its body, which does not
-    move with a retraction.
+    move with a retraction. With a ``plane`` it has three freedoms: its origin stays in it, and it rotates about the
+    normal.
     """
 
     freedoms: ClassVar[int] = 6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, product
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from cablewright.errors import InputError, suggestion
 from cablewright.robot.bracket import Bracket
 from cablewright.robot.line import MAX_LINES, Line
+from cablewright.robot.plane import OFF_PLANE
 from cablewright.robot.platform import Platform, Retraction, RigidPlatform
 from cablewright.robot.scene import Scene
 from cablewright.robot.uncertainty import Uncertainty
@@ -49,6 +50,7 @@ class Robot(FileDescription):
                 'all lines of a point platform must have one platform_point; a platform that rotates has kind = "rigid"'
             )
             raise refusal("lines", why)
+        self._check_plane()
         names = [line.name for line in self.lines]
         if self.uncertainty is not None:
             try:
@@ -67,6 +69,17 @@ class Robot(FileDescription):
                 why = f"lines {one.name!r} and {other.name!r} are one line: same exit_point and platform_point"
                 raise refusal("lines", why)
 
+    def _check_plane(self) -> None:
+        plane = self.platform.plane
+        if plane is None:
+            return
+        heights = [
+            plane.height(corner) for corner in product(*zip(self.scene.frame_min, self.scene.frame_max, strict=True))
+        ]
+        if min(heights) > OFF_PLANE or max(heights) < -OFF_PLANE:
+            why = f"the plane {plane} misses the frame, the allowed box of the platform's origin"
+            raise refusal("distance", why, within=("platform", "plane"))
+
     @property
     def m(self) -> int:
         """The number of lines."""
@@ -74,8 +87,13 @@ class Robot(FileDescription):
 
     @property
     def n(self) -> int:
-        """The number of pose coordinates, the platform's freedoms."""
+        """The number of pose coordinates: 3 of a point, 6 of a body."""
         return self.platform.freedoms
+
+    @property
+    def freedoms(self) -> int:
+        """The number of directions in which the platform is free: n, or in a plane 2 of a point and 3 of a body."""
+        return self.n if self.platform.plane is None else {3: 2, 6: 3}[self.n]
 
     @property
     def retraction(self) -> Retraction | None:
@@ -112,6 +130,11 @@ class Robot(FileDescription):
         for line in self.lines:
             if not line.in_plane:
                 raise InputError(f"{by}: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
+
+    def require_no_plane(self, by: str) -> None:
+        """Raise `InputError` for a platform in a plane, which is not covered *by* something."""
+        if self.platform.plane is not None:
+            raise InputError(f"{by}: robot {self.name!r} has platform.plane, which is not covered")
 
     def limited(self, tension_limits: tuple[float, float]) -> Robot:
         """Return the robot with *tension_limits*, min and max (N), of every line."""

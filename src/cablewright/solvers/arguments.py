@@ -16,12 +16,17 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import is_compiled
 from cablewright.models.packed_views import PlatformNumbers
+from cablewright.models.plane import projected
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
+from cablewright.robot import Plane
+from cablewright.robot.plane import OFF_PLANE
 from cablewright.units import LARGEST
 
 log = logging.getLogger(__name__)
 
+CARRIED = 1e-9  # of the load: part in the plane under which the plane carries the whole load
+ROUNDING = 4e-16  # of a coordinate
 SERIAL_BELOW = 64  # number of rows below which one thread is faster than several
 
 
@@ -82,26 +87,68 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
 
     A rigid body's pose may be its position alone: unrotated. A rotation vector longer than pi is replaced by the
     equivalent shorter one, with a warning in the log. If *free*, NaN marks the freedoms that gravity decides on a robot
-    with fewer lines than freedoms. Raises `InputError` for a wrong count or numbers that are not finite.
+    with fewer lines than freedoms. Of a position in a plane one coordinate may be NaN, which the plane decides. Raises
+    `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's plane.
     """
-    n = model.n
+    n, freedoms, plane = model.n, model.freedoms, model.robot.platform.plane
     array = _numbers(values, (n, 3), what, "m and rad")
     poses = np.atleast_2d(array)
     if poses.shape[1] < n:
         poses = np.concatenate([poses, np.zeros((len(poses), 3))], axis=1)
+    if plane is not None:
+        _complete(plane, poses)
     wrong = ~(np.abs(poses) <= LARGEST)
-    if free and model.m >= n and np.isnan(poses).any():
-        raise InputError(f"{what}: {model.m} lines hold all {n} freedoms: none can be left free (nan)")
-    if free and model.m < n:
-        m, given = model.m, n - np.isnan(poses).sum(axis=1)
+    if free and model.m >= freedoms and np.isnan(poses).any():
+        raise InputError(f"{what}: {model.m} lines hold all {freedoms} freedoms: none can be left free (nan)")
+    if free and model.m < freedoms:
+        if plane is not None and plane.axis is None:
+            raise InputError(f"{what}: {model.m} lines hold {freedoms} freedoms in a plane across x, y or z alone")
+        m, given = model.m, freedoms - np.isnan(poses).sum(axis=1)
         if (given != m).any():
-            count = f"{m} lines hold {m} of the {n} freedoms; {given[given != m][0]} are given"
-            raise InputError(f"{what}: {count}: leave {n - m} free (nan) for gravity")
+            count = f"{m} lines hold {m} of the {freedoms} freedoms; {given[given != m][0]} are given"
+            raise InputError(f"{what}: {count}: leave {freedoms - m} free (nan) for gravity")
         wrong = np.abs(poses) > LARGEST
     _refuse(poses, wrong, what)
     if n == 6:
         poses[:, 3:] = _short_turns(poses[:, 3:], what)
+    if plane is not None:
+        _into_plane(plane, poses, what)
     return poses, array.ndim == 1
+
+
+def _complete(plane: Plane, poses: Array) -> None:
+    """Where one coordinate of a position in *poses* (rows, n) that the plane decides is NaN, write it."""
+    normal = np.array(plane.across)
+    leaning = np.flatnonzero(normal)
+    for k in leaning:
+        others = leaning[leaning != k]
+        rows = np.isnan(poses[:, k]) & ~np.isnan(poses[:, others]).any(axis=1)
+        poses[rows, k] = (plane.distance - poses[rows][:, others] @ normal[others]) / normal[k]
+
+
+def _into_plane(plane: Plane, poses: Array, what: str) -> None:
+    """Move *poses* (rows, n) by up to `OFF_PLANE` into the plane. Raises `InputError` for one that is farther off."""
+    normal = np.array(plane.across)
+    held = np.concatenate([normal != 0.0, normal == 0.0])[: poses.shape[1]]
+    if np.isnan(poses[:, held]).any():
+        raise InputError(f"{what}: what the plane {plane} holds cannot be left free (nan)")
+    known = np.nan_to_num(poses)
+    off = known[:, :3] @ normal - plane.distance
+    aside = (
+        known[:, 3:] - (known[:, 3:] @ normal)[:, None] * normal if poses.shape[1] == 6 else np.zeros((len(poses), 3))
+    )
+    turned = np.linalg.norm(aside, axis=1)
+    far = np.flatnonzero((np.abs(off) > OFF_PLANE + ROUNDING * np.abs(known[:, :3]).max(axis=1)) | (turned > OFF_PLANE))
+    if len(far):
+        row = far[0]
+        at = ", ".join(f"{x:.6g}" for x in poses[row])
+        if turned[row] > OFF_PLANE:
+            raise InputError(f"{what} {at}: turned by {turned[row]:.4g} rad out of the platform's plane {plane}")
+        why = f"{off[row]:.4g} m off the platform's plane {plane}; one coordinate can be left free (nan)"
+        raise InputError(f"{what} {at}: {why}")
+    poses[:, :3] -= off[:, None] * normal
+    if poses.shape[1] == 6:
+        poses[:, 3:] -= aside
 
 
 def _short_turns(vectors: Array, what: str) -> Array:
@@ -125,13 +172,18 @@ def _short_turns(vectors: Array, what: str) -> Array:
 
 def require_a_load(model: Model) -> None:
     """Raise `InputError` where nothing loads the lines: their least tensions would be zero and hold nothing."""
-    platform = PlatformNumbers(model.packed.platform)
-    if platform.weight > 0.0 or platform.wrench.any():
+    platform, free = PlatformNumbers(model.packed.platform), model.free_directions
+    if free is None and (platform.weight > 0.0 or platform.wrench.any()):
         return
-    if model.m < model.n:
-        raise InputError(f"gravity = 0, no external force: {model.m} lines leave freedoms that nothing decides")
+    load = np.array(platform.wrench[: model.n])
+    load[2] -= platform.weight
+    if (np.abs(projected(free, load)) > CARRIED * np.abs(load).max()).any():
+        return
+    why = "gravity = 0, no external force" if free is None else "the plane carries the whole load"
+    if model.m < model.freedoms:
+        raise InputError(f"{why}: {model.m} lines leave freedoms that nothing decides")
     if not model.lines.tension_min.any():
-        raise InputError("gravity = 0, no external force: a line's tension_limits must begin above 0, or all are slack")
+        raise InputError(f"{why}: a line's tension_limits must begin above 0, or all are slack")
 
 
 def given_rows(values: ArrayLike, rows: int, width: int, what: str, unit: str) -> Array:

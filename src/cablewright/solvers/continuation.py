@@ -52,10 +52,15 @@ class Tracker:
     """
 
     def __init__(self, model: Model, lengths: ArrayLike, settings: TrackerSettings | None = None) -> None:
-        """Start at the equilibrium of *lengths* (m,), m. Raises `AnswerError` if none is found without a guess."""
+        """Start at the equilibrium of *lengths* (m,), m. Raises `AnswerError` if none is found without a guess.
+
+        Raises `InputError` where steps are to be certified and the platform moves in a plane.
+        """
+        self.settings = settings or TrackerSettings()
+        if self.settings.certify:
+            model.robot.require_no_plane("certificates of a Tracker")
         begin = solve_forward(model, lengths).checked()
         self.model = model
-        self.settings = settings or TrackerSettings()
         self.pose = begin.pose.copy()
         self.states = begin.states.copy()
         self.margin = np.nan

@@ -192,6 +192,7 @@ def equilibria(
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     model.refuse_rigid()
+    model.robot.require_no_plane("equilibria")
     given, single = as_rows(lengths, model.m, "lengths", "m")
     if not single or not (given > 0.0).all():
         raise InputError(f"lengths: {model.m} numbers over zero are expected, in m; got {given.tolist()}")

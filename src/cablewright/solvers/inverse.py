@@ -29,7 +29,8 @@ def inverse(
 
     With *preferred* tensions, (m,) or one row for each pose, N, the tensions nearest to those are taken instead.
 
-    A rigid body's pose is its position and rotation vector, or its position alone: unrotated. On a robot with fewer
+    A rigid body's pose is its position and rotation vector, or its position alone: unrotated. A platform in a plane has
+    its poses in that plane, which takes all force across it and decides a coordinate that is NaN. On a robot with fewer
     lines than freedoms, m freedoms are given and the others are NaN: gravity decides them, and the pose of the answer
     is complete. *retraction* is the platform's retraction length, m, one for all or one for each pose.
 
@@ -69,7 +70,7 @@ def solve_inverse(
     codes = np.zeros(rows, dtype=np.int64)
     violations = np.zeros(rows)
     arrays = (packed, pose, states, lengths, codes, violations)
-    if model.m < model.n:
+    if model.m < model.freedoms:
         run(batches.hanging_rows, batches.hanging_sweep, rows, *arrays)
     else:
         run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, path)

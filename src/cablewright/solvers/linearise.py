@@ -22,14 +22,15 @@ class Linearisation(Rows):
     """First-order behaviour at an equilibrium with lengths held; a leading axis for a batch, see `Rows`.
 
     `stiffness` (n, n): restoring wrench per platform motion, N/m and N m/rad; not symmetrised, as rigid arcs over the
-    sheaves make it slightly unsymmetric. `motion` (n, m, 10): motion of the platform per parameter of each line, see
-    the properties.
+    sheaves make it slightly unsymmetric; what a plane holds has none. `motion` (n, m, 10): motion of the platform per
+    parameter of each line, see the properties.
     """
 
     SINGLE: ClassVar = ("stiffness", 2)
 
     stiffness: Array
     motion: Array
+    free: Array | None = None  # (n, f) basis of the motions that a plane leaves
 
     @property
     def per_length(self) -> Array:
@@ -63,8 +64,17 @@ class Linearisation(Rows):
 
     @property
     def per_wrench(self) -> Array:
-        """(n, n) motion per external wrench: the compliance, m/N and rad/(N m)."""
-        return np.asarray(np.linalg.inv(self.stiffness))
+        """(n, n) motion per external wrench: the compliance, m/N and rad/(N m); 0 across a plane."""
+        if self.free is None:
+            return np.asarray(np.linalg.inv(self.stiffness))
+        back = np.swapaxes(self.free, -1, -2)
+        return np.asarray(self.free @ np.linalg.inv(back @ self.stiffness @ self.free) @ back)
+
+    def motion_under(self, wrenches: Array) -> Array:
+        """Return the motion (..., n, k) under *wrenches* (..., n, k), N and N m, on the platform."""
+        if self.free is None:
+            return np.asarray(np.linalg.solve(self.stiffness, wrenches), np.float64)
+        return self.per_wrench @ wrenches
 
 
 def linearise(equilibrium: Equilibrium) -> Linearisation:
@@ -87,7 +97,8 @@ def linearise_where_regular(equilibrium: Equilibrium) -> tuple[Linearisation, ND
     codes = np.zeros(rows, dtype=np.int64)
     solved = equilibrium.solved_arrays()
     run(batches.linearise_rows, batches.linearise_sweep, rows, equilibrium.packed, *solved, stiffness, motion, codes)
-    return Linearisation(stiffness, motion), codes
+    free = model.free_directions
+    return Linearisation(stiffness, motion, None if free is None else np.repeat(free[None], rows, axis=0)), codes
 
 
 @dataclass(frozen=True, eq=False, repr=False)

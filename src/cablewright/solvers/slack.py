@@ -26,7 +26,8 @@ from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.statics.equilibrium import judge
-from cablewright.kernels.statics.inverse import inverse_workspace, stays
+from cablewright.kernels.statics.inverse import stays
+from cablewright.kernels.statics.inverse_work import inverse_workspace
 from cablewright.kernels.statics.line import extremes
 from cablewright.kernels.statics.sheave import straight, whole_length
 from cablewright.kernels.statics.wrench import has_plane
@@ -94,6 +95,7 @@ def solve_with_slack(
     fewer taut lines than freedoms would remain.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
+    model.robot.require_no_plane("slack lines")
     by = _checked(model, excess)
     pose, single = as_poses(model, poses, "pose")
     batch = _solve(model, pose, list(by), np.tile(np.array(list(by.values())), (len(pose), 1)))
@@ -257,6 +259,7 @@ def slack_sets(
     or for over 2000 sets.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
+    model.robot.require_no_plane("sets of slack lines")
     _check_taut(model, 1)
     count = math.comb(model.m, model.n)
     if count > MAX_SETS:

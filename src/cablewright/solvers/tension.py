@@ -255,6 +255,9 @@ def capacity(
             pair = f"number {worst + 1} is {low[worst]:g}, {high[worst]:g}"
             raise InputError(f"box: lowest <= highest is expected; {pair}")
         wrench, half = 0.5 * (low + high), 0.5 * (high - low)
+        plane = model.robot.platform.plane
+        if plane is not None and plane.axis is None:
+            raise InputError("box: its sides are along the world's axes, and the plane of the platform is tilted")
     packed = _packed(model, len(given), wrench, retraction)
     rows = len(given)
     margins, ranks, codes = np.zeros(rows), np.zeros(rows, np.int64), np.zeros(rows, np.int64)
@@ -270,21 +273,25 @@ def structures(
     """Return structure matrices A (N, n, m) and wrenches w (N, n) of A t + w = 0 at *poses* (N, n); NaN if undefined.
 
     Column i is the wrench of line i about the platform's origin, per newton of its tension; NaN without a direction.
+    What a plane carries is left out of both.
     """
     given, _ = as_poses(model, poses, "pose")
     return _structures(_packed(model, len(given), wrench, retraction), given)
 
 
 def self_stresses(equilibrium: Equilibrium) -> Array:
-    """Orthonormal directions (max(m - n, 0), m) of tensions that balance each other, at a single *equilibrium*.
+    """Orthonormal directions (max(m - freedoms, 0), m) of tensions that balance each other, at a single *equilibrium*.
 
     For straight lines from exit point to platform point; along these directions the pose hardly changes.
     """
-    n, m, points = equilibrium.model.n, equilibrium.model.m, equilibrium.platform_points
+    n, m, points = equilibrium.model.freedoms, equilibrium.model.m, equilibrium.platform_points
+    free = equilibrium.model.free_directions
     chords = points - equilibrium.lines.exit_point
     units = equilibrium.lines.pulls[:, None] * chords / np.linalg.norm(chords, axis=1)[:, None]
-    if n == 6:
+    if equilibrium.model.n == 6:
         units = np.concatenate([units, np.cross(points - equilibrium.pose[:3], units)], axis=1)
+    if free is not None:
+        units = units @ free
     return np.ascontiguousarray(np.linalg.svd(units.T)[2][n:]) if m > n else np.zeros((0, m))
 
 

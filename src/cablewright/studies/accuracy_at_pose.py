@@ -180,7 +180,7 @@ def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPos
             )
     corners = region(found.problem, corner_values(found.problem), inner=INNER, seed=seed)
     best = None
-    if robot.m - robot.n in GRID:
+    if robot.m - robot.freedoms in GRID:
         quick = Vertices() if len(question.ranges) <= ALL_VERTICES else FirstOrder()
         best = best_tensions(there.equilibria, question.ranges, quick)
     return AccuracyAtPose(found, corners, remains, best)

@@ -48,8 +48,8 @@ def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
 
 def require_lines(robot: Robot, where: str) -> None:
     """Raise `InputError` for a robot with fewer lines than freedoms, which cannot be held *where* (for the message)."""
-    if robot.m < robot.n:
-        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.n} freedoms {where}")
+    if robot.m < robot.freedoms:
+        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.freedoms} freedoms {where}")
 
 
 def along(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None]:

@@ -20,7 +20,8 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.results import Figure
-from cablewright.robot import Robot
+from cablewright.robot import Plane, RigidPlatform, Robot
+from cablewright.robot.plane import OFF_PLANE
 from cablewright.solvers.arguments import as_rows, require_a_load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import Capacity, Distribution, capacity, tension_distribution, wrench_closure
@@ -117,7 +118,7 @@ class Criterion:
             wrenches = low, high
         turns = _turns(model, options.get("orientations"))
         box = options.get("box")
-        plane = plane_of(model.robot) if flat and box is None else None
+        plane = plane_of(model.robot, point) if flat and box is None else None
         where = plane or box_of(model.robot, box, flat=flat)
         arm = float(options.get("arm", 1.0))
         made = cls(model, name, where, point, turns, options.get("retraction"), wrenches, arm)
@@ -196,8 +197,9 @@ class Criterion:
 
     @cached_property
     def across(self) -> int | None:
-        """The axis across the plane of a planar robot in whose plane the box is; None for all others."""
-        plane = plane_of(self.model.robot) if self.box.is_flat else None
+        """The axis across the plane of a planar robot in whose plane the box is; None for others and for `Plane`."""
+        guided = self.model.robot.platform.plane is not None
+        plane = plane_of(self.model.robot) if self.box.is_flat and not guided else None
         if plane is None:
             return None
         axis = plane.flat_axis
@@ -219,9 +221,11 @@ class Criterion:
         return np.where(found.feasible, np.maximum(found.margin, 0.0), no)
 
     def _check_plane(self) -> None:
-        """Refuse what no planar robot can do: to pull across its plane. Raises `InputError`."""
-        if self.name == "static" and self.model.m < self.model.n and self.across is None:
-            why = f"{self.model.m} lines hold {self.model.m} of the {self.model.n} freedoms"
+        """Refuse what no planar robot can do: to pull across its plane, or to leave it. Raises `InputError`."""
+        if self.model.robot.platform.plane is not None:
+            self._check_box()
+        if self.name == "static" and self.model.m < self.model.freedoms and self.across is None:
+            why = f"{self.model.m} lines hold {self.model.m} of the {self.model.freedoms} freedoms"
             raise InputError(f"static: {why}; only two lines in a plane can be searched, in that plane")
         if self.across is None:
             return
@@ -230,6 +234,16 @@ class Criterion:
         if self.wrench_box is not None and any(side[self.across] for side in self.wrench_box):
             axis = "xyz"[self.across]
             raise InputError(f"wrench box: no lines pull across the plane: 0 to 0 along {axis} is expected")
+
+    def _check_box(self) -> None:
+        """Refuse a box out of the plane that carries the platform. Raises `InputError`."""
+        robot, box = self.model.robot, self.box
+        own = plane_of(robot, self.point)
+        assert own is not None
+        axis, at = own.flat_axis, own.low[own.flat_axis]
+        if not (box.is_flat and box.flat_axis == axis and abs(box.low[axis] - at) <= OFF_PLANE):
+            why = f"the {self.point} of {robot.name!r} moves in the plane {'xyz'[axis]} = {at:g} m"
+            raise InputError(f"box: {why}: only an area in that plane can be searched")
 
     def _check_retraction(self) -> None:
         """Refuse retraction lengths outside the platform's range. Raises `InputError`."""
@@ -272,11 +286,14 @@ def is_planar(robot: Robot, box: ArrayLike | None) -> bool:
     return plane_of(robot) is not None if box is None else box_of(robot, box, flat=True).is_flat
 
 
-def plane_of(robot: Robot) -> SearchBox | None:
+def plane_of(robot: Robot, point: str = "origin") -> SearchBox | None:
     """Return the part of the frame in the plane of a planar robot, None for others.
 
-    A planar robot is a point whose lines have one coordinate in common, along which nothing pulls.
+    A planar robot has `platform.plane`, in which its *point* moves in parallel; or it is a point whose lines have one
+    coordinate in common, along which nothing pulls. Raises `InputError` for a tilted plane.
     """
+    if robot.platform.plane is not None:
+        return _guided(robot, robot.platform.plane, point)
     exits = np.array([np.subtract(line.exit_point, line.platform_point) for line in robot.lines])
     pulls = robot.platform.force - np.array([0.0, 0.0, robot.platform.mass * robot.scene.gravity])
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
@@ -285,6 +302,17 @@ def plane_of(robot: Robot) -> SearchBox | None:
     if robot.n != 3 or len(across) != 1:  # exit points in a line span no plane, but together with a load
         return None
     low[across] = high[across] = exits[0, across]
+    return SearchBox(low, high)
+
+
+def _guided(robot: Robot, plane: Plane, point: str) -> SearchBox:
+    """The part of the frame in the plane in which a *point* of the platform moves. Raises `InputError`."""
+    axis = plane.axis
+    if axis is None:
+        raise InputError(f"robot {robot.name!r}: its plane is tilted; areas are found in planes across x, y or z")
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    aside = robot.platform.nozzle[axis] if point == "nozzle" and isinstance(robot.platform, RigidPlatform) else 0.0
+    low[axis] = high[axis] = plane.distance * plane.across[axis] + aside
     return SearchBox(low, high)
 
 

@@ -41,6 +41,8 @@ def _words(unknown: dict[str, int]) -> str:
 def robot_rows(robot: Robot) -> list[tuple[str, str]]:
     """Return the rows about the robot and the program."""
     body = "point mass" if robot.n == 3 else "rigid body"
+    if robot.platform.plane is not None:
+        body += f" in the plane {robot.platform.plane}"
     return [
         ("program", program()),
         ("robot", robot.name),
@@ -83,12 +85,14 @@ def _wrench(robot: Robot) -> str:
 
 
 def _platform(robot: Robot) -> str:
-    platform = robot.platform
+    platform, guided = robot.platform, ""
+    if platform.plane is not None:
+        guided = f" It stays in the plane {platform.plane}, which holds it both ways without friction."
     if not isinstance(platform, RigidPlatform):
-        return "The platform is a point: all lines meet in it, and it has no tilt."
+        return f"The platform is a point: all lines meet in it, and it has no tilt.{guided}"
     return (
         f"The platform is a rigid body: its centre of mass is at {_point(platform.centre_of_mass)} m and its nozzle at "
-        f"{_point(platform.nozzle)} m from its origin. Retraction moves platform points, not masses."
+        f"{_point(platform.nozzle)} m from its origin. Retraction moves platform points, not masses.{guided}"
     )
 
 

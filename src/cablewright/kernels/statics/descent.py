@@ -29,6 +29,7 @@ from cablewright.kernels.newton import copy, largest, largest_of_column, solve
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import add_eliminated, draw_straight, eliminate, move_platform
 from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
+from cablewright.kernels.statics.plane import hold, into_plane, keep_free_columns
 from cablewright.kernels.statics.sheave import straight, unstrain, whole_length, wrap
 from cablewright.kernels.statics.spatial import (
     POSE,
@@ -70,9 +71,9 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
             soft = max(soft, work.stiffness[k, k])
         if size < tolerance * load:
             return True
-        slope = _direction(work, n, 1e-12 * soft + 1e-6 * load)
+        slope = _direction(packed, work, n, 1e-12 * soft + 1e-6 * load)
         if not slope > 0.0:
-            slope = _direction(work, n, soft + load)
+            slope = _direction(packed, work, n, soft + load)
         if not slope > 0.0:
             return False
         if size < STALLED_FORCE * load and largest_of_column(work.move, n) < STALLED:
@@ -98,13 +99,14 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
 
 
 @jit
-def _direction(work, n, damping):
+def _direction(packed, work, n, damping):
     """Write the Newton direction to work.move; returns the product of wrench and direction, 0 where there is none."""
     for i in range(n):
         work.move[i, 0] = work.wrench[i]
         work.stiffness[i, i] += damping
     if not solve(work.stiffness, work.move, n, 1):
         return 0.0
+    keep_free_columns(packed, work.move)
     slope = 0.0
     for k in range(n):
         slope += work.move[k, 0] * work.wrench[k]
@@ -133,6 +135,7 @@ def _evaluate(packed, lengths, pose, states, work, law):
             return False
         if found > 0:
             add_eliminated(row, states[i], force, steps, work.arms[i], plane, work.wrench, work.stiffness)
+    hold(packed, work.wrench, work.stiffness)
     return True
 
 
@@ -254,7 +257,10 @@ def _offset_springs(packed, lengths, pose, states, work):
 
 @jit
 def place_below(packed, lengths, pose):
-    """Set the position of *pose* below the centroid of the exit points as a first guess; its rotation stays."""
+    """Set the position of *pose* below the centroid of the exit points as a first guess; its rotation stays.
+
+    Where the platform has a plane, in that.
+    """
     m = packed.lines.shape[0]
     pose[:3] = 0.0
     drop = 1e300
@@ -267,3 +273,4 @@ def place_below(packed, lengths, pose):
             low, high = min(low, packed.lines[i, EXIT_X + k]), max(high, packed.lines[i, EXIT_X + k])
         drop = max(drop, 0.25 * (high - low))
     pose[2] -= drop
+    into_plane(packed, pose)

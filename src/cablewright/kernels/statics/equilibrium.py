@@ -39,6 +39,7 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import copy, largest, min_pivot, solve
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
+from cablewright.kernels.statics.plane import hold, keep_free, keep_free_columns
 from cablewright.kernels.statics.sheave import straight, whole_length, wrap
 from cablewright.kernels.statics.spatial import (
     COLUMNS,
@@ -155,6 +156,7 @@ def evaluate(packed, lengths, pose, states, work):
                 worst = size
         add_pull(row, work.arms[i], plane, h, v, work.trial)
         scale = max(scale, row[PULLS] * abs(h), row[PULLS] * abs(v))
+    keep_free(packed, work.trial)
     return worst, _unbalanced(work.trial, reach), scale
 
 
@@ -194,6 +196,7 @@ def condense(packed, states, work):
         if not eliminate(row, work.blocks[i], steps, 3):
             return False
         add_eliminated(row, y, work.forces[i], steps, work.arms[i], work.planes[i], work.wrench, work.stiffness)
+    hold(packed, work.wrench, work.stiffness)
     return True
 
 
@@ -303,6 +306,7 @@ def newton_step(packed, pose, states, work):
         work.move[k, 0] = work.wrench[k]
     if not solve(work.stiffness, work.move, n, 1):
         return False, 0.0, False
+    keep_free_columns(packed, work.move)
     step, full = move_platform(pose, work)
     for i in range(lines.shape[0]):
         if is_slack(lines[i], states[i]):

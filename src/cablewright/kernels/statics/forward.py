@@ -3,7 +3,16 @@
 from math import pi
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import GUIDE, LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED
+from cablewright.kernels.layout import (
+    GUIDE,
+    HELD,
+    LEVER_UNSTABLE,
+    MASSLESS,
+    NORMAL,
+    NOT_CONVERGED,
+    OK,
+    OVERSTRETCHED,
+)
 from cablewright.kernels.rotation import angle_of, matrix
 from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
 from cablewright.kernels.statics.equilibrium import (
@@ -28,6 +37,7 @@ POLISHES = 4  # Newton steps that balance taut lines where a pose's digits are t
 ROUGH = 1e-3  # of the weight: unbalanced force at which Newton takes over from the descent
 LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the weight, at which levers are placed
 STARTS = 10  # start rotations of a rigid body
+IN_PLANE = pi / 5.0  # rad: between the start rotations of a body in a plane
 UPRIGHT = 0.6  # rad: a solution rotated by less than this ends the search
 
 
@@ -112,7 +122,7 @@ def solve_cold(packed, lengths, pose, states, work):
     min_angle = 1e300
     best, best_states = pose.copy(), states.copy()
     for start in range(STARTS):
-        turn_to_start(pose, start)
+        turn_to_start(packed, pose, start)
         code, iterations, residual = _solve_from_springs(packed, lengths, pose, states, work)
         total += iterations
         angle = angle_of(pose)
@@ -127,10 +137,17 @@ def solve_cold(packed, lengths, pose, states, work):
 
 
 @jit
-def turn_to_start(pose, start):
-    """Set the rotation of *pose* for start number *start*: none, tilts to four sides, then rotations about z."""
+def turn_to_start(packed, pose, start):
+    """Set the rotation of *pose* for start number *start*: none, tilts to four sides, then rotations about z.
+
+    In a plane only the normal is an axis.
+    """
     pose[3:] = 0.0
-    if 1 <= start <= 4:
+    if packed.platform[HELD] > 0.0:
+        turn = (start + 1) // 2 * (IN_PLANE if start % 2 else -IN_PLANE)
+        for k in range(3):
+            pose[3 + k] = turn * packed.platform[NORMAL + k]
+    elif 1 <= start <= 4:
         pose[3 + (start - 1) // 2] = 0.6 if start % 2 else -0.6
     elif start >= 5:
         pose[5] = pi * (0.25, -0.25, 0.5, -0.5, 1.0)[start - 5]

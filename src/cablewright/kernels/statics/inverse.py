@@ -6,15 +6,12 @@ programs on the lines linearised at their current pulls; with straight cables an
 """
 
 from math import exp, hypot, log
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     BAD_WRAP,
-    COLUMNS,
     DEAD,
     DEAD_COMPLIANCE,
     FREE,
@@ -48,14 +45,12 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import copy, largest
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import (
-    Work,
     evaluate,
     is_slack,
     judge,
     judge_stability,
     leaves_backwards,
     unbalanced,
-    workspace,
 )
 from cablewright.kernels.statics.line import (
     SLACK_TENSION,
@@ -67,6 +62,7 @@ from cablewright.kernels.statics.line import (
     settle_at_pull,
     start_force,
 )
+from cablewright.kernels.statics.plane import keep_free
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.spatial import END_FORCE, GIVEN, advance_spatial
 from cablewright.kernels.statics.spatial_pull import TAUT, begin_spatial, settle_placed, spatial_column
@@ -98,55 +94,6 @@ STIFFEST = 1e-8  # 1/N: compliance assumed for rigid cables where the stability 
 FLATTEST = 0.05  # of an extreme's change per pull: min slope with which a limit is linearised
 NEEDS_PUSH = -1  # infeasible, and no line states that balance the load
 SOLVED = (OK, INFEASIBLE, OVERSTRETCHED, BAD_WRAP, LEVER_UNSTABLE, UNSTABLE, SINGULAR)  # codes with line states
-
-
-class InverseWork(NamedTuple):
-    """Scratch of the inverse problem in addition to that of the equilibrium."""
-
-    base: Work
-    structure: NDArray[np.float64]  # (n, m): wrench per pull, reversed
-    load: NDArray[np.float64]  # (n,)
-    low: NDArray[np.float64]  # (m,): limits on the pull
-    high: NDArray[np.float64]
-    pulls: NDArray[np.float64]  # (m,)
-    required: NDArray[np.float64]  # (m,): pulls that the last program requires
-    multipliers: NDArray[np.float64]  # (n,)
-    moves: NDArray[np.float64]  # (m,): the last required change of the pulls
-    before: NDArray[np.float64]  # (m,): pulls of the last program
-    curvature: NDArray[np.float64]  # (m,): of the Lagrangian
-    bias: NDArray[np.float64]  # (m,)
-    column: NDArray[np.float64]  # (n,)
-    step: NDArray[np.float64]  # (n, 3)
-    slackest: NDArray[np.float64]  # (1,): min tension of a line as a share of its weight
-    lengths: NDArray[np.float64]  # (m,)
-    lines: NDArray[np.float64]  # (m, COLUMNS): as packed, but with elastic cables only
-    mixed: NDArray[np.float64]  # (n, n): of an underconstrained robot, wrench per free freedom and per pull
-
-
-@jit(allocates=True)
-def inverse_workspace(packed):
-    """Scratch that fits *packed*."""
-    m, n = packed.lines.shape[0], packed.freedoms
-    return InverseWork(
-        workspace(packed),
-        np.zeros((n, m)),
-        np.zeros(n),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros(n),
-        np.zeros(m),
-        np.zeros(m),
-        np.ones(m),
-        np.zeros(m),
-        np.zeros(n),
-        np.zeros((n, 3)),
-        np.zeros(1),
-        np.zeros(m),
-        np.zeros((m, COLUMNS)),
-        np.zeros((n, n)),
-    )
 
 
 @jit
@@ -263,6 +210,7 @@ def balances(packed, states, work):
         v += row[WEIGHT] * states[i, FREE]
         add_pull(row, base.arms[i], base.planes[i], h, v, base.wrench)
         scale = max(scale, row[PULLS] * abs(h), row[PULLS] * abs(v))
+    keep_free(packed, base.wrench)
     return unbalanced(packed, base.arms, base.wrench) <= BALANCE_TOLERANCE * scale
 
 
@@ -395,32 +343,16 @@ def _program(packed, pose, states, work, give, relax):
     start_balance(packed, base.rotation, base.wrench, base.stiffness)
     copy(base.wrench, work.load)
     for i in range(m):
-        row, y, plane, steps = packed.lines[i], states[i], base.planes[i], base.steps[i]
+        row, y = packed.lines[i], states[i]
         pull = work.pulls[i]
-        if row[GUIDE] > 0.0:
-            solved, dphi, dtau, dfree, ddead = spatial_column(row, y, i, pose, pull, base, work.column, work.load)
-            if not solved:
-                return NOT_CONVERGED, 0.0, False
-            _curve(work, i, pull, row[PREFERRED])
-            low, high, dlow, dhigh = extremes_and_change(row, y, dphi, dtau, dfree, ddead, 0.0)
-        else:
-            if not settle_at_pull(row, plane[2], plane[3], pull, y, base.blocks[i], steps):
-                return NOT_CONVERGED, 0.0, False
-            h, v = start_force(y)
-            dh, dv = force_change(h, v, row[WEIGHT], steps, 1)
-            dh, dv = dh / pull, dv / pull
-            work.column[:] = 0.0
-            add_pull(row, base.arms[i], plane, -dh, -dv, work.column)
-            _curve(work, i, pull, row[PREFERRED])
-            # the part of the end force that is not proportional to the pull belongs to the load
-            h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
-            add_pull(row, base.arms[i], plane, h, v, work.load)
-            low, high, dlow, dhigh = extremes_and_change(
-                row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
-            )
+        solved, low, high, dlow, dhigh = _linearise_line(packed, i, pose, y, work)
+        if not solved:
+            return NOT_CONVERGED, 0.0, False
+        _curve(work, i, pull, row[PREFERRED])
         min_tension = max(row[TENSION_MIN], work.slackest[0] * row[WEIGHT] * (y[FREE] + y[DEAD]))
         work.low[i] = pull + (min_tension - low) * pull / max(dlow, FLATTEST * pull)
         work.high[i] = pull + (row[TENSION_MAX] - high) * pull / max(dhigh, FLATTEST * pull)
+    keep_free(packed, work.load)
     program = Program(work.structure, work.load, work.low, work.high, work.curvature, work.bias)
     solved = distribute(program, give, work.required, work.multipliers, base.stiffness, work.step)
     if solved <= 0:
@@ -442,6 +374,38 @@ def _program(packed, pose, states, work, give, relax):
         along += work.moves[i] * (required - pull)
         work.moves[i] = required - pull
     return OK, change / largest, along < 0.0
+
+
+@jit
+def _linearise_line(packed, i, pose, y, work):
+    """Solve line *i* at its pull; write its wrench per pull, reversed, to work.column and add the rest to work.load.
+
+    Returns whether it is solved, its extremes of tension, and their changes per logarithm of the pull.
+    """
+    row, pull, base = packed.lines[i], work.pulls[i], work.base
+    if row[GUIDE] > 0.0:
+        solved, dphi, dtau, dfree, ddead = spatial_column(row, y, i, pose, pull, base, work.column, work.load)
+        if not solved:
+            return False, 0.0, 0.0, 0.0, 0.0
+        keep_free(packed, work.column)
+        low, high, dlow, dhigh = extremes_and_change(row, y, dphi, dtau, dfree, ddead, 0.0)
+        return True, low, high, dlow, dhigh
+    plane, steps = base.planes[i], base.steps[i]
+    if not settle_at_pull(row, plane[2], plane[3], pull, y, base.blocks[i], steps):
+        return False, 0.0, 0.0, 0.0, 0.0
+    h, v = start_force(y)
+    dh, dv = force_change(h, v, row[WEIGHT], steps, 1)
+    dh, dv = dh / pull, dv / pull
+    work.column[:] = 0.0
+    add_pull(row, base.arms[i], plane, -dh, -dv, work.column)
+    keep_free(packed, work.column)
+    # the part of the end force that is not proportional to the pull belongs to the load
+    h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
+    add_pull(row, base.arms[i], plane, h, v, work.load)
+    low, high, dlow, dhigh = extremes_and_change(
+        row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
+    )
+    return True, low, high, dlow, dhigh
 
 
 @jit

@@ -35,6 +35,7 @@ from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.catenary import span
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack
 from cablewright.kernels.statics.line import force_change, system
+from cablewright.kernels.statics.plane import keep_free_columns, keep_free_part
 from cablewright.kernels.statics.sheave import wrap
 from cablewright.kernels.statics.spatial import POSE, SIZE
 from cablewright.kernels.statics.spatial_parameters import parameter_changes, tension_change, write_parameter
@@ -57,6 +58,7 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
     if not condense(packed, states, work):
         return SINGULAR
     stiffness[:, :] = work.stiffness[:n, :n]
+    keep_free_part(packed, stiffness)
     changes, spatial = np.zeros((STATE, len(OWN))), np.zeros((SIZE, PARAMETERS))
     right = motion.reshape((n, m * PARAMETERS))
     for i in range(m):
@@ -74,7 +76,11 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
         if not _add_own(row, y, lengths[i], i, work, changes, right):
             return SINGULAR
         _add_points(row, y, i, work, right)
-    return OK if solve(work.stiffness, right, n, m * PARAMETERS) else SINGULAR
+    keep_free_columns(packed, right)
+    if not solve(work.stiffness, right, n, m * PARAMETERS):
+        return SINGULAR
+    keep_free_columns(packed, right)
+    return OK
 
 
 @jit(allocates=True)

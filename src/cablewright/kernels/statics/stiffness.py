@@ -5,6 +5,7 @@ from cablewright.kernels.layout import GUIDE, OK, PULLS, SINGULAR, WEIGHT, robot
 from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack, workspace
 from cablewright.kernels.statics.line import force_change, lengths_of, pull_of
+from cablewright.kernels.statics.plane import keep_free_part
 from cablewright.kernels.statics.spatial_wrench import stiffness_along
 
 
@@ -28,6 +29,7 @@ def _stiffness(packed, pose, states, work, tangent, chords, axial):
         return SINGULAR
     for k in range(packed.freedoms):
         copy(work.stiffness[k], tangent[k])
+    keep_free_part(packed, tangent)
     for i in range(packed.lines.shape[0]):
         row, y, steps, plane = packed.lines[i], states[i], work.steps[i], work.planes[i]
         if is_slack(row, y):

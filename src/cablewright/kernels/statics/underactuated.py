@@ -2,6 +2,7 @@
 
 The platform is first hung on springs with the lengths of a guessed pose, which gives the free freedoms and the pulls.
 Newton on the platform's balance in these n unknowns follows, with each line solved at its pull.
+In a plane the coordinates that it holds are given too, and what it carries are the unknowns instead.
 """
 
 from math import exp, isnan, nan, pi, sqrt
@@ -29,6 +30,7 @@ from cablewright.kernels.statics.equilibrium import draw_straight, judge
 from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
 from cablewright.kernels.statics.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
+from cablewright.kernels.statics.plane import add_reactions, keep_free
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.spatial import GIVEN
 from cablewright.kernels.statics.spatial_pull import settle_placed
@@ -57,7 +59,7 @@ def solve_hanging(packed, pose, states, work):
     for start in range(STARTS):
         pose[:] = 0.0
         if packed.freedoms == 6:
-            turn_to_start(pose, start)
+            turn_to_start(packed, pose, start)
         code, beyond = _solve_from(packed, given, pose, states, work)
         angle = angle_of(pose)
         if code == answer:
@@ -161,7 +163,7 @@ def _balance(packed, given, pose, states, work):
         size = largest(base.wrench, n)
         if size <= FORCE_TOLERANCE * load:
             break
-        _mix(given, pose, work)
+        _mix(packed, given, pose, work)
         if not solve(work.mixed, base.move, n, 1):
             return False
         held = 1.0
@@ -195,7 +197,7 @@ def _step(given, pose, work, share):
 
 
 @jit
-def _mix(given, pose, work):
+def _mix(packed, given, pose, work):
     """Set work.mixed and work.base.move to the linear system of the Newton step."""
     base, n, m = work.base, pose.shape[0], work.pulls.shape[0]
     if n == 6:
@@ -216,6 +218,7 @@ def _mix(given, pose, work):
     for i in range(n):
         for j in range(m):
             work.mixed[i, column + j] = -work.structure[i, j]
+    add_reactions(packed, work.mixed, column + m)
 
 
 @jit
@@ -260,6 +263,7 @@ def _evaluate(packed, pose, states, work, restart):
         add_pull(row, base.arms[i], plane, dh, dv, work.column)
         for k in range(packed.freedoms):
             work.structure[k, i] = work.column[k]
+    keep_free(packed, base.wrench)
     return True
 
 

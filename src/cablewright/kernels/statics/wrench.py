@@ -6,6 +6,7 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     EXIT_X,
     GUIDE,
+    HELD,
     LEVER,
     MASS_X,
     PLATFORM_WEIGHT,
@@ -16,6 +17,7 @@ from cablewright.kernels.layout import (
     WRENCH,
 )
 from cablewright.kernels.rotation import rotate
+from cablewright.kernels.statics.plane import load_in_plane
 
 AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point the direction of a plane is arbitrary
 NO_PLANE = 1e-9  # m: nearer to the vertical through its exit point a line over a sheave has no plane
@@ -74,6 +76,8 @@ def load_scale(packed):
     Without gravity the external force takes its place, and without one too the largest minimum tension, or 1 N.
     """
     platform = packed.platform
+    if platform[HELD] > 0.0:
+        return load_in_plane(packed)
     if platform[PLATFORM_WEIGHT] > 0.0:
         return platform[PLATFORM_WEIGHT]
     force = abs(platform[WRENCH]) + abs(platform[WRENCH + 1]) + abs(platform[WRENCH + 2])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit, prange
 from cablewright.kernels.layout import INFEASIBLE, OK, TENSION_MAX, TENSION_MIN
+from cablewright.kernels.statics.plane import free_rows, free_side
 from cablewright.kernels.wrench_feasibility.distribution import CHUNK, robot_view
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
     ASIDE,
@@ -67,20 +68,22 @@ def capacity_at(packed, pose, half, length, work):
     Moments are divided by *length*. Where A is rank-deficient the margin is measured within its column space, and a
     wrench outside that space has minus its distance from it as margin.
     """
-    n, m, structure = packed.freedoms, packed.lines.shape[0], work.structure
+    m, structure = packed.lines.shape[0], work.structure
     code = structure_at(packed, pose, structure)
     if code != OK:
         return code, -np.inf, 0
     table = structure.table
+    n = free_rows(packed, table, structure.scale, m + 1)
+    forces = 3 if n == packed.freedoms else 2
     for k in range(n):
-        factor = 1.0 if k < 3 else 1.0 / length
+        factor = 1.0 if k < forces else 1.0 / length
         structure.scale[k] *= factor
         for i in range(m + 1):
             table[i, k] *= factor
         for i in range(m):
             work.columns[i, k] = table[i, k]
         work.middle[k] = table[m, k]
-        work.half[k] = half[k] * factor
+        work.half[k] = free_side(packed, half, k) * factor
     track(table, m)
     rank, _ = reduce(table, structure.scale, structure.order, n, True)
     for i in range(n):

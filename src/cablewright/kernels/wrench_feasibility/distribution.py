@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from cablewright.kernels import jit, prange
 from cablewright.kernels.layout import INFEASIBLE, NOT_CONVERGED, OK, SINGULAR, TENSION_MAX, TENSION_MIN, Packed
 from cablewright.kernels.newton import cholesky
+from cablewright.kernels.statics.plane import free_rows, keep_free, keep_free_columns
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
     StructureScratch,
@@ -192,9 +193,9 @@ def _write_null_space(table, rank, gram, basis):
 
 
 @jit
-def _least(packed, curvature, bias, tensions, work):
+def _least(packed, n, curvature, bias, tensions, work):
     """Write the tensions that minimise a diagonal quadratic within limits, or else violate them least; code, margin."""
-    m, n, structure = packed.lines.shape[0], packed.freedoms, work.structure
+    m, structure = packed.lines.shape[0], work.structure
     for i in range(m):
         work.limits[0, i], work.limits[1, i] = packed.lines[i, TENSION_MIN], packed.lines[i, TENSION_MAX]
     for k in range(n):
@@ -260,15 +261,16 @@ def distribute_rows(packed, poses, method, curvature, bias, tensions, margins, c
 @jit
 def _distribute_each(packed, poses, method, curvature, bias, tensions, margins, codes, first, last, work):
     """The loop of `distribute_rows`, in one function: passing the scratch on would cost more than the arithmetic."""
-    n, m, structure = packed.freedoms, packed.lines.shape[1], work.structure
+    m, structure = packed.lines.shape[1], work.structure
     table, scale, order = structure.table, structure.scale, structure.order
     middle, half, shift = work.exchange.middle, work.exchange.half, work.exchange.shift
     for j in range(first, last):
         own = robot_view(packed, j)
         margin = -np.inf
         code = structure_at(own, poses[j], structure)
+        n = free_rows(own, table, scale, m + 1)
         if code == OK and method == LEAST:
-            codes[j], margins[j] = _least(own, curvature, bias, tensions[j], work)
+            codes[j], margins[j] = _least(own, n, curvature, bias, tensions[j], work)
             continue
         if code == OK and method == CLOSURE:
             code, margin = _closure(n, m, work)
@@ -328,6 +330,8 @@ def _structure_each(packed, poses, structures, wrenches, codes, work):
             wrenches[j, k] = -work.table[m, k] if good else np.nan
             for i in range(m):
                 structures[j, k, i] = work.table[i, k] if good else np.nan
+        keep_free_columns(robot_view(packed, j), structures[j])
+        keep_free(robot_view(packed, j), wrenches[j])
 
 
 @jit

@@ -1,0 +1,184 @@
+"""A plane that carries the platform across it: what is left of the balance in the free directions.
+
+A point moves in the plane; a body also rotates about its normal. Force along the normal, and moments about axes in the
+plane, are the plane's, which is taken to hold both ways. With P the projector onto the free directions, the balance
+P w = 0 has the stiffness P K P. Without a plane all functions leave everything as it is.
+"""
+
+from math import sqrt
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    HELD,
+    NORMAL,
+    PLANE_DISTANCE,
+    PLATFORM_WEIGHT,
+    TENSION_MIN,
+    WRENCH,
+)
+
+
+@jit
+def _normal(packed):
+    """The unit vector across the plane."""
+    platform = packed.platform
+    return platform[NORMAL], platform[NORMAL + 1], platform[NORMAL + 2]
+
+
+@jit
+def keep_free(packed, wrench):
+    """Take from *wrench* (n,) what the plane carries."""
+    if packed.platform[HELD] == 0.0:
+        return
+    x, y, z = _normal(packed)
+    along = x * wrench[0] + y * wrench[1] + z * wrench[2]
+    wrench[0] -= along * x
+    wrench[1] -= along * y
+    wrench[2] -= along * z
+    if wrench.shape[0] == 6:
+        about = x * wrench[3] + y * wrench[4] + z * wrench[5]
+        wrench[3], wrench[4], wrench[5] = about * x, about * y, about * z
+
+
+@jit
+def keep_free_columns(packed, columns):
+    """As `keep_free`, of each column of a matrix (n, k). Of moves it takes what rounding left across the plane."""
+    if packed.platform[HELD] == 0.0:
+        return
+    x, y, z = _normal(packed)
+    for j in range(columns.shape[1]):
+        along = x * columns[0, j] + y * columns[1, j] + z * columns[2, j]
+        columns[0, j] -= along * x
+        columns[1, j] -= along * y
+        columns[2, j] -= along * z
+        if columns.shape[0] == 6:
+            about = x * columns[3, j] + y * columns[4, j] + z * columns[5, j]
+            columns[3, j], columns[4, j], columns[5, j] = about * x, about * y, about * z
+
+
+@jit
+def keep_free_part(packed, stiffness):
+    """Replace the *stiffness* (n, n) by P K P."""
+    if packed.platform[HELD] == 0.0:
+        return
+    keep_free_columns(packed, stiffness)
+    for i in range(stiffness.shape[0]):
+        keep_free(packed, stiffness[i])
+
+
+@jit
+def hold(packed, wrench, stiffness):
+    """Leave the balance in the free directions; the others become as stiff as these, so that nothing moves there."""
+    if packed.platform[HELD] == 0.0:
+        return
+    keep_free(packed, wrench)
+    keep_free_part(packed, stiffness)
+    normal = _normal(packed)
+    forces, moments = 0.0, 0.0  # of none the system is singular, as without a plane
+    for k in range(stiffness.shape[0]):
+        if k < 3:
+            forces = max(forces, abs(stiffness[k, k]))
+        else:
+            moments = max(moments, abs(stiffness[k, k]))
+    for i in range(3):
+        for j in range(3):
+            across = normal[i] * normal[j]
+            stiffness[i, j] += forces * across
+            if stiffness.shape[0] == 6:
+                stiffness[3 + i, 3 + j] += moments * ((1.0 if i == j else 0.0) - across)
+
+
+@jit
+def into_plane(packed, pose):
+    """Move the position of *pose* into the plane."""
+    if packed.platform[HELD] == 0.0:
+        return
+    x, y, z = _normal(packed)
+    off = x * pose[0] + y * pose[1] + z * pose[2] - packed.platform[PLANE_DISTANCE]
+    pose[0] -= off * x
+    pose[1] -= off * y
+    pose[2] -= off * z
+
+
+@jit
+def load_in_plane(packed):
+    """As `wrench.load_scale`: weight and external force in the plane and the largest minimum tension, or 1 N."""
+    platform = packed.platform
+    x, y, z = _normal(packed)
+    along = x * platform[WRENCH] + y * platform[WRENCH + 1] + z * platform[WRENCH + 2]
+    size = platform[PLATFORM_WEIGHT] * sqrt(x * x + y * y)
+    for k in range(3):
+        size += abs(platform[WRENCH + k] - along * platform[NORMAL + k])
+    least = 0.0
+    for i in range(packed.lines.shape[0]):
+        least = max(least, packed.lines[i, TENSION_MIN])
+    size += least
+    return size if size > 0.0 else 1.0
+
+
+@jit
+def axes(packed):
+    """Two unit vectors in the plane; along the world's axes where the plane is."""
+    x, y, z = _normal(packed)
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        u, v, w = 1.0 - x * x, -x * y, -x * z
+    elif abs(y) <= abs(z):
+        u, v, w = -y * x, 1.0 - y * y, -y * z
+    else:
+        u, v, w = -z * x, -z * y, 1.0 - z * z
+    size = sqrt(u * u + v * v + w * w)
+    u, v, w = u / size, v / size, w / size
+    return u, v, w, y * w - z * v, z * u - x * w, x * v - y * u
+
+
+@jit
+def free_rows(packed, table, scale, rows):
+    """Replace each of the first *rows* of *table*, wrenches (n,), by its parts in the free directions; their number.
+
+    Forces along both axes of the plane, and of a body the moment about the normal; *scale* (n,) alike.
+    """
+    n = packed.freedoms
+    if packed.platform[HELD] == 0.0:
+        return n
+    x, y, z = _normal(packed)
+    a, b, c, d, e, f = axes(packed)
+    for i in range(rows):
+        u, v, w = table[i, 0], table[i, 1], table[i, 2]
+        table[i, 0], table[i, 1] = a * u + b * v + c * w, d * u + e * v + f * w
+        if n == 6:
+            table[i, 2] = x * table[i, 3] + y * table[i, 4] + z * table[i, 5]
+    if n < 6:
+        return 2
+    scale[2] = scale[3]
+    return 3
+
+
+@jit
+def free_side(packed, half, k):
+    """Entry *k* of the half sides (n,) of a box of wrenches, in the free directions; exact in a plane along axes."""
+    if packed.platform[HELD] == 0.0:
+        return half[k]
+    a, b, c, d, e, f = axes(packed)
+    if k == 0:
+        return abs(a) * half[0] + abs(b) * half[1] + abs(c) * half[2]
+    if k == 1:
+        return abs(d) * half[0] + abs(e) * half[1] + abs(f) * half[2]
+    x, y, z = _normal(packed)
+    return abs(x) * half[3] + abs(y) * half[4] + abs(z) * half[5]
+
+
+@jit
+def add_reactions(packed, matrix, column):
+    """Append columns of the plane's own force and moments to the square *matrix* (n, n), from *column* on."""
+    if packed.platform[HELD] == 0.0:
+        return
+    n = packed.freedoms
+    x, y, z = _normal(packed)
+    for j in range(column, n):
+        for i in range(n):
+            matrix[i, j] = 0.0
+    matrix[0, column], matrix[1, column], matrix[2, column] = x, y, z
+    if n == 6:
+        a, b, c, d, e, f = axes(packed)
+        matrix[3, column + 1], matrix[4, column + 1], matrix[5, column + 1] = a, b, c
+        matrix[3, column + 2], matrix[4, column + 2], matrix[5, column + 2] = d, e, f

@@ -1,0 +1,30 @@
+"""The directions that a plane leaves free."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.robot import Plane
+
+
+def basis(plane: Plane, n: int) -> Array:
+    """Return orthonormal columns: (3, 2) of a point, n = 3; (6, 3) of a body, whose last is the turn about the normal.
+
+    Those in the plane are along the world's axes where the plane is.
+    """
+    normal = np.array(plane.across)
+    first = np.eye(3)[int(np.abs(normal).argmin())]
+    first = first - (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    inside = np.column_stack([first, np.cross(normal, first)])
+    if n == 3:
+        return inside
+    free = np.zeros((6, 3))
+    free[:3, :2], free[3:, 2] = inside, normal
+    return free
+
+
+def projected(free: Array | None, wrenches: Array) -> Array:
+    """Return *wrenches* (..., n) without what the plane carries; as they are where *free* is None."""
+    return wrenches if free is None else np.asarray(wrenches @ free @ free.T)

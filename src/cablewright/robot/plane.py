@@ -1,0 +1,60 @@
+"""A plane that carries the platform across it: a board, a table, guides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Annotated, Self
+
+from pydantic import Strict, model_validator
+
+from cablewright.units import Length, Vec3
+from cablewright.validation import Description, refusal
+
+OFF_PLANE = 1e-9
+"""Distance from its plane, m, and rotation out of it, rad, up to which a pose counts as in the plane."""
+
+_Number = Annotated[float, Strict()]
+
+
+class Plane(Description):
+    """A plane in which the platform's origin stays; a body also rotates about its normal alone.
+
+    ``normal``: (3,) world, across the plane, not zero, of any length; ``distance``: m, of the plane from the world's
+    origin along the normal. The plane takes what acts along its normal, and of a body all moments about other axes. It
+    is taken as able to hold both ways: a wall alone only pushes, and needs a guide or a magnet where it would pull.
+    """
+
+    normal: tuple[_Number, _Number, _Number]
+    distance: Length = 0.0
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> Self:
+        if not any(self.normal):
+            raise refusal("normal", "must not be zero")
+        return self
+
+    @property
+    def across(self) -> Vec3:
+        """The unit vector of ``normal``."""
+        largest = max(abs(number) for number in self.normal)  # divided out: nothing under- or overflows
+        x, y, z = (number / largest for number in self.normal)
+        size = math.hypot(x, y, z)
+        return x / size, y / size, z / size
+
+    @property
+    def axis(self) -> int | None:
+        """The world's axis across the plane, from 0; None where the plane is tilted."""
+        along = [k for k, number in enumerate(self.across) if number]
+        return along[0] if len(along) == 1 else None
+
+    def height(self, point: Iterable[float]) -> float:
+        """Return the distance of a point (m, world) from the plane, positive along the normal."""
+        return sum(a * b for a, b in zip(self.across, point, strict=True)) - self.distance
+
+    def __str__(self) -> str:
+        """The plane in words, for messages."""
+        if self.axis is None:
+            x, y, z = self.across
+            return f"with normal {x:.4g}, {y:.4g}, {z:.4g} at {self.distance:g} m"
+        return f"{'xyz'[self.axis]} = {self.distance * self.across[self.axis]:g} m"
