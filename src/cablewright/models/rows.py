@@ -44,8 +44,9 @@ class Rows:
 
     def __repr__(self) -> str:
         """The names and shapes of the arrays, because their numbers would fill screens."""
-        arrays = (f"{name} {getattr(self, name).shape}" for name in self.__match_args__)
-        return f"{type(self).__name__}({', '.join(arrays)})"
+        arrays = ((name, getattr(self, name)) for name in self.__match_args__)
+        shapes = (f"{name} {array.shape}" for name, array in arrays if array is not None)
+        return f"{type(self).__name__}({', '.join(shapes)})"
 
 
 def scalar(values: NDArray[Any]) -> Any:
