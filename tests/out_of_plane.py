@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 from cablewright.robot import Eyelet, Line, PlatformSheave, Pulley, Robot, Swivel, load
 from oracles import guided_paths as oracle
@@ -91,3 +93,93 @@ def dead_length(line: Line) -> float:
 def unit(axis: Any) -> np.ndarray:
     """The direction as a unit vector."""
     return np.asarray(axis) / np.linalg.norm(axis)
+
+
+def touched(line: Line, force: np.ndarray | None, away: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+    """Where a cable under *force* leaves the frame (None: where it comes to a pulley), world, and its contact, m.
+
+    A swivel faces *away*, or as the force does.
+    """
+    exit_point = np.array(line.exit_point)
+    if line.is_aside:
+        aside = Aside(line, force, away)
+        return exit_point + aside.leaves, aside.contact
+    if isinstance(line.sheave, Swivel):
+        side = 1 if line.sheave.wrap == "over" else -1
+        slip, contact = over_swivel(unit(line.sheave.axis), line.sheave.radius, side, force, away)
+        return exit_point + slip, contact
+    if isinstance(line.sheave, Pulley):
+        normal, radius = unit(line.sheave.axis), line.sheave.radius
+        away = np.array(line.last_guide) - exit_point
+        ahead, distance = np.cross(normal, away), np.linalg.norm(away)
+        arrival = (radius * away + np.sqrt(distance**2 - radius**2) * ahead) / distance**2
+        if force is None:
+            return exit_point + radius * arrival, 0.0
+        flat = force - (force @ normal) * normal
+        radial = np.cross(flat, normal) / np.linalg.norm(flat)
+        turn = np.arctan2(np.cross(arrival, radial) @ normal, arrival @ radial) % (2 * np.pi)
+        return exit_point + radius * radial, radius * turn
+    return exit_point, 0.0
+
+
+class Aside:
+    """A swivel whose winch is aside: it turns until both tensions have no moment about its axis."""
+
+    def __init__(self, line: Line, force: np.ndarray, away: np.ndarray | None = None) -> None:
+        self.axis, self.radius = unit(line.sheave.axis), line.sheave.radius
+        self.side = 1 if line.sheave.wrap == "over" else -1
+        self.force = force / np.linalg.norm(force)
+        self.winch = np.array(line.last_guide) - line.exit_point
+        self.first = force - (force @ self.axis) * self.axis
+        self.first /= np.linalg.norm(self.first) * (1.0 if away is None or self.first @ away > 0.0 else -1.0)
+        reach = next(reach for reach in (0.5, 1.0, 1.5) if self.moment(-reach) * self.moment(reach) < 0.0)
+        self.moment(brentq(self.moment, -reach, reach, xtol=1e-15, rtol=1e-15))
+
+    def moment(self, angle: float) -> float:
+        """Moment about the axis of unit tensions, with the sheave turned by *angle* from the force's plane."""
+        outward = Rotation.from_rotvec(angle * self.axis).apply(self.first)
+        normal = np.cross(self.axis, outward)
+        centre = self.radius * outward
+        radial = self.side * np.cross(self.force, normal)
+        radial /= np.linalg.norm(radial)
+        self.leaves = centre + self.radius * radial
+        flat = self.winch - (self.winch @ normal) * normal - centre
+        far = np.linalg.norm(flat)
+        share, along = self.radius / far, flat / far
+        spoke = share * along - self.side * np.sqrt(1 - share**2) * np.cross(along, normal)
+        self.enters = centre + self.radius * spoke
+        turn = np.arctan2(self.side * np.cross(spoke, radial) @ normal, spoke @ radial)
+        self.contact = self.radius * (turn % (2 * np.pi))
+        entering = (self.winch - self.enters) / np.linalg.norm(self.winch - self.enters)
+        return float((np.cross(self.leaves, self.force) + np.cross(self.enters, entering)) @ self.axis)
+
+
+def over_swivel(
+    axis: np.ndarray, radius: float, side: int, force: np.ndarray, away: np.ndarray | None = None
+) -> tuple[np.ndarray, float]:
+    """Contact point from the exit point, and contact length: the rim's normal is square to the force."""
+    normal = np.cross(axis, force)
+    normal /= np.linalg.norm(normal)
+    outward = np.cross(normal, axis)
+    if away is not None and outward @ away < 0.0:
+        normal, outward = -normal, -outward
+    radial = side * np.cross(force, normal) / np.linalg.norm(force)
+    turn = np.arctan2(side * np.cross(-outward, radial) @ normal, -outward @ radial)
+    return radius * (outward + radial), radius * (turn % (2 * np.pi))
+
+
+def straight(line: Line, point: np.ndarray, R: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Direction of the straight line from the frame to the platform, and its arm there, by turns of both ends."""
+    arm, u = R @ np.array(line.platform_point), point - line.exit_point
+    for _ in range(200):
+        u = u / np.linalg.norm(u)
+        left, _ = touched(line, u, point - line.exit_point)
+        end = arm
+        if line.platform_sheave is not None:
+            axis, back = R @ unit(line.platform_sheave.axis), line.exit_point - point
+            end = arm + over_swivel(axis, line.platform_sheave.radius, 1, -u, back)[0]
+        there = position + end - left
+        if np.abs(there / np.linalg.norm(there) - u).max() < 1e-15:
+            break
+        u = there
+    return there / np.linalg.norm(there), end

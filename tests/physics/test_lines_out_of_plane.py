@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import cablewright as cw
@@ -16,6 +15,7 @@ from cablewright.models.parameters import varied
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Line, PlatformSheave, Pulley, Robot, Swivel
+from cablewright.robot.new_robot import Outline, robot_file
 from cablewright.robot.parameters import Parameter, nominal
 from oracles import guided_paths as oracle
 from oracles import irvine
@@ -111,11 +111,11 @@ def textbook(line: Line, state: np.ndarray, weight: float, pose: np.ndarray, mod
     stiffness = line.cable.stiffness
     x, z = irvine.span(np.hypot(*start[:2]), start[2], free, weight, stiffness)
     across = start[:2] / np.hypot(*start[:2])
-    left, contact = touched(line, start)
+    left, contact = out_of_plane.touched(line, start)
     anchor, wound = R @ np.array(line.platform_point), 0.0
     if line.platform_sheave is not None:
         axis = R @ out_of_plane.unit(line.platform_sheave.axis)
-        slip, wound = over_swivel(axis, line.platform_sheave.radius, 1, -end)
+        slip, wound = out_of_plane.over_swivel(axis, line.platform_sheave.radius, 1, -end)
         anchor = anchor + slip
     reached = left + np.array([float(x) * across[0], float(x) * across[1], float(z)])
     gap = float(np.abs(reached - pose[:3] - anchor).max())
@@ -123,14 +123,14 @@ def textbook(line: Line, state: np.ndarray, weight: float, pose: np.ndarray, mod
     if line.winch_exit is not None:
         points = np.array([line.winch_exit, *line.guides, line.exit_point])
         if line.is_aside:
-            aside = Aside(line, start)
+            aside = out_of_plane.Aside(line, start)
             dead = float(np.linalg.norm(aside.winch - aside.enters))
         if isinstance(line.sheave, Pulley):
             path = oracle.taut_path(
                 out_of_plane.frame_of(line), oracle.End((0, 0, 0)), line.exit_point - 3.0 * np.array(line.exit_point)
                 / np.linalg.norm(line.exit_point), np.eye(3))  # fmt: skip
             dead = float(path.dead_length)
-            points[-1] = touched(line, None)[0]
+            points[-1] = out_of_plane.touched(line, None)[0]
         spans, heights = np.diff(points, axis=0), points[:, 2] - points[-1, 2]
         mean = np.linalg.norm(spans, axis=1) @ (0.5 * (heights[:-1] + heights[1:]))
         rise = mean / np.linalg.norm(spans, axis=1).sum() ** 2  # mean height over the sheave, per length
@@ -139,70 +139,6 @@ def textbook(line: Line, state: np.ndarray, weight: float, pose: np.ndarray, mod
     ) if line.winch_exit is not None and line.dead_elastic else dead  # fmt: skip
     strain = 1 + tension / stiffness if line.arc_elastic else 1.0
     return start, (end, anchor), gap, free + float(unstrained) + (contact + wound) / strain
-
-
-def touched(line: Line, force: np.ndarray | None) -> tuple[np.ndarray, float]:
-    """Where a cable under *force* leaves the frame (None: where it comes to a pulley), world, and its contact, m."""
-    exit_point = np.array(line.exit_point)
-    if line.is_aside:
-        aside = Aside(line, force)
-        return exit_point + aside.leaves, aside.contact
-    if isinstance(line.sheave, Swivel):
-        side = 1 if line.sheave.wrap == "over" else -1
-        slip, contact = over_swivel(out_of_plane.unit(line.sheave.axis), line.sheave.radius, side, force)
-        return exit_point + slip, contact
-    if isinstance(line.sheave, Pulley):
-        normal, radius = out_of_plane.unit(line.sheave.axis), line.sheave.radius
-        away = np.array(line.last_guide) - exit_point
-        ahead, distance = np.cross(normal, away), np.linalg.norm(away)
-        arrival = (radius * away + np.sqrt(distance**2 - radius**2) * ahead) / distance**2
-        if force is None:
-            return exit_point + radius * arrival, 0.0
-        flat = force - (force @ normal) * normal
-        radial = np.cross(flat, normal) / np.linalg.norm(flat)
-        turn = np.arctan2(np.cross(arrival, radial) @ normal, arrival @ radial) % (2 * np.pi)
-        return exit_point + radius * radial, radius * turn
-    return exit_point, 0.0
-
-
-class Aside:
-    """A swivel whose winch is aside: it turns until both tensions have no moment about its axis."""
-
-    def __init__(self, line: Line, force: np.ndarray) -> None:
-        self.axis, self.radius = out_of_plane.unit(line.sheave.axis), line.sheave.radius
-        self.side = 1 if line.sheave.wrap == "over" else -1
-        self.force = force / np.linalg.norm(force)
-        self.winch = np.array(line.last_guide) - line.exit_point
-        self.first = force - (force @ self.axis) * self.axis
-        self.first /= np.linalg.norm(self.first)
-        self.moment(brentq(self.moment, -0.5, 0.5, xtol=1e-15, rtol=1e-15))
-
-    def moment(self, angle: float) -> float:
-        """Moment about the axis of unit tensions, with the sheave turned by *angle* from the force's plane."""
-        outward = Rotation.from_rotvec(angle * self.axis).apply(self.first)
-        normal = np.cross(self.axis, outward)
-        centre = self.radius * outward
-        radial = self.side * np.cross(self.force, normal)
-        radial /= np.linalg.norm(radial)
-        self.leaves = centre + self.radius * radial
-        flat = self.winch - (self.winch @ normal) * normal - centre
-        far = np.linalg.norm(flat)
-        share, along = self.radius / far, flat / far
-        spoke = share * along - self.side * np.sqrt(1 - share**2) * np.cross(along, normal)
-        self.enters = centre + self.radius * spoke
-        turn = np.arctan2(self.side * np.cross(spoke, radial) @ normal, spoke @ radial)
-        self.contact = self.radius * (turn % (2 * np.pi))
-        entering = (self.winch - self.enters) / np.linalg.norm(self.winch - self.enters)
-        return float((np.cross(self.leaves, self.force) + np.cross(self.enters, entering)) @ self.axis)
-
-
-def over_swivel(axis: np.ndarray, radius: float, side: int, force: np.ndarray) -> tuple[np.ndarray, float]:
-    """Contact point from the exit point, and contact length: the rim's normal is square to the force."""
-    normal = np.cross(axis, force)
-    normal /= np.linalg.norm(normal)
-    outward = np.cross(normal, axis)
-    radial = side * np.cross(force, normal) / np.linalg.norm(force)
-    return radius * (outward + radial), radius * np.arccos(-outward @ radial)
 
 
 @pytest.mark.parametrize("robot", [*bodies(), *points()], ids=lambda robot: robot.name)
@@ -390,3 +326,20 @@ def test_gravity_alone_turns_a_platform_on_four_lines() -> None:
         assert found.is_valid()
         again = cw.forward(robot, found.lengths, guess=found.pose, cable=cable)
         np.testing.assert_allclose(again.pose, found.pose, atol=1e-8)
+
+
+@pytest.mark.parametrize("cable", LAWS)
+def test_close_to_the_axis_the_cable_leaves_backwards(cable: str) -> None:
+    """From beyond the sheave to close to its axis, against the planar kernel."""
+    way: dict[str, Robot] = {}
+    robot = cw.loads(robot_file(Outline(name="hang", layout="over-middle", size=(4.0, 3.0, 3.0))))
+    for name, axis, wrap in (("plane", (0, 0, 1), "over"), ("space", (0, 0, -1), "under")):
+        over = robot.lines[-1].model_copy(update={"sheave": Swivel(radius=0.05, axis=axis, wrap=wrap)})
+        way[name] = robot.model_copy(update={"lines": (*robot.lines[:-1], over)})
+    aside = np.concatenate([np.geomspace(1e-4, 0.09, 12), np.linspace(0.095, 0.105, 12), np.linspace(0.11, 0.5, 6)])
+    poses = np.stack([0.6 * aside, 0.8 * aside, np.full(len(aside), 0.5)], axis=1)
+    one, two = (cw.inverse(way[name], poses, cable=cable) for name in ("plane", "space"))
+    assert one.status == two.status
+    assert one.ok.sum() > 20
+    np.testing.assert_allclose(two.lengths[two.ok], one.lengths[one.ok], rtol=1e-10)
+    np.testing.assert_allclose(two.tensions[two.ok], one.tensions[one.ok], rtol=1e-8)

@@ -68,8 +68,9 @@ def span_plane(row, y, guide, origin, plane):
     if row[GUIDE] == 0.0:
         return
     t, c = exp(y[TAU]), cos(y[PHI])
+    away = (plane[0] * plane[2], plane[1] * plane[2], plane[3])
     plane[0], plane[1] = cos(y[AZIMUTH]), sin(y[AZIMUTH])
-    leave_frame(row, t * c * plane[0], t * c * plane[1], t * sin(y[PHI]), guide, 0)
+    leave_frame(row, t * c * plane[0], t * c * plane[1], t * sin(y[PHI]), away, guide, 0)
     for k in range(3):
         origin[k] += guide[CONTACT_POINT + k]
     straight = y[FREE] * (1.0 + t * row[FREE_COMPLIANCE])

@@ -43,17 +43,19 @@ TURNED = 1e-15  # rad
 
 
 @jit
-def leave_frame(row, fx, fy, fz, out, at):
+def leave_frame(row, fx, fy, fz, away, out, at):
     """Write the guide of line *row* at the frame, left with the force (fx, fy, fz), to *out* from *at* on.
 
-    False where the force is along the axis, so that the sheave has no plane.
+    A sheave's plane holds its axis and the force. Its centre is on the side of *away* (x, y, z), the vector from the
+    exit point to the platform point: close to the axis the cable leaves backwards. False where the force is along the
+    axis, so that the sheave has no plane.
     """
     if row[GUIDE] == ASIDE:
-        return _leave_aside(row, (fx, fy, fz), out, at)
+        return _leave_aside(row, (fx, fy, fz), away, out, at)
     if row[GUIDE] == SWIVEL:
         out[at + SPAN] = row[DEAD_SPAN]
         axis = (row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
-        return _leave_swivel(axis, row[RADIUS], row[SIDE], (fx, fy, fz), out, at)
+        return _leave_swivel(axis, row[RADIUS], row[SIDE], (fx, fy, fz), away, out, at)
     if row[GUIDE] == PULLEY:
         out[at + SPAN] = row[DEAD_SPAN]
         return _leave_pulley(row, (fx, fy, fz), out, at)
@@ -63,7 +65,7 @@ def leave_frame(row, fx, fy, fz, out, at):
 
 
 @jit
-def leave_platform(row, ax, ay, az, gx, gy, gz, out, at):
+def leave_platform(row, ax, ay, az, gx, gy, gz, away, out, at):
     """As `leave_frame`, of the sheave on the platform: axis (world) and the force (gx, gy, gz) at the span's end.
 
     Seen from its anchor the cable leaves against that force; derivatives are by the force itself.
@@ -71,7 +73,8 @@ def leave_platform(row, ax, ay, az, gx, gy, gz, out, at):
     if row[END_RADIUS] == 0.0:
         _clear(out, at)
         return True
-    found = _leave_swivel((ax, ay, az), row[END_RADIUS], 1.0, (-gx, -gy, -gz), out, at)
+    back = (-away[0], -away[1], -away[2])
+    found = _leave_swivel((ax, ay, az), row[END_RADIUS], 1.0, (-gx, -gy, -gz), back, out, at)
     for k in range(BY_FORCE, ARC):
         out[at + k] = -out[at + k]
     for k in range(ARC_BY_FORCE, SPAN):
@@ -86,8 +89,8 @@ def _clear(out, at):
 
 
 @jit
-def _leave_swivel(axis, radius, side, force, out, at):
-    """A sheave whose centre lies one *radius* from the *axis* that it turns about, on the force's side.
+def _leave_swivel(axis, radius, side, force, toward, out, at):
+    """A sheave whose centre lies one *radius* from the *axis* that it turns about, on the side of *toward*.
 
     The contact starts on the axis: where the cable comes along it for *side* 1, against it for -1.
     """
@@ -99,6 +102,8 @@ def _leave_swivel(axis, radius, side, force, out, at):
     size = sqrt(away * away + rise * rise)
     if not away > NO_PLANE * size:
         return False
+    if e0 * toward[0] + e1 * toward[1] + e2 * toward[2] < 0.0:
+        away = -away
     e0, e1, e2 = e0 / away, e1 / away, e2 / away
     c, s = away / size, rise / size
     turn = side * radius
@@ -119,7 +124,7 @@ def _leave_swivel(axis, radius, side, force, out, at):
 
 
 @jit
-def _leave_aside(row, force, out, at):
+def _leave_aside(row, force, toward, out, at):
     """As `_leave_swivel`, of a cable that comes from a winch aside of the axis, at ARRIVAL from the exit point."""
     axis = (row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
     winch = (row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2])
@@ -131,6 +136,8 @@ def _leave_aside(row, force, out, at):
     away = sqrt(_dot(first, first))
     if not away > NO_PLANE:
         return False
+    if _dot(first, toward) < 0.0:
+        away = -away
     first = (first[0] / away, first[1] / away, first[2] / away)
     angle, done = 0.0, False
     e, n = first, first
@@ -156,7 +163,7 @@ def _leave_aside(row, force, out, at):
         step = moment / slope
         angle -= min(max(step, -TURN), TURN)
         done = abs(step) < TURNED
-    if not (done and slope < 0.0):
+    if not done:
         return False
     return _write_aside(row, (e, n, axis), (fe, fn, rise), (we, wn, fall), slope, size, out, at)
 

@@ -26,10 +26,14 @@ from cablewright.kernels.layout import (
     FREE,
     FREE_COMPLIANCE,
     GUIDE,
+    INSIDE_SHEAVE,
     MEAN_RISE,
+    NOT_CONVERGED,
     PHI,
     PULLEY,
+    RADIUS,
     TAU,
+    UNDER_EXIT,
     WEIGHT,
 )
 from cablewright.kernels.newton import largest_of_column, solve
@@ -89,12 +93,13 @@ def point_of(row, pose, arm, k):
 
 
 @jit
-def place_guides(row, rotation, record):
+def place_guides(row, pose, arm, rotation, record):
     """Write both guides for the forces in *record*. False where a sheave has no plane."""
-    found = leave_frame(row, record[FORCE], record[FORCE + 1], record[FORCE + 2], record, FRAME)
+    away = (-point_of(row, pose, arm, 0), -point_of(row, pose, arm, 1), -point_of(row, pose, arm, 2))
+    found = leave_frame(row, record[FORCE], record[FORCE + 1], record[FORCE + 2], away, record, FRAME)
     ax, ay, az = rotate(rotation, row[END_AXIS_X], row[END_AXIS_X + 1], row[END_AXIS_X + 2])
     gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
-    return leave_platform(row, ax, ay, az, gx, gy, gz, record, PLATFORM) and found
+    return leave_platform(row, ax, ay, az, gx, gy, gz, away, record, PLATFORM) and found
 
 
 @jit
@@ -112,7 +117,7 @@ def place_span(row, y, pose, arm, rotation, record, block):
     record[FORCE], record[FORCE + 1], record[FORCE + 2] = h * ex, h * ey, v
     record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2] = h * ex, h * ey, v1
     record[CHORD], record[CHORD + 1], record[CHORD + 2] = x * ex, x * ey, z
-    if not place_guides(row, rotation, record):
+    if not place_guides(row, pose, arm, rotation, record):
         return False
     y[CONTACT] = record[FRAME + ARC] + record[PLATFORM + ARC]
     y[DEAD], _, _ = dead_length(row, record[FRAME + SPAN], t)
@@ -323,7 +328,7 @@ def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
         record[FORCE], record[FORCE + 1], record[FORCE + 2] = ex, ey, ez
         record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2] = ex, ey, ez
         y[PHI], y[AZIMUTH] = atan2(ez, sqrt(ex * ex + ey * ey)), atan2(ey, ex)
-        if not place_guides(row, rotation, record):
+        if not place_guides(row, pose, arm, rotation, record):
             return False
         toward, gap = (ex, ey, ez), 0.0
         for i in range(3):
@@ -353,6 +358,14 @@ def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
     for i in range(3):
         record[ARM + i] = arm[i] + record[PLATFORM + CONTACT_POINT + i]
     return closed and x > 0.0
+
+
+@jit
+def why_not_straight(row, y, pose, arm):
+    """Code of a line for which `straight_spatial` found nothing."""
+    if is_on_axis(row, y):
+        return UNDER_EXIT
+    return INSIDE_SHEAVE if _size(row, pose, arm) < 4.0 * (row[RADIUS] + row[END_RADIUS]) else NOT_CONVERGED
 
 
 @jit

@@ -9,7 +9,6 @@ from cablewright.kernels.layout import (
     DEAD_COMPLIANCE,
     FREE,
     FREE_COMPLIANCE,
-    INSIDE_SHEAVE,
     OK,
     PHI,
     PULLS,
@@ -24,11 +23,11 @@ from cablewright.kernels.statics.sheave import unstrain
 from cablewright.kernels.statics.spatial import (
     GIVEN,
     dead_length,
-    is_on_axis,
     place_span,
     pull_along,
     settle_spatial_at_pull,
     straight_spatial,
+    why_not_straight,
 )
 from cablewright.kernels.statics.spatial_wrench import add_spatial_pull, wrench_change
 
@@ -49,7 +48,7 @@ def begin_spatial(row, y, i, pose, base, known, share):
         return OK, pull
     tension = max(share, row[TENSION_MIN], 1.0)
     if not straight_spatial(row, y, pose, base.arms[i], base.rotation, tension, record, block, rhs):
-        return (UNDER_EXIT if is_on_axis(row, y) else INSIDE_SHEAVE), 0.0
+        return why_not_straight(row, y, pose, base.arms[i]), 0.0
     tension = max(tension, TAUT * row[WEIGHT] * (y[FREE] + y[DEAD]))
     y[TAU] = log(tension)
     unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])

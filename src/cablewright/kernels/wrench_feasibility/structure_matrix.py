@@ -39,9 +39,9 @@ from cablewright.kernels.statics.spatial import (
     FORCE,
     RECORD,
     SIZE,
-    is_on_axis,
     is_unwound,
     straight_spatial,
+    why_not_straight,
 )
 from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, is_eyelet, place
 
@@ -155,7 +155,7 @@ def _straight_spatial(row, pose, rotation, arm, tension, work):
     """As `_over_sheave`, of a line out of the plane; *arm* then reaches to where it leaves the platform."""
     state, record = work.state, work.record
     if not straight_spatial(row, state, pose, arm, rotation, tension, record, work.block, work.rhs):
-        return (UNDER_EXIT if is_on_axis(row, state) else INSIDE_SHEAVE), 0.0, 0.0, 0.0
+        return why_not_straight(row, state, pose, arm), 0.0, 0.0, 0.0
     if is_unwound(row, state):
         return BAD_WRAP, 0.0, 0.0, 0.0
     arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
