@@ -104,7 +104,7 @@ def calibration_poses(
         raise InputError(f"sigma = {sigma:g}: must be over 0 and under 1 m")
     model = Model.of(robot, tension_limits=tension_limits, default=CableLaw.RIGID)
     robot, plan = model.robot, plan_of(plan)
-    robot.require_no_plane("calibration")
+    robot.require_plain("calibration")
     rng = np.random.default_rng(seed)
     places = random_poses(model, candidates, rng)
     problem = CalibrationProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)

@@ -227,8 +227,7 @@ def equations(
     robot: Robot, measured: Measured, plan: CalibrationPlan, hold: bool, elastic: bool
 ) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask]:
     """Return the fields of a `CalibrationProblem` from `unknowns` on; *elastic*: whether lines stretch or sag."""
-    robot.require_plain_lines("calibration")
-    robot.require_no_plane("calibration")
+    robot.require_plain("calibration")
     unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic=elastic)
     if not unknowns:
         raise InputError("unknowns: must name at least one number")

@@ -87,7 +87,7 @@ def simulate_calibration(
     if seed < 0:
         raise InputError(f"seed = {seed}: must not be negative")
     model = Model.of(robot, cable=cable, default=CableLaw.RIGID)
-    model.robot.require_no_plane("calibration")
+    model.robot.require_plain("calibration")
     rng = np.random.default_rng(seed)
     made = measure(model, random_poses(model, poses, rng), noise, rng, guess, sensors=sensors)
     return replace(made, seed=seed)

@@ -51,7 +51,7 @@ class VelocitySettings:
             raise UnknownName("law", self.law, LAWS)
         if self.model.n != 3:
             raise InputError(f"robot {self.model.robot.name!r}: velocity control needs a point platform")
-        self.model.robot.require_no_plane("velocity control")
+        self.model.robot.require_plain("velocity control")
         names = ("gain", "max_correction", "internal_gain", "max_drum_speed")
         require_positive(**{name: getattr(self, name) for name in names})
 

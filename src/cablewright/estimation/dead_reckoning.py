@@ -43,7 +43,7 @@ class ReckoningSettings:
         """Refuse platforms with a rotation, and another number of coils than lines."""
         if self.model.n != 3 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are expected")
-        self.model.robot.require_no_plane("dead reckoning")
+        self.model.robot.require_plain("dead reckoning")
 
 
 @dataclass(eq=False)

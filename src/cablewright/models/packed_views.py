@@ -99,7 +99,8 @@ class LineStates(_View):
     """The unknowns of lines, (..., 6), that a solver finds: `Equilibrium.states`, or a row of it.
 
     Each is (...), and 0 where the kind of sheave does not have it. Directions are in the line's vertical plane, from
-    the horizontal towards the platform point.
+    the horizontal towards the platform point. A line out of the plane has an azimuth and a contact length in place of
+    the angles of dead span and lever.
     """
 
     free_angle = _Columns(layout.PHI, "Direction of the free span where it leaves the sheave, rad.")
@@ -108,6 +109,8 @@ class LineStates(_View):
     dead_length = _Columns(layout.DEAD, "Unstrained length of the dead span, m.")
     dead_angle = _Columns(layout.PSI, "Direction of the dead span from the sheave towards the winch, rad.")
     lever_angle = _Columns(layout.BETA, "Angle of the lever above the horizontal, rad.")
+    azimuth = _Columns(layout.AZIMUTH, "Of a line out of the plane: direction of its free span from +x, rad.")
+    contact_length = _Columns(layout.CONTACT, "Of a line out of the plane: length of cable on its sheaves, m.")
     angles = _Columns([layout.PHI, layout.PSI, layout.BETA], "The three angles, (..., 3), rad; reading returns a copy.")
 
     @property

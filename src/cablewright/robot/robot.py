@@ -117,9 +117,13 @@ class Robot(FileDescription):
             raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {about_origin} N m")
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
-    def require_plain_lines(self, by: str) -> None:
-        """Raise `InputError` for a line of several spans or cables, or out of its plane: not covered *by* something."""
+    def require_plain(self, by: str) -> None:
+        """Raise `InputError` for what is not covered *by* something.
+
+        That is a line of several spans or cables, a line that is not in one vertical plane, and a platform in a plane.
+        """
         self.require_lines_in_plane(by)
+        self.require_no_plane(by)
         for line in self.lines:
             for key in ("advantage", "cables"):
                 if getattr(line, key) > 1:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
@@ -14,8 +15,9 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
+from cablewright.kernels.statics.catenary import span
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.packed_views import LineStates, blank_states
+from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
@@ -312,7 +314,17 @@ def slack_spans(found: Equilibrium) -> Mask:
     x, z = np.hypot(away[..., 0], away[..., 1]), away[..., 2]
     phi, beta, turn, lever = states.free_angle, states.lever_angle, lines.side * lines.radius, lines.lever
     chord = np.hypot(x - lever * np.cos(beta) + turn * np.sin(phi), z - lever * np.sin(beta) - turn * np.cos(phi))
+    for row, i in np.argwhere(np.broadcast_to(~lines.in_plane, chord.shape)):
+        chord[row, i] = _chord(LineNumbers(lines.array[row if len(lines.array) > 1 else 0, i]), states.array[row, i])
     return np.asarray(states.free_length > chord)
+
+
+def _chord(line: LineNumbers, state: Array) -> float:
+    """Return the chord of the free span of a line out of the plane, m, from its force at the frame."""
+    own = LineStates(state)
+    h, v = own.tension * np.cos(own.free_angle), own.tension * np.sin(own.free_angle)
+    x, z, *_ = span(float(h), float(v), float(own.free_length), float(line.weight), float(line.free_compliance))
+    return math.hypot(x, z)
 
 
 def _completeness(model: Model, found: Equilibrium) -> tuple[str | None, str]:

@@ -93,8 +93,7 @@ def enclose_poses(
         raise InputError(f"budget = {budget}: at least one leaf is expected")
     if not tolerance > 0.0:
         raise InputError(f"tolerance = {tolerance:g}: over 0 is expected, of the box's width")
-    equilibrium.model.robot.require_plain_lines("a box of poses")
-    equilibrium.model.robot.require_no_plane("a box of poses")
+    equilibrium.model.robot.require_plain("a box of poses")
     packed = Packed(equilibrium.packed.freedoms, equilibrium.packed.lines[0], equilibrium.packed.platform[0])
     states = np.array(equilibrium.states, order="C")
     if any(is_slack(row, y) for row, y in zip(packed.lines, states, strict=True)):

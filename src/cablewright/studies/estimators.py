@@ -56,8 +56,7 @@ def estimator(
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
-    robot.require_plain_lines("estimation")
-    robot.require_no_plane("estimation")
+    robot.require_plain("estimation")
     if name in OBSERVERS:
         observer = OBSERVERS[name]
         own = observer.settings(robot, settings, lasers)

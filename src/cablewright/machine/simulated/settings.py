@@ -353,8 +353,7 @@ def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSet
 
 def require_hanging(robot: Robot) -> None:
     """Raise `InputError` for lines that no plant can hang: of several spans, without weight, or without gravity."""
-    robot.require_plain_lines("the simulated machine")
-    robot.require_no_plane("the simulated machine")
+    robot.require_plain("the simulated machine")
     origin = f"robot {robot.name!r}"
     if robot.scene.gravity == 0.0:
         raise InputError(f"{origin}: gravity = 0: a drum that hangs, and powder that falls, need some")
