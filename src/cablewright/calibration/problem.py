@@ -6,15 +6,16 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array, Mask
+from cablewright.calibration.bounds import ranges
 from cablewright.calibration.fixed import held_by_datum, line_index, linear_rows
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.unknowns import Unknown, exit_coordinates, numbers_of_lines, targets, unknowns_of
+from cablewright.calibration.unknowns import Unknown, coordinates_of, numbers_of_lines, targets, unknowns_of
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
@@ -24,6 +25,8 @@ from cablewright.robot import RigidPlatform, Robot
 
 ENCODER_SIGMA = 1e-4
 """Default standard deviation of the encoders, m, which weighs them against other sensors."""
+
+NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +60,22 @@ class Derivatives:
     others: Array  # (g,) residuals without a pose: distances, then linear rows
     others_by_unknown: Array  # (g, k)
 
+    def blank(self, poses: Mask) -> Derivatives:
+        """Return the same without anything of some *poses* (N,)."""
+        residual, by_pose, by_unknown = (
+            np.where(poses[(..., *(None,) * (part.ndim - 1))], 0.0, part)
+            for part in (self.residual, self.by_pose, self.by_unknown)
+        )
+        return Derivatives(residual, by_pose, by_unknown, self.others, self.others_by_unknown)
+
 
 @dataclass(frozen=True, eq=False)
 class CalibrationProblem:
     """The equations of a calibration. `weights` are 1 / sigma; a row with weight 0 does not count.
 
-    `held`: the unknowns that the datum holds at their value in `start`; theta and `rows` have the free ones only. Lines
-    are straight and rigid, and the state of a pose is the pose; `elastic_lines.ElasticProblem` is for elastic lines.
+    `held`: the unknowns that the datum holds at their value in `start`; theta and `rows` have the free ones only.
+    `frame`: rows (d, k) and values (d,) that hold what the data leave open, in fits only. Lines are straight and rigid,
+    and the state of a pose is the pose; `elastic_lines.ElasticProblem` is for elastic lines.
     """
 
     robot: Robot
@@ -77,6 +89,7 @@ class CalibrationProblem:
     start: Array  # (k,) of all unknowns, held ones too
     held: Mask  # (k,)
     is_prior: Mask  # (g,) rows without a pose that are prior knowledge, not measurements
+    frame: tuple[Array, Array] = field(default=NO_FRAME, kw_only=True)
 
     @classmethod
     def of(
@@ -98,8 +111,12 @@ class CalibrationProblem:
         lines, target = self.rows.lines.copy(), self.rows.target
         lines[target >= 0] = theta[target[target >= 0]]
         nothing = np.full_like(target, -1)
-        rows = self.rows._replace(lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=np.zeros(0))
-        return replace(self, rows=rows, start=self.whole(theta), held=np.ones_like(self.held))
+        none = np.zeros(0)
+        rows = self.rows._replace(
+            lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=none, low=none, high=none
+        )
+        whole, held = self.whole(theta), np.ones_like(self.held)
+        return replace(self, rows=rows, start=whole, held=held, frame=NO_FRAME)
 
     @property
     def poses(self) -> int:
@@ -146,8 +163,17 @@ class CalibrationProblem:
         runs = len(theta)
         codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
         values, weight = self.values[None], np.ascontiguousarray(weights)[None]
-        pose_schur.adjust_runs(rows or self.rows, theta, states, values, weight, settings, codes, steps, costs)
+        pose_schur.adjust_runs(
+            self.in_frame(rows or self.rows), theta, states, values, weight, settings, codes, steps, costs
+        )
         return codes, steps, costs
+
+    def in_frame(self, rows: MeasurementRows) -> MeasurementRows:
+        """Return *rows* with those that hold what the data leave open: without them it creeps from step to step."""
+        held, wanted = self.frame
+        if not len(held):
+            return rows
+        return rows._replace(linear=np.concatenate([rows.linear, held]), wanted=np.append(rows.wanted, wanted))
 
     @property
     def encoder_sigma(self) -> float:
@@ -182,8 +208,12 @@ class CalibrationProblem:
 
     def exit_points(self, theta: Array) -> Array:
         """Return the exit points (m, 3), m, with free unknowns *theta*."""
-        points = np.array([line.exit_point for line in self.robot.lines])
-        which, coordinates = exit_coordinates(self.robot, self.unknowns)
+        return self.points(theta, "exit_point")
+
+    def points(self, theta: Array, kind: str) -> Array:
+        """Return the exit points or platform points (m, 3), m, with free unknowns *theta*."""
+        points = np.array([getattr(line, kind) for line in self.robot.lines])
+        which, coordinates = coordinates_of(self.robot, self.unknowns, kind)
         points.flat[coordinates] = self.whole(theta)[which]
         return points
 
@@ -239,6 +269,7 @@ def equations(
     blocks = list(_blocks(robot, measured, plan, elastic))
     per_pose = sum(block.values.shape[1] for block in blocks)
     linear, wanted, prior = linear_rows(robot, unknowns, plan, start)
+    low, high = ranges(robot, unknowns, plan, start, measured.counted)[:, ~held]
 
     def of_rows(name: str, dtype: type, *shape: int) -> Any:
         """A field of the blocks for all R rows: those of the poses in their order, then distances."""
@@ -262,6 +293,8 @@ def equations(
         load=_load(robot),
         linear=np.ascontiguousarray(linear[:, ~held]),
         wanted=wanted - linear[:, held] @ start[held],
+        low=np.ascontiguousarray(low),
+        high=np.ascontiguousarray(high),
     )
     is_prior = np.append(np.zeros(len(plan.distances), dtype=bool), prior)
     values, weights = of_rows("values", np.float64), of_rows("weights", np.float64)

@@ -43,7 +43,7 @@ def _rejected(found: Calibration) -> list[dict[str, Any]]:
 
 
 FIGURES = (
-    Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent."),
+    Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent, degenerate."),
     Figure("reason", "", "Why there is no answer, in a sentence; null where there is one.",
            lambda of: of.reason or None,
            detail=True),

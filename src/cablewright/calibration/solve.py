@@ -20,9 +20,10 @@ from cablewright.calibration.elastic_start import elastic_fit
 from cablewright.calibration.observability import Information, information, projected
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, fit, to_file_frame
+from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, to_file_frame
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
+from cablewright.calibration.status import status_of
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -34,8 +35,6 @@ ROUGH: Final = 0.5
 
 MAX_ROUGH: Final = 100.0  # m
 _CONTRADICTS: Final = 3.0  # max ratio of the rms with a datum to that without
-_NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations are not those of the machine
-_TOO_LARGE: Final = 10.0  # max rms over the given sigma
 _FEW: Final = 10  # redundant measurements, which give sigma to a quarter
 
 
@@ -88,31 +87,33 @@ def calibrate(
         plain = elastic_fit(free, seed, rough, progress)
     else:
         plain = best_fit(free, seed, rough, progress)
+    plain = to_file_frame(free, plain)
     found, rejected = plain, tuple[Rejected, ...]()
     if outliers and plain.code == 0:
         start = plain if measured.guess is None or free.elastic else first_start(free)
         found, rejected = without_outliers(free, plain, start, seed, progress)
-    found = to_file_frame(free, found)
+    if found is not plain:
+        found = to_file_frame(free, found)
     alone = information(free, found.theta, found.poses, found.weights)
     if problem.held.any():
         found = _to_datum(problem, free, found)
     posterior = information(problem, found.theta, found.poses, found.weights, priors=True)
     scale, chi = _scale(problem, found, posterior)
     rms = _rms(problem, found)
-    status, reason = _verdict(problem, plain, found, rms, chi)
+    status, reason = status_of(problem, found, posterior, rms, chi)
     notes = tuple(_notes(free, alone, scale, chi, rejected))
     return Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
 
 
 def _to_datum(problem: CalibrationProblem, free: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Return the fit with the datum's unknowns held. Raises `InputError` where the data contradict the datum."""
-    moved = to_file_frame(problem, fit(problem, found.theta[~problem.held], found.poses, found.weights))
+    moved = to_file_frame(problem, replace(found, theta=found.theta[~problem.held]))
     before, after = _rms(free, found), _rms(problem, moved)
     if after > _CONTRADICTS * before + 1e-7:
         names = ", ".join(problem.plan.datum)
         both = f"with {names} as in the file, lengths fit to {after * 1e3:.3g} mm, otherwise to {before * 1e3:.3g} mm"
         raise InputError(f"datum contradicts the data: {both}; hold fewer points")
-    return replace(found, theta=moved.theta, poses=moved.poses, cost=moved.cost, code=max(found.code, moved.code))
+    return replace(moved, code=max(found.code, moved.code))
 
 
 def _rms(problem: CalibrationProblem, found: PoseFit) -> float:
@@ -138,22 +139,6 @@ def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) 
 def _other_sensors(problem: CalibrationProblem) -> bool:
     """Whether there are rows of known sigma besides the encoders'."""
     return problem.per_pose > problem.robot.m or len(problem.is_prior) > 0
-
-
-def _verdict(problem: CalibrationProblem, plain: PoseFit, found: PoseFit, rms: float, chi: float) -> tuple[str, str]:
-    """Return status and reason."""
-    if plain.code != 0 or found.code != 0 or not math.isfinite(found.cost):
-        return "not-converged", f"no start of {plain.starts} converged: are lines in the order of the file?"
-    diagonal = math.dist(problem.robot.scene.frame_min, problem.robot.scene.frame_max)
-    given = problem.plan.sigma.encoder
-    limit = _NO_FIT * diagonal if given is None else max(_TOO_LARGE * given, 1e-6)
-    if problem.elastic and chi > _TOO_LARGE:
-        size = f"residuals are {chi:.3g} times what the sigmas predict"
-        return "inconsistent", f"{size}: are sigma.tension and sigma.encoder those of the sensors, lines in order?"
-    if rms > limit:
-        size = f"lengths fit to {rms * 1e3:.3g} mm only, over the limit of {limit * 1e3:.3g} mm"
-        return "inconsistent", f"{size}: check the order of the lines, wrap sides, signs and units"
-    return "ok", ""
 
 
 def _notes(

@@ -51,6 +51,8 @@ class MeasurementRows(NamedTuple):
     load: NDArray[np.float64]  # (10,): force N and moment N m, world, at the platform's origin; weight N, its centre
     linear: NDArray[np.float64]  # (q, k): rows without a pose that are linear in the unknowns, weighted
     wanted: NDArray[np.float64]  # (q,): their expected values
+    low: NDArray[np.float64]  # (k,): min value of each unknown
+    high: NDArray[np.float64]  # (k,): max value
 
 
 class Reading(NamedTuple):
@@ -344,6 +346,9 @@ def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradient
         pose = poses[0 if alone else j]
         begin_pose(pose, work)
         for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
+            if weights[i] == 0.0:  # it does not count, even where it has no value
+                residuals[i] = 0.0
+                continue
             off, count = read_row(rows, i, j, values[i], pose, work)
             residuals[i] = weights[i] * off
             for k in range(rows.freedoms):

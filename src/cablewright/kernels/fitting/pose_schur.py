@@ -2,6 +2,7 @@
 
 Levenberg-Marquardt: [U W^T; W V] (d, e) = (g, h), with V a block for each pose, so (U - W^T V^-1 W) d = g - W^T V^-1 h.
 The cost of a step is linear in the number of poses. Damping stays positive: undetermined unknowns keep their start.
+Unknowns stay within bounds: steps are projected on them, and an unknown that the cost pushes out is held at its bound.
 """
 
 from math import inf
@@ -175,6 +176,18 @@ def reduce_poses(work, damping, k, n):
 
 
 @jit
+def hold_at_bounds(rows, theta, work, k):
+    """Take the unknowns that are at a bound and that the cost pushes out of it out of the reduced equations."""
+    for a in range(k):
+        if (theta[a] <= rows.low[a] and work.g[a] < 0.0) or (theta[a] >= rows.high[a] and work.g[a] > 0.0):
+            for b in range(a):
+                work.S[a, b] = 0.0
+            for b in range(a + 1, k):
+                work.S[b, a] = 0.0
+            work.S[a, a], work.step[a] = 1.0, 0.0
+
+
+@jit
 def _solve_reduced(S, step, k):
     """Solve S step = step in place by Cholesky; S is destroyed. False if it is not positive definite."""
     if not cholesky(S, k):
@@ -193,13 +206,16 @@ def _solve_reduced(S, step, k):
 
 
 @jit
-def _try_step(theta, poses, damping, work):
+def _try_step(rows, theta, poses, damping, work):
     """Write unknowns and poses after the step to *work*. Returns its largest entry and the predicted cost decrease."""
     k, n = theta.shape[0], poses.shape[1]
     largest, promised = 0.0, 0.0
     for a in range(k):
+        moved = theta[a] + work.step[a]
+        work.theta[a] = min(max(moved, rows.low[a]), rows.high[a])
+        if work.theta[a] != moved:
+            work.step[a] = work.theta[a] - theta[a]  # poses follow the projected step
         change = work.step[a]
-        work.theta[a] = theta[a] + change
         largest = max(largest, abs(change))
         promised += change * (work.g[a] + damping * work.U[a, a] * change)
     for j in range(poses.shape[0]):
@@ -233,12 +249,14 @@ def adjust(rows, theta, poses, values, weights, settings, work):
             normal_equations(rows, theta, poses, values, weights, work)
             steps += 1
         fresh = False
-        if not (reduce_poses(work, damping, k, n) and _solve_reduced(work.S, work.step, k)):
+        regular = reduce_poses(work, damping, k, n)
+        hold_at_bounds(rows, theta, work, k)
+        if not (regular and _solve_reduced(work.S, work.step, k)):
             damping = max(10.0 * damping, MIN_DAMPING)
             if damping > MAX_DAMPING:
                 return NOT_CONVERGED, steps, now
             continue
-        size, promised = _try_step(theta, poses, damping, work)
+        size, promised = _try_step(rows, theta, poses, damping, work)
         then = cost(rows, work.theta, work.poses, values, weights, work)
         if then <= now:
             gain = (now - then) / promised if promised > 0.0 else 1.0
