@@ -203,10 +203,14 @@ def _starts(problem: CalibrationProblem, rng: np.random.Generator, rough: float)
     for away in chain([0.0], repeat(rough)):
         theta = problem.free + exits * rng.uniform(-away, away, len(exits))
         if problem.measured.guess is not None:
-            poses = problem.measured.guess.copy()
+            known = np.asarray(np.isfinite(problem.measured.guess).all(axis=1))
+            poses = np.where(known[:, None], problem.measured.guess, problem.measured.guess[known].mean(axis=0))
             poses[:, :3] += rng.uniform(-0.5 * away, 0.5 * away, (len(poses), 3))
-            lengths = problem.lengths(theta, poses) - problem.measured.counted
-            yield _with_home(problem, theta, np.nanmedian(lengths, axis=0)), poses
+            lengths = (problem.lengths(theta, poses) - problem.measured.counted)[known]
+            theta = _with_home(problem, theta, np.nanmedian(lengths, axis=0))
+            if not known.all():
+                poses = np.where(known[:, None], poses, fitted_poses(problem, theta, poses))
+            yield theta, poses
             continue
         share = 0.5 if away == 0.0 else rng.uniform(0.2, 0.8, 3)
         poses = np.zeros((problem.poses, problem.robot.n))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +31,10 @@ NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """The measurements at N poses. `guess`: start values of the poses; with `pose_sigma`, measurements of them."""
+    """The measurements at N poses. `guess`: start values of the poses; with `pose_sigma`, measurements of them.
+
+    A row of `guess` is NaN where nothing is known of the pose, one of `pose_sigma` where it was not measured.
+    """
 
     counted: Array  # (N, m) m: length changes since home, by encoders
     guess: Array | None = None  # (N, n) m and rad
@@ -41,6 +44,11 @@ class Measured:
     tilt: Array | None = None  # (N, 2) rad: of the platform against the plumb line, about x and y
     places: Sequence[int] = field(default=())  # (N,) line number of each pose in the file
     origin: str = "the data"  # the name in messages
+
+    @property
+    def positioned(self) -> int:
+        """The number of poses whose position is measured."""
+        return 0 if self.pose_sigma is None else int(np.isfinite(self.pose_sigma).all(axis=1).sum())
 
     def place(self, pose: int) -> str:
         """Return where a pose (counted from 0) is: ``line 7`` of the file, or ``pose 7``."""
@@ -90,6 +98,7 @@ class CalibrationProblem:
     held: Mask  # (k,)
     is_prior: Mask  # (g,) rows without a pose that are prior knowledge, not measurements
     frame: tuple[Array, Array] = field(default=NO_FRAME, kw_only=True)
+    found_encoder: float | None = field(default=None, kw_only=True)  # m, the encoders' sigma from the residuals
 
     @classmethod
     def of(
@@ -106,11 +115,13 @@ class CalibrationProblem:
         """Return the same problem with no unknown held."""
         return CalibrationProblem.of(self.robot, self.measured, self.plan, hold=False)
 
+    def weighed_as(self, other: CalibrationProblem) -> Self:
+        """Return the same problem with the weights of another one of the same rows."""
+        return replace(self, weights=other.weights, found_encoder=other.found_encoder)
+
     def for_poses_only(self, theta: Array) -> CalibrationProblem:
         """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""
-        lines, target = self.rows.lines.copy(), self.rows.target
-        lines[target >= 0] = theta[target[target >= 0]]
-        nothing = np.full_like(target, -1)
+        lines, nothing = self.line_numbers(theta), np.full_like(self.rows.target, -1)
         none = np.zeros(0)
         rows = self.rows._replace(
             lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=none, low=none, high=none
@@ -178,7 +189,30 @@ class CalibrationProblem:
     @property
     def encoder_sigma(self) -> float:
         """The standard deviation in the encoders' weights, m."""
-        return self.plan.sigma.encoder or ENCODER_SIGMA
+        return self.found_encoder or self.plan.sigma.encoder or ENCODER_SIGMA
+
+    @property
+    def has_other_sensors(self) -> bool:
+        """Whether there are rows of known sigma besides the encoders'."""
+        return self.per_pose > self.robot.m or len(self.is_prior) > 0
+
+    def line_numbers(self, theta: Array) -> Array:
+        """Return the numbers of all lines (m, COLUMNS), with free unknowns *theta*."""
+        lines, target = self.rows.lines.copy(), self.rows.target
+        lines[target >= 0] = theta[target[target >= 0]]
+        return lines
+
+    def counts_at(self, theta: Array, states: Array) -> Array:
+        """Return what the encoders (N, m) should read at these states of the poses, m."""
+        lines = self.line_numbers(theta)
+        out = (self.lengths(theta, states) - lines[:, calibration_residuals.OFFSET]) / lines[
+            :, calibration_residuals.SCALE
+        ]
+        build_up = lines[:, calibration_residuals.BUILD_UP]
+        if not build_up.any():
+            return np.asarray(out)
+        rate = np.where(build_up == 0.0, 1.0, build_up)
+        return np.asarray(np.where(build_up == 0.0, out, -np.log1p(-np.minimum(rate * out, 1.0 - 1e-12)) / rate))
 
     @property
     def free(self) -> Array:
@@ -330,11 +364,12 @@ def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bo
         yield _Block(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma.tension, lines)
     if measured.pose_sigma is not None:
         assert measured.guess is not None
-        extra = np.zeros((*measured.guess.shape, 6))
+        places = np.nan_to_num(measured.guess)
+        extra = np.zeros((*places.shape, 6))
         if robot.n == 6:
-            extra[:, 3:, :3] = measured.guess[:, None, 3:]
-        weights = 1.0 / measured.pose_sigma
-        yield _Block(calibration_residuals.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
+            extra[:, 3:, :3] = places[:, None, 3:]
+        weights = np.nan_to_num(1.0 / measured.pose_sigma)  # 0 where it is blank
+        yield _Block(calibration_residuals.COORDINATE, places, weights, other=np.arange(robot.n), extra=extra)
     if measured.swivel is not None:
         yield _Block(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
     if measured.tilt is not None:
@@ -379,6 +414,9 @@ def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:
     guess, count, n = measured.guess, len(measured.counted), robot.n
     if guess is None:
         raise InputError(f"{measured.origin}: tensions f_1.. require columns x,y,z, start values of the poses")
+    if np.isnan(guess).any():
+        row = measured.place(int(np.argmax(np.isnan(guess).any(axis=1))))
+        raise InputError(f"{measured.origin}, {row}: x, y, z are blank; with tensions f_1.. a start value is required")
     points = placed(guess, [line.platform_point for line in robot.lines])
     away = points - np.array([line.exit_point for line in robot.lines])
     u = away / np.linalg.norm(away, axis=2)[..., None]

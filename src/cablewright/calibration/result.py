@@ -37,7 +37,7 @@ def _rejected(found: Calibration) -> list[dict[str, Any]]:
     places = found.problem.measured.places
     return [
         {"pose": each.pose + 1, "row": places[each.pose] if len(places) else None}
-        | {name: getattr(each, name) for name in ("line", "sensor", "size", "unit")}
+        | {name: getattr(each, name) for name in ("line", "sensor", "size", "unit", "measured", "expected")}
         for each in found.rejected
     ]
 
@@ -83,6 +83,8 @@ FIGURES = (
         Figure("sensor", "", "Sensor of the reading."),
         Figure("size", "SI", "Error of the reading.", name="off by", digits=3),
         Figure("unit", "", "Unit of the error."),
+        Figure("measured", "SI", "The reading; of a whole pose those of all encoders.", digits=6),
+        Figure("expected", "SI", "What all others predict it to be.", digits=6),
     )),
     Figure("suggestions", "", "What one more measurement would bring, the most helpful first.",
            name="one more measurement",

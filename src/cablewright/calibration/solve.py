@@ -17,10 +17,11 @@ from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.elastic_start import elastic_fit
+from cablewright.calibration.kinds import resisting, roughly_weighed, weighed
 from cablewright.calibration.observability import Information, information, projected
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, to_file_frame
+from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, framed, to_file_frame
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.status import status_of
@@ -89,12 +90,18 @@ def calibrate(
         plain = best_fit(free, seed, rough, progress)
     plain = to_file_frame(free, plain)
     found, rejected = plain, tuple[Rejected, ...]()
+    if plain.code == 0:
+        free, plain = roughly_weighed(framed(free, plain.theta, plain.poses), plain)
+        found = plain
     if outliers and plain.code == 0:
         start = plain if measured.guess is None or free.elastic else first_start(free)
         found, rejected = without_outliers(free, plain, start, seed, progress)
-    if found is not plain:
-        found = to_file_frame(free, found)
+    if plain.code == 0:
+        free, found = weighed(free, found)
+        found = resisting(free, found)
+    found = to_file_frame(free, found)
     alone = information(free, found.theta, found.poses, found.weights)
+    problem = problem.weighed_as(free)
     if problem.held.any():
         found = _to_datum(problem, free, found)
     posterior = information(problem, found.theta, found.poses, found.weights, priors=True)
@@ -131,14 +138,9 @@ def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) 
     square = float(np.sum(off * off) + np.sum(derivatives.others**2))
     surplus = posterior.redundancy
     chi = math.sqrt(square / surplus) if surplus > 0 else math.nan
-    if problem.plan.sigma.encoder is not None or _other_sensors(problem):
+    if problem.plan.sigma.encoder is not None or problem.has_other_sensors:
         return 1.0, chi
     return chi, chi
-
-
-def _other_sensors(problem: CalibrationProblem) -> bool:
-    """Whether there are rows of known sigma besides the encoders'."""
-    return problem.per_pose > problem.robot.m or len(problem.is_prior) > 0
 
 
 def _notes(
@@ -150,9 +152,9 @@ def _notes(
         yield "sheaves on universal joints count as swivelling about a vertical axis"
     if math.isnan(scale):
         yield "no measurement is left over: the sigma of the encoders is unknown, and so is every other sigma"
-    elif given is None and alone.redundancy < _FEW and not _other_sensors(problem):
+    elif given is None and alone.redundancy < _FEW and not problem.has_other_sensors:
         yield f"only {alone.redundancy} measurements are left over: sigma of the encoders, and so every sigma, is vague"
-    elif given is None and _other_sensors(problem):
+    elif given is None and problem.has_other_sensors and problem.found_encoder is None:
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is assumed"
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"

@@ -50,6 +50,7 @@ class CalibrateCommand:
     cable: Annotated[
         CableLaw, typer.Option("--cable", help="Cable law; elastic and catenary need tensions or measured poses.")
     ] = CableLaw.RIGID
+    keep_all: Annotated[bool, typer.Option("--keep-all", help="Use all rows: do not search for gross errors.")] = False
     seed: Seed = 0
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the calibrated robot.")] = None
     report: Annotated[
@@ -72,6 +73,7 @@ class CalibrateCommand:
                 seed=self.seed,
                 rough=self.rough,
                 cable=self.cable,
+                outliers=not self.keep_all,
                 progress=show,
             )
         out = self.out if found.ok else None
