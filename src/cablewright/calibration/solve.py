@@ -25,6 +25,7 @@ from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, fra
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.status import status_of
+from cablewright.calibration.verdict import NEED, judged
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -48,6 +49,7 @@ def calibrate(
     sheave: SheaveLaw | str | None = None,
     rough: float = ROUGH,
     outliers: bool = True,
+    need: float = NEED,
     seed: int = 0,
     progress: Progress = silent,
 ) -> Calibration:
@@ -56,7 +58,7 @@ def calibrate(
     *plan*: unknowns, sigmas of the sensors and datum, or a TOML file; by default exit points and home lengths are
     unknown. Lines are rigid unless a *cable* law or a model says otherwise; elastic ones require tensions or measured
     poses. *rough*: max error of the file's exit points in each coordinate, m; starts are drawn within it with *seed*.
-    *outliers*: whether gross errors are rejected.
+    *outliers*: whether gross errors are rejected. *need*: max standard deviation of exit points for a good verdict, m.
 
     Raises `InputError` for data or a plan that cannot be used: too few poses, other units, a contradictory datum;
     `AnswerError` if elastic lines have no equilibrium near any pose. Source: Wang, Caro 2021.
@@ -71,6 +73,8 @@ def calibrate(
     """
     if not 0.0 <= rough <= MAX_ROUGH:
         raise InputError(f"rough = {rough:g}: must be from 0 to {MAX_ROUGH:g} m")
+    if not 0.0 < need < math.inf:
+        raise InputError(f"need = {need:g}: must be over 0 m")
     if seed < 0:
         raise InputError(f"seed = {seed}: must not be negative")
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
@@ -109,7 +113,9 @@ def calibrate(
     rms = _rms(problem, found)
     status, reason = status_of(problem, found, posterior, rms, chi)
     notes = tuple(_notes(free, alone, scale, chi, rejected))
-    return Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
+    made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
+    verdict, reasons = judged(made, need, rough)
+    return replace(made, verdict=verdict, reasons=reasons)
 
 
 def _to_datum(problem: CalibrationProblem, free: CalibrationProblem, found: PoseFit) -> PoseFit:
