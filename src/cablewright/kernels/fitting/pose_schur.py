@@ -176,14 +176,21 @@ def reduce_poses(work, damping, k, n):
 
 
 @jit
-def hold_at_bounds(rows, theta, work, k):
-    """Take the unknowns that are at a bound and that the cost pushes out of it out of the reduced equations."""
-    for a in range(k):
+def pushed_out(rows, theta, work):
+    """Whether an unknown is at a bound that the cost pushes it out of."""
+    for a in range(theta.shape[0]):
         if (theta[a] <= rows.low[a] and work.g[a] < 0.0) or (theta[a] >= rows.high[a] and work.g[a] > 0.0):
-            for b in range(a):
-                work.S[a, b] = 0.0
-            for b in range(a + 1, k):
-                work.S[b, a] = 0.0
+            return True
+    return False
+
+
+@jit
+def hold_at_bounds(rows, theta, work):
+    """Take such unknowns out of the reduced equations."""
+    for a in range(theta.shape[0]):
+        if (theta[a] <= rows.low[a] and work.g[a] < 0.0) or (theta[a] >= rows.high[a] and work.g[a] > 0.0):
+            for b in range(theta.shape[0]):
+                work.S[a, b], work.S[b, a] = 0.0, 0.0
             work.S[a, a], work.step[a] = 1.0, 0.0
 
 
@@ -243,14 +250,16 @@ def adjust(rows, theta, poses, values, weights, settings, work):
     now = cost(rows, theta, poses, values, weights, work)
     if not now < inf:
         return NOT_FINITE, 0, inf
-    damping, steps, fresh = settings.damping, 0, True
+    damping, steps, fresh, held = settings.damping, 0, True, False
     for _ in range(settings.max_steps):
         if fresh:
             normal_equations(rows, theta, poses, values, weights, work)
+            held = pushed_out(rows, theta, work)
             steps += 1
         fresh = False
         regular = reduce_poses(work, damping, k, n)
-        hold_at_bounds(rows, theta, work, k)
+        if held:
+            hold_at_bounds(rows, theta, work)
         if not (regular and _solve_reduced(work.S, work.step, k)):
             damping = max(10.0 * damping, MIN_DAMPING)
             if damping > MAX_DAMPING:
