@@ -120,7 +120,7 @@ def test_a_bounded_fit_is_that_of_scipy(seed: int) -> None:
         return out
 
     free = np.full(made.poses.size, np.inf)
-    limits = np.append(problem.rows.low, -free), np.append(problem.rows.high, free)
+    limits = np.append(problem.limits[0], -free), np.append(problem.limits[1], free)
     first = np.append(theta, made.poses.ravel())
     theirs = least_squares(residual, first, jacobian, bounds=limits, xtol=1e-15, ftol=1e-15, gtol=1e-12, max_nfev=2000)
     ends = (found.theta[4:] <= low) | (found.theta[4:] >= high)

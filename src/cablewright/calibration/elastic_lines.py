@@ -197,7 +197,7 @@ class ElasticProblem(CalibrationProblem):
         if not np.isfinite(now):
             return int(Code.NOT_FINITE), 0, np.inf
         for _ in range(min(settings.max_steps, _MAX_STEPS)):
-            change, lengths, promised = _step(found, damping, self.rows.low - theta, self.rows.high - theta)
+            change, lengths, promised = _step(found, damping, self.limits[0] - theta, self.limits[1] - theta)
             size = max(np.abs(change).max(initial=0.0), np.abs(lengths).max())
             trial = states.copy()
             trial[:, :m] += lengths

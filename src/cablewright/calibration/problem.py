@@ -97,6 +97,7 @@ class CalibrationProblem:
     start: Array  # (k,) of all unknowns, held ones too
     held: Mask  # (k,)
     is_prior: Mask  # (g,) rows without a pose that are prior knowledge, not measurements
+    limits: Array  # (2, k) min and max of the free unknowns
     frame: tuple[Array, Array] = field(default=NO_FRAME, kw_only=True)
     found_encoder: float | None = field(default=None, kw_only=True)  # m, the encoders' sigma from the residuals
 
@@ -122,12 +123,9 @@ class CalibrationProblem:
     def for_poses_only(self, theta: Array) -> CalibrationProblem:
         """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""
         lines, nothing = self.line_numbers(theta), np.full_like(self.rows.target, -1)
-        none = np.zeros(0)
-        rows = self.rows._replace(
-            lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=none, low=none, high=none
-        )
+        rows = self.rows._replace(lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=np.zeros(0))
         whole, held = self.whole(theta), np.ones_like(self.held)
-        return replace(self, rows=rows, start=whole, held=held, frame=NO_FRAME)
+        return replace(self, rows=rows, limits=np.zeros((2, 0)), start=whole, held=held, frame=NO_FRAME)
 
     @property
     def poses(self) -> int:
@@ -175,7 +173,7 @@ class CalibrationProblem:
         codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
         values, weight = self.values[None], np.ascontiguousarray(weights)[None]
         pose_schur.adjust_runs(
-            self.in_frame(rows or self.rows), theta, states, values, weight, settings, codes, steps, costs
+            self.in_frame(rows or self.rows), self.limits, theta, states, values, weight, settings, codes, steps, costs
         )
         return codes, steps, costs
 
@@ -289,7 +287,7 @@ class CalibrationProblem:
 
 def equations(
     robot: Robot, measured: Measured, plan: CalibrationPlan, hold: bool, elastic: bool
-) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask]:
+) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask, Array]:
     """Return the fields of a `CalibrationProblem` from `unknowns` on; *elastic*: whether lines stretch or sag."""
     robot.require_single_spans("calibration")
     unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic=elastic)
@@ -303,7 +301,7 @@ def equations(
     blocks = list(_blocks(robot, measured, plan, elastic))
     per_pose = sum(block.values.shape[1] for block in blocks)
     linear, wanted, prior = linear_rows(robot, unknowns, plan, start)
-    low, high = ranges(robot, unknowns, plan, start, measured.counted)[:, ~held]
+    limits = np.ascontiguousarray(ranges(robot, unknowns, plan, start, measured.counted)[:, ~held])
 
     def of_rows(name: str, dtype: type, *shape: int) -> Any:
         """A field of the blocks for all R rows: those of the poses in their order, then distances."""
@@ -327,12 +325,10 @@ def equations(
         load=_load(robot),
         linear=np.ascontiguousarray(linear[:, ~held]),
         wanted=wanted - linear[:, held] @ start[held],
-        low=np.ascontiguousarray(low),
-        high=np.ascontiguousarray(high),
     )
     is_prior = np.append(np.zeros(len(plan.distances), dtype=bool), prior)
     values, weights = of_rows("values", np.float64), of_rows("weights", np.float64)
-    return unknowns, rows, values, weights, per_pose, start, held, is_prior
+    return unknowns, rows, values, weights, per_pose, start, held, is_prior, limits
 
 
 class _Block(NamedTuple):

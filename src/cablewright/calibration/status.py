@@ -45,7 +45,7 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
 
 def _at_bound(problem: CalibrationProblem, found: PoseFit) -> str:
     """Return which unknowns ended at the edge of their range; empty for none."""
-    limits = np.stack([problem.rows.low, problem.rows.high])
+    limits = problem.limits
     ends = np.logical_or(*at_bound(found.theta, limits, problem.free))
     where = np.flatnonzero(ends)
     if not len(where):

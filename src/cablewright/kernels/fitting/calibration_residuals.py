@@ -51,8 +51,6 @@ class MeasurementRows(NamedTuple):
     load: NDArray[np.float64]  # (10,): force N and moment N m, world, at the platform's origin; weight N, its centre
     linear: NDArray[np.float64]  # (q, k): rows without a pose that are linear in the unknowns, weighted
     wanted: NDArray[np.float64]  # (q,): their expected values
-    low: NDArray[np.float64]  # (k,): min value of each unknown
-    high: NDArray[np.float64]  # (k,): max value
 
 
 class Reading(NamedTuple):
