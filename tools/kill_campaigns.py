@@ -91,7 +91,7 @@ TASKS = {
             ("merlet2023", "--lengths", "10.1187,9.3676,10.9961,11.3476", "--exhaustive", "--out", "out/search.state"),
             read_snapshots,
         ),
-        Task("calibrate", ("wang2021", "calibration.csv", "--out", "out/robot.toml")),
+        Task("calibrate", ("wang2021", "calibration.csv", "--accept", "--out", "out/robot.toml")),
     )
 }  # fmt: skip
 SIGNALS = {"kill": signal.SIGKILL, "terminate": signal.SIGTERM, "interrupt": signal.SIGINT}

@@ -6,8 +6,9 @@ A column is found by its name; a unit may follow it: ``force (kN)``, ``elongatio
 from __future__ import annotations
 
 import io
+import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -98,12 +99,19 @@ def read_number(cell: str, place: str) -> float:
 
 
 def number_rows(
-    path: Path, rows: Iterator[tuple[int, str]], header: str, columns: Mapping[str, Column], max_rows: int, what: str
+    path: Path,
+    rows: Iterator[tuple[int, str]],
+    header: str,
+    columns: Mapping[str, Column],
+    max_rows: int,
+    what: str,
+    blank: Container[str] = (),
 ) -> Iterator[tuple[int, list[str], list[float]]]:
     """Yield line number, cells and the SI numbers of *columns* (by name) of each row below *header*.
 
     Raises `InputError` for more than *max_rows* rows (*what* a row is, in the plural, is for the message), a row that
-    has more or fewer cells than the header, and a cell that is not a finite number.
+    has more or fewer cells than the header, and a cell that is not a finite number; an empty one is NaN in the columns
+    that may be *blank*.
     """
     separator = separator_of(header)
     width = len(header.split(separator))
@@ -114,7 +122,12 @@ def number_rows(
             raise InputError(f"{place}: {len(cells)} cells; the header has {width}")
         if count == max_rows:
             raise InputError(f"{place}: more than {max_rows} {what}, the maximum")
-        numbers = [read_number(cells[c.position], f"{place}: {name}") * (c.size or 1.0) for name, c in columns.items()]
+        numbers = [
+            math.nan
+            if name in blank and not bare(cells[c.position])
+            else read_number(cells[c.position], f"{place}: {name}") * (c.size or 1.0)
+            for name, c in columns.items()
+        ]
         yield number, cells, numbers
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,8 @@ def test_simulated_data_tell_themselves(made: cw.SimulatedCalibration) -> None:
 
 def test_a_calibration_tells_itself(found: cw.Calibration) -> None:
     told = tells_itself(found)
-    assert found.ok
+    assert (found.status, found.verdict, found.ok) == ("ok", "doubtful", False)
+    assert replace(found, accepted=True).ok
     assert told["unknowns"] - told["rank"] == 4  # translation and yaw
     assert list(told["values"]) == list(told["sigma"]) == [each.label for each in found.unknowns]
     assert told["datum"] == ["inner"]

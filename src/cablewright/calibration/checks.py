@@ -12,6 +12,7 @@ from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
 
 _APART = 1e-3  # m: poses with smaller differences in all lengths count as one
+_THREE = 3  # measured positions that fix place and direction
 _FAR = 3.0  # diagonals of the frame: max length change, and max distance of a pose from its centre
 
 
@@ -45,7 +46,7 @@ def _check_size(
 def gauge_size(problem: CalibrationProblem) -> int:
     """Return how many freedoms the machine's own sensors leave open: those of the world and of the platform frame."""
     names = {each.name for each in problem.unknowns}
-    if "exit_point" not in names or problem.measured.pose_sigma is not None:
+    if "exit_point" not in names or problem.measured.positioned >= _THREE:
         return 0
     sees_gravity = problem.measured.tensions is not None or problem.elastic
     tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines) and not sees_gravity
@@ -71,7 +72,9 @@ def min_poses(problem: CalibrationProblem) -> int:
             why = f"for elastic lines {m} lengths determine pose and tensions, and encoders measure those {m} lengths"
             more = "measure tensions (f_1 .., even roughly, with their sigma.tension) or poses (x .. with sigma_x ..)"
         raise InputError(f"{problem.measured.origin}: {why}: nothing is left over to calibrate with; {more}")
+    rows = (problem.of_poses(problem.weights) > 0.0).sum(axis=1)
     given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
+    given += int((rows - rows.min()).sum())  # positions at some poses, contacts
     return max(1, -(-(len(problem.unknowns) - gauge_size(problem) - given) // surplus))
 
 

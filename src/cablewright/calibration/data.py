@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.arrays import Array
 from cablewright.calibration.problem import Measured
 from cablewright.csv_input import Column, cells_of, find_column, number_rows, separator_of, shown, text_lines
 from cablewright.errors import InputError, suggestion
@@ -20,15 +21,16 @@ MAX_POSES: Final = 5_000
 
 _MAX_SIZE: Final = 1e9  # SI
 _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
+_MAY_BE_BLANK: Final = frozenset((*_POSE, *(f"sigma_{name}" for name in _POSE)))
 
 
 def read_measured(path: str | Path, robot: Robot) -> Measured:
     """Read a CSV with a column ``dl_1`` .. ``dl_m`` for each line: the change of its length since the home pose.
 
     Optional columns: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), start values of the poses, or measured poses
-    where ``sigma_x`` .. are given; ``f_1`` .., tensions; ``swivel_1`` .., azimuths of the free cables;
-    ``tilt_x,tilt_y``. A unit may follow a name, ``dl_1 (mm)``; without it numbers are SI. The separator is tab,
-    semicolon or comma. Comments begin with ``#``.
+    where ``sigma_x`` .. are given, blank where a row has none; ``f_1`` .., tensions; ``swivel_1`` .., azimuths of the
+    free cables; ``tilt_x,tilt_y``. A unit may follow a name, ``dl_1 (mm)``; without it numbers are SI. The separator is
+    tab, semicolon or comma. Comments begin with ``#``.
 
     Raises `InputError` for a missing, unknown or repeated column, an incomplete group of columns, a row that is shorter
     or longer than the header, and a cell that is not a finite number.
@@ -39,28 +41,50 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     if not number:
         raise InputError(f"{path}: empty; expected a header with columns dl_1 to dl_{robot.m}, then rows of numbers")
     columns = _columns(header, f"{path}, line {number}", robot)
-    table = [(number, numbers) for number, _, numbers in number_rows(path, rows, header, columns, MAX_POSES, "poses")]
+    found = number_rows(path, rows, header, columns, MAX_POSES, "poses", blank=_MAY_BE_BLANK)
+    table = [(number, numbers) for number, _, numbers in found]
     if not table:
         raise InputError(f"{path}: a header, but no poses")
     lines = [number for number, _ in table]
     values = dict(zip(columns, np.array([numbers for _, numbers in table]).T, strict=True))
     for name, column in values.items():
-        row = int(np.argmax(np.abs(column)))
-        if not abs(column[row]) <= _MAX_SIZE:
+        row = int(np.argmax(np.abs(np.nan_to_num(column))))
+        if abs(column[row]) > _MAX_SIZE:
             raise InputError(
                 f"{path}, line {lines[row]}: {name} = {column[row]:g}: must be at most {_MAX_SIZE:g} in size"
             )
     for name in _POSE[3 : robot.n]:  # a position without an orientation means unrotated
-        values.setdefault(name, np.zeros(len(table)))
+        values.setdefault(name, np.where(np.isnan(values.get("x", np.zeros(1))), np.nan, np.zeros(len(table))))
     fields = {
         field: np.column_stack([values[name] for name in names])
         for field, names in _groups(robot).items()
         if names[0] in values
     }
-    if not (fields.get("pose_sigma", np.ones(1)) > 0.0).all():
+    _check_blanks(fields, f"{path}, line", lines)
+    if (fields.get("pose_sigma", np.ones(1)) <= 0.0).any():
         row, axis = np.argwhere(fields["pose_sigma"] <= 0.0)[0]
         raise InputError(f"{path}, line {lines[row]}: sigma_{_POSE[axis]}: must be over 0")
     return Measured(**fields, places=lines, origin=str(path))
+
+
+def _check_blanks(fields: dict[str, Array], where: str, lines: Sequence[int]) -> None:
+    """Raise `InputError` for a position of which only a part is blank, or a sigma without one; *where*: in messages."""
+    blank = {name: np.isnan(values) for name, values in fields.items() if name in ("guess", "pose_sigma")}
+    if "guess" not in blank:
+        return
+    for name, what in (("guess", "position"), ("pose_sigma", "sigma of the position")):
+        partly = blank.get(name, np.zeros((1, 1), dtype=bool))
+        odd = np.flatnonzero(partly.any(axis=1) & ~partly.all(axis=1))
+        if len(odd):
+            raise InputError(f"{where} {lines[odd[0]]}: a part of the {what} is blank; give all of it or nothing")
+    if blank["guess"].all():
+        raise InputError(f"{where} {lines[0]}: x, y, z are blank in all rows; leave the columns out")
+    if "pose_sigma" in blank:
+        odd = np.flatnonzero(blank["guess"].all(axis=1) & ~blank["pose_sigma"].all(axis=1))
+        if len(odd):
+            raise InputError(f"{where} {lines[odd[0]]}: sigma_x without x")
+        if blank["pose_sigma"].all():
+            raise InputError(f"{where} {lines[0]}: sigma_x is blank in all rows; leave the columns out")
 
 
 def _groups(robot: Robot) -> dict[str, tuple[str, ...]]:
@@ -116,5 +140,5 @@ def write_measured(measured: Measured, robot: Robot, comments: Sequence[str] = (
     given = {field: names for field, names in _groups(robot).items() if getattr(measured, field) is not None}
     table = np.column_stack([getattr(measured, field) for field in given])
     lines = [*(f"# {comment}" for comment in comments), ",".join(chain.from_iterable(given.values()))]
-    lines += [",".join(map(repr, row)) for row in table.tolist()]
+    lines += [",".join("" if np.isnan(cell) else repr(cell) for cell in row) for row in table.tolist()]
     return "\n".join(lines) + "\n"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.problem import CalibrationProblem, Derivatives, Measured, equations
+from cablewright.calibration.problem import NO_FRAME, CalibrationProblem, Derivatives, Measured, equations
 from cablewright.errors import AnswerError
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule
@@ -182,6 +182,8 @@ class ElasticProblem(CalibrationProblem):
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
         """As `CalibrationProblem.adjust`, by the steps of its kernel: a Schur complement eliminates the lengths."""
         assert rows is None
+        if len(self.frame[0]):
+            return replace(self, rows=self.in_frame(self.rows), frame=NO_FRAME).adjust(theta, states, weights, settings)
         runs = [self._adjust(theta[run], states[run], weights, settings) for run in range(len(theta))]
         codes, steps, costs = zip(*runs, strict=True)
         return np.array(codes, dtype=np.int64), np.array(steps, dtype=np.int64), np.array(costs)
@@ -195,7 +197,7 @@ class ElasticProblem(CalibrationProblem):
         if not np.isfinite(now):
             return int(Code.NOT_FINITE), 0, np.inf
         for _ in range(min(settings.max_steps, _MAX_STEPS)):
-            change, lengths, promised = _step(found, damping)
+            change, lengths, promised = _step(found, damping, self.limits[0] - theta, self.limits[1] - theta)
             size = max(np.abs(change).max(initial=0.0), np.abs(lengths).max())
             trial = states.copy()
             trial[:, :m] += lengths
@@ -245,8 +247,11 @@ def _cost(found: Derivatives) -> float:
     return total if np.isfinite(total) else np.inf
 
 
-def _step(found: Derivatives, damping: float) -> tuple[Array, Array, float]:
-    """Return the damped step of unknowns (k,) and of lengths (N, m), and the predicted decrease of the cost."""
+def _step(found: Derivatives, damping: float, down: Array, up: Array) -> tuple[Array, Array, float]:
+    """Return the damped step of unknowns (k,) and of lengths (N, m), and the predicted decrease of the cost.
+
+    *down*, *up* (k,): how far unknowns may go; one that is at its bound and that the cost pushes out stays.
+    """
     H, G, r = found.by_pose, found.by_unknown, found.residual
     V, W = np.swapaxes(H, 1, 2) @ H, np.swapaxes(H, 1, 2) @ G
     h = -np.einsum("nea,ne->na", H, r)
@@ -257,7 +262,11 @@ def _step(found: Derivatives, damping: float) -> tuple[Array, Array, float]:
     V[:, range(m), range(m)] += own
     inner = np.linalg.solve(V, np.concatenate([W, h[..., None]], axis=2))
     reduced = U + np.diag(shared) - np.einsum("nak,nal->kl", W, inner[..., :k])
-    change = np.linalg.solve(reduced, g - np.einsum("nak,na->k", W, inner[..., k]))
+    right = g - np.einsum("nak,na->k", W, inner[..., k])
+    stays = ((down >= 0.0) & (g < 0.0)) | ((up <= 0.0) & (g > 0.0))
+    reduced[stays], reduced[:, stays], right[stays] = 0.0, 0.0, 0.0
+    reduced[stays, stays] = 1.0
+    change = np.linalg.solve(reduced, right).clip(down, up)
     lengths = inner[..., k] - inner[..., :k] @ change
     promised = change @ (g + shared * change) + np.sum(lengths * (h + own * lengths))
     return np.asarray(change), np.asarray(lengths), 0.5 * float(promised)

@@ -9,7 +9,7 @@ import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.plan import INNER, CalibrationPlan
-from cablewright.calibration.unknowns import Unknown, exit_coordinates
+from cablewright.calibration.unknowns import Unknown, coordinates_of
 from cablewright.errors import InputError, UnknownName
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES
@@ -31,7 +31,7 @@ def tilt_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
     points = np.array([line.exit_point for line in robot.lines])
     arms = (points - points.mean(axis=0))[:, :2]
     slopes = np.linalg.pinv(arms, rcond=1e-6)  # (2, m): d height / dx, d height / dy
-    which, coordinates = exit_coordinates(robot, unknowns)
+    which, coordinates = coordinates_of(robot, unknowns)
     heights = coordinates % 3 == 2
     rows = np.zeros((2, len(unknowns)))
     rows[:, which[heights]] = np.stack([slopes[1], -slopes[0]])[:, coordinates[heights] // 3]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array, Indices, Mask
 from cablewright.calibration.fixed import tilt_rows
 from cablewright.calibration.problem import CalibrationProblem, Derivatives
-from cablewright.calibration.unknowns import Unknown, exit_coordinates
+from cablewright.calibration.unknowns import Unknown, coordinates_of
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES
 
@@ -31,6 +31,12 @@ _SURVEYED: Final = 1e-3  # m: sigma of a suggested distance or surveyed point
 _LEVEL: Final = 1e-3  # rad: sigma of a suggested level
 _MAX_PAIRS: Final = 28
 _TILTS: Final = ("tilt about x", "tilt about y")
+_WORLD: Final = (*(f"translation along {axis}" for axis in AXES), "yaw", *_TILTS)
+_PLATFORM: Final = (
+    *(f"shift of the platform's frame along {axis}" for axis in AXES),
+    *(f"turn of the platform's frame about {axis}" for axis in "zxy"),
+)
+_BEYOND: Final = 1e-4  # size of the part of an open direction beyond the motions of frames
 
 
 @dataclass(frozen=True)
@@ -61,6 +67,7 @@ class Information:
     robot: Robot
     unknowns: tuple[Unknown, ...]
     exits: Array  # (m, 3) m, the fitted exit points
+    ties: Array  # (m, 3) m, the fitted platform points
     rows: Array  # (r, k): their Gram matrix is the information matrix
     null: Array  # (k, d): an orthonormal basis of what stays open
     rank: int  # of all unknowns, those of the poses included
@@ -79,14 +86,19 @@ def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
 
     The rows are rotated within each pose; those that the pose explains are zero.
     """
-    left, values, _ = np.linalg.svd(found.by_pose, full_matrices=True)
     count, e, _ = found.by_pose.shape
+    whole = np.asarray(np.isfinite(found.by_pose).all(axis=(1, 2)) & np.isfinite(found.residual).all(axis=1))
+    if not whole.all():  # inside a sheave, say: nothing explains such a pose
+        found = found.blank(np.logical_not(whole))
+    left, values, _ = np.linalg.svd(found.by_pose, full_matrices=True)
     largest = values.max(axis=1, initial=0.0, keepdims=True)
     kept = np.zeros((count, e), dtype=bool)
     kept[:, : values.shape[1]] = values > _NULL * np.maximum(largest, 1e-300)
     free = np.swapaxes(left, 1, 2) * ~kept[:, :, None]
+    off = np.einsum("nre,ne->nr", free, found.residual)
+    off[~whole] = np.inf
     return (
-        np.einsum("nre,ne->nr", free, found.residual),
+        off,
         np.einsum("nre,nek->nrk", free, found.by_unknown),
         kept.sum(axis=1),
     )
@@ -112,7 +124,8 @@ def information(
     return Information(
         problem.robot,
         problem.free_unknowns,
-        problem.exit_points(theta),
+        problem.points(theta, "exit_point"),
+        problem.points(theta, "platform_point"),
         rows,
         right[~kept].T,
         int(ranks[alive].sum() + kept.sum()),
@@ -130,38 +143,58 @@ def _spectrum(rows: Array) -> tuple[Array, Array, Mask]:
     return values, right, np.asarray(values > _NULL * max(values.max(initial=0.0), 1e-300))
 
 
-def _motions(found: Information) -> dict[str, Array]:
-    """Return, by name, the unknowns' changes (k,) in rigid motions of everything, which encoders hardly measure."""
-    arms = found.exits - found.exits.mean(axis=0)
-    moves = {f"translation along {axis}": np.tile(np.eye(3)[k], (len(arms), 1)) for k, axis in enumerate(AXES)}
-    moves |= {
-        name: np.cross(np.eye(3)[k], arms) for name, k in (("yaw", 2), *((tilt, k) for k, tilt in enumerate(_TILTS)))
-    }
-    which, coordinates = exit_coordinates(found.robot, found.unknowns)
-    motions = {name: np.zeros(len(found.unknowns)) for name in moves}
-    for name, move in moves.items():
-        motions[name][which] = move.flat[coordinates]
-    return {name: motion for name, motion in motions.items() if motion.any()}
+def motions(found: Information) -> dict[str, Array]:
+    """Return, by name, the unknowns' changes (k,) in motions of a frame, which encoders hardly measure.
+
+    Those of everything in the world; and those of the platform's own frame, where its points are unknown.
+    """
+    named = {name: np.zeros(len(found.unknowns)) for name in (*_WORLD, *_PLATFORM)}
+    for kind, names, points in (("exit_point", _WORLD, found.exits), ("platform_point", _PLATFORM, found.ties)):
+        which, coordinates = coordinates_of(found.robot, found.unknowns, kind)
+        arms = points - points.mean(axis=0)
+        for move, turn, k in zip(names[:3], names[3:], (2, 0, 1), strict=True):
+            named[move][which] = np.tile(np.eye(3)[names.index(move)], len(points))[coordinates]
+            named[turn][which] = np.cross(np.eye(3)[k], arms).ravel()[coordinates]
+    return {name: motion for name, motion in named.items() if motion.any()}
+
+
+def beyond_frames(found: Information) -> Array:
+    """Return the part (k, d) of what stays open that is no motion of a frame: the data do not determine it."""
+    known = np.array(list(motions(found).values())).reshape(-1, len(found.unknowns))
+    left, values, _ = np.linalg.svd(known.T, full_matrices=False)
+    span = left[:, values > 1e-9 * max(values.max(initial=0.0), 1e-300)]
+    rest, sizes, _ = np.linalg.svd(found.null - span @ (span.T @ found.null), full_matrices=False)
+    return np.asarray(rest[:, sizes > _BEYOND])
+
+
+def frame_rows(found: Information, start: Array, weight: float) -> tuple[Array, Array]:
+    """Return rows (d, k) and values (d,) that hold what stays open near *start* (k,): the inner constraint.
+
+    Home lengths, which a robot file does not have, do not count.
+    """
+    counts = np.array([each.name != "length_offset" for each in found.unknowns])
+    rows = weight * (found.null * counts[:, None]).T
+    return np.ascontiguousarray(rows), rows @ start
 
 
 def open_freedoms(found: Information) -> tuple[str, ...]:
     """Return the open freedoms in words: named motions first, then combinations of unknowns."""
     null, words = found.null, []
-    for name, vector in _motions(found).items():
+    for name, vector in motions(found).items():
         unit = vector / np.linalg.norm(vector)
         if np.linalg.norm(null.T @ unit) > 1.0 - 1e-6 and null.shape[1]:
             words.append(name)
-            null = _without(null, unit)
-    return (*words, *(_combination(found.unknowns, null[:, d]) for d in range(null.shape[1])))
+            null = without(null, unit[:, None])
+    return (*words, *(combination(found.unknowns, null[:, d]) for d in range(null.shape[1])))
 
 
-def _without(basis: Array, unit: Array) -> Array:
-    """Return the part of an orthonormal *basis* that is orthogonal to a *unit* vector in its span."""
-    left, values, _ = np.linalg.svd(basis - np.outer(unit, unit @ basis), full_matrices=False)
+def without(basis: Array, part: Array) -> Array:
+    """Return what of an orthonormal *basis* (k, d) is orthogonal to another, *part* (k, c), in its span."""
+    left, values, _ = np.linalg.svd(basis - part @ (part.T @ basis), full_matrices=False)
     return np.asarray(left[:, values > 0.5])
 
 
-def _combination(unknowns: Sequence[Unknown], vector: Array) -> str:
+def combination(unknowns: Sequence[Unknown], vector: Array) -> str:
     """Return the largest parts of a combination in words."""
     order = np.argsort(-np.abs(vector))[:3]
     sign = np.sign(vector[order[0]])
@@ -171,16 +204,16 @@ def _combination(unknowns: Sequence[Unknown], vector: Array) -> str:
 def weakest(found: Information) -> tuple[Direction, ...]:
     """Return the combinations of unknowns with the largest sigmas among those that are not open, the worst first."""
     values, right, kept = _spectrum(found.rows)
-    motions = _motions(found)
-    tilts = np.array([motions[name] for name in _TILTS if name in motions]).reshape(-1, right.shape[1])
+    moves = motions(found)
+    tilts = np.array([moves[name] for name in _TILTS if name in moves]).reshape(-1, right.shape[1])
     tilts = tilts - (tilts @ found.null) @ found.null.T
     sizes = np.linalg.norm(tilts, axis=1)
     directions = []
     for at in np.flatnonzero(kept)[::-1][:_WEAKEST]:
         vector, sigma = right[at], 1.0 / float(values[at])
         unit = found.unknowns[int(np.argmax(np.abs(vector)))].unit
-        direction = Direction(_combination(found.unknowns, vector), sigma, unit, tuple(map(float, vector)))
-        if len(tilts) == 2 and (sizes > 0.5 * np.linalg.norm(motions[_TILTS[0]])).all():
+        direction = Direction(combination(found.unknowns, vector), sigma, unit, tuple(map(float, vector)))
+        if len(tilts) == 2 and (sizes > 0.5 * np.linalg.norm(moves[_TILTS[0]])).all():
             turn = np.linalg.lstsq(tilts.T, vector, rcond=None)[0]
             if np.linalg.norm(turn @ tilts) > _ALIKE:
                 azimuth = np.degrees(np.arctan2(turn[1], turn[0])) % 180.0
@@ -196,7 +229,7 @@ def suggestions(found: Information, scale: float) -> tuple[Suggestion, ...]:
     Rows of the measurement are added to the information. Sigmas before and after are in one frame: under the inner
     constraint of what is open without the measurement.
     """
-    exits, _ = exit_coordinates(found.robot, found.unknowns)
+    exits, _ = coordinates_of(found.robot, found.unknowns)
     if not len(exits):
         return ()
     before, open_before = _spread(found.rows / scale, found.null, exits)
@@ -214,6 +247,16 @@ def _spread(rows: Array, null: Array, exits: Indices) -> tuple[float, int]:
     inverse = inverse - null @ (null.T @ inverse)
     variances = np.sum(inverse * inverse, axis=1)[exits]
     return float(np.sqrt(variances.mean())), int((~kept).sum())
+
+
+def remedy(found: Information) -> str:
+    """Return the smallest measurement, in words, that determines more besides the place of frames; empty for none."""
+    before, closing = beyond_frames(found).shape[1], []
+    for words, rows in _measurements(found):
+        _, right, kept = _spectrum(np.concatenate([found.rows, rows]))
+        if beyond_frames(replace(found, null=right[~kept].T)).shape[1] < before:
+            closing.append((len(rows), words))
+    return min(closing, default=(0, ""))[1]
 
 
 def _measurements(found: Information) -> Iterator[tuple[str, Array]]:

@@ -12,9 +12,11 @@ from scipy import stats
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.checks import gauge_size
+from cablewright.calibration.kinds import idle
 from cablewright.calibration.observability import projected
 from cablewright.calibration.pose_fit import QUICK, PoseFit, fit, fitted_poses
 from cablewright.calibration.problem import CalibrationProblem
+from cablewright.kernels.fitting import calibration_residuals
 from cablewright.progress import Progress, silent
 
 _FALSE_ALARM: Final = 0.003
@@ -27,21 +29,27 @@ _PARTS: Final = (40, 12)  # random parts of the poses, with few redundant poses 
 _CONCENTRATIONS: Final = 4
 _MANY: Final = 3  # times the poses of a part: with more, re-weighting seldom fails
 _KEPT: Final = 75  # percent of the poses, the best ones, by whose residuals parts are compared
+_EACH: Final = 4  # min poses of a group in a part: with three known places nothing is open
 _LEFT_OVER: Final = 5  # redundant measurements in a part
+_NAMED: Final = 3.0  # max excess, over its limit, of a pose without the reading that is named
+_CONTACTS: Final = {calibration_residuals.PLANE: "plane", calibration_residuals.REACH: "range"}
 _TOO_MANY: Final = 0.4  # share of rejected poses beyond which the model is wrong, not the data
 
 
 @dataclass(frozen=True)
 class Rejected:
-    """A pose (counted from 0) left out, or one `sensor` of a `line` if the others single it out; `size`: its error.
+    """A pose (counted from 0) left out, or one `sensor` of it if the others single it out; `size`: its error.
 
-    `sensor`: "encoder" (m) or, with elastic lines, "tension" (N); None for a whole pose.
+    `sensor`: "encoder" of a `line` (m) or, with elastic lines, "tension" (N), "position", "plane" or "range" (m); None
+    for a whole pose. `measured` and `expected`: its readings, and what the others predict; encoders' of a whole pose.
     """
 
     pose: int
     line: str | None
     size: float
     sensor: str | None = "encoder"
+    measured: tuple[float, ...] = ()
+    expected: tuple[float, ...] = ()
 
     @property
     def unit(self) -> str:
@@ -57,6 +65,15 @@ def without_outliers(
     The surplus of a pose, its rows less its freedoms, limits what can be found: with 1, that the pose has an error;
     with more, in which line.
     """
+    whole = problem
+    vague = idle(problem, plain)
+    if vague.any():  # they would count as surplus that always fits
+        weights = problem.weights.copy()
+        problem.of_poses(weights)[vague] = 0.0
+        problem = replace(problem, weights=weights)
+        full, plain = plain, replace(plain, weights=weights)
+    else:
+        full = plain
     robust = _best_of_parts(problem, _reweighted(problem, plain), start, seed, progress)
     squares, surplus = _unexplained(problem, robust, robust.weights)
     spread = max(_spread(squares, surplus), _floor(problem))
@@ -64,7 +81,7 @@ def without_outliers(
     found, rows = robust, np.zeros((problem.poses, problem.per_pose), dtype=bool)
     for _ in range(_SETTLING):
         if bad.mean() > _TOO_MANY:
-            return plain, ()
+            return full, ()
         squares, surplus = _unexplained(problem, found, found.weights)
         rows = _rows_of(problem, found, bad, max(_spread(squares[~bad], surplus[~bad]), _floor(problem)))
         weights = _weights_without(problem, rows)
@@ -75,8 +92,18 @@ def without_outliers(
             break
         bad = rejected
     if not rows.any():  # all rows count in both fits: return the better one
-        return (found if found.cost < plain.cost else plain), ()
-    return found, tuple(_rejected(problem, found, rows))
+        better = found.cost < plain.cost
+        return (fit_of(whole, found, whole.weights) if better else full), ()
+    found = fit_of(whole, found, _weights_without(whole, rows))
+    return found, tuple(_rejected(whole, found, rows))
+
+
+def fit_of(problem: CalibrationProblem, found: PoseFit, weights: Array) -> PoseFit:
+    """Return the fit from another one with other *weights* (R,)."""
+    if np.array_equal(found.weights, weights):
+        return found
+    again = fit(problem, found.theta, found.poses, weights)
+    return replace(found, theta=again.theta, poses=again.poses, weights=weights, cost=again.cost, code=again.code)
 
 
 def _unexplained(problem: CalibrationProblem, found: PoseFit, weights: Array) -> tuple[Array, NDArray[np.int64]]:
@@ -99,8 +126,7 @@ def _counts(problem: CalibrationProblem) -> NDArray[np.int64]:
 
 def _spread(squares: Array, surplus: NDArray[np.int64]) -> float:
     """Return the sigma of a row over that of its weight, from the median over poses: a few outliers cannot move it."""
-    freedom = max(int(np.median(surplus)), 1)
-    return float(np.sqrt(np.median(squares) / stats.chi2.median(freedom)))
+    return float(np.sqrt(np.median(squares / stats.chi2.median(np.maximum(surplus, 1)))))
 
 
 def _floor(problem: CalibrationProblem) -> float:
@@ -113,7 +139,8 @@ def _reweighted(problem: CalibrationProblem, plain: PoseFit) -> PoseFit:
     found = plain
     for _ in range(_ROUNDS):
         squares, surplus = _unexplained(problem, found, plain.weights)
-        size = np.sqrt(squares)
+        usual = stats.chi2.median(np.maximum(surplus, 1))  # a pose with more surplus has larger squares
+        size = np.sqrt(squares * np.median(usual) / usual)
         smallest = max(0.3 * _spread(squares, surplus), _floor(problem))
         weights = plain.weights.copy()
         problem.of_poses(weights)[:] *= np.sqrt(smallest / np.maximum(size, smallest))[:, None]
@@ -135,13 +162,13 @@ def _best_of_parts(
     kept = max(-(-_KEPT * count // 100), smallest)
     if kept >= count:
         return reweighted
-    rng = np.random.default_rng(seed)
-    best, size = reweighted, _trimmed(problem, reweighted, kept)[0]
+    rng, groups = np.random.default_rng(seed), _alike(problem)
+    best, size = reweighted, _trimmed(problem, reweighted, kept, groups)[0]
     parts = _PARTS[kept > _MANY * smallest]
     for part in range(parts):
         progress("gross errors, parts of the poses", part, parts)
         found = (start, reweighted)[part % 2]
-        chosen = rng.choice(count, min(smallest, kept), replace=False)
+        chosen = _drawn(rng, groups, min(smallest, kept))
         trimmed = np.inf
         for _ in range(_CONCENTRATIONS):
             weights = _weights_without(problem, ~np.isin(np.arange(count), chosen))
@@ -149,19 +176,41 @@ def _best_of_parts(
             if not np.isfinite(found.cost):
                 break
             found = replace(found, poses=fitted_poses(problem, found.theta, found.poses))
-            trimmed, order = _trimmed(problem, found, kept)
+            trimmed, order = _trimmed(problem, found, kept, groups)
             chosen = order[:kept]
         if trimmed < size:
             best, size = replace(reweighted, theta=found.theta, poses=found.poses), trimmed
     return best
 
 
-def _trimmed(problem: CalibrationProblem, found: PoseFit, kept: int) -> tuple[float, NDArray[np.int64]]:
-    """Return the unexplained sum of squares of the *kept* best poses, and all poses in order of theirs."""
+def _alike(problem: CalibrationProblem) -> list[NDArray[np.int64]]:
+    """Return groups of poses with as many rows: those that have a measured position, say, and those that have none."""
+    counts = _counts(problem)
+    return [np.flatnonzero(counts == each) for each in np.unique(counts)]
+
+
+def _drawn(rng: np.random.Generator, groups: list[NDArray[np.int64]], size: int) -> NDArray[np.int64]:
+    """Return about *size* random poses, as many of each group as is its share, but some of each."""
+    total = sum(map(len, groups))
+    shares = [min(len(group), max(_EACH, -(-size * len(group) // total))) for group in groups]
+    if len(groups) == 1:
+        shares = [size]
+    return np.concatenate(
+        [rng.choice(group, share, replace=False) for group, share in zip(groups, shares, strict=True)]
+    )
+
+
+def _trimmed(
+    problem: CalibrationProblem, found: PoseFit, kept: int, groups: list[NDArray[np.int64]]
+) -> tuple[float, NDArray[np.int64]]:
+    """Return the unexplained sum of squares of the *kept* best poses, and all poses in order of theirs in *groups*."""
     if not problem.is_finite(found.theta, found.poses):  # a pose of weight 0 is inside a sheave
         return np.inf, np.arange(problem.poses)
     squares, _ = _unexplained(problem, found, problem.weights)
-    order = np.argsort(squares)
+    place = np.zeros(len(squares))
+    for group in groups:
+        place[group[np.argsort(squares[group])]] = (np.arange(len(group)) + 0.5) / len(group)
+    order = np.argsort(place, kind="stable")
     return float(squares[order[:kept]].sum()), order
 
 
@@ -193,45 +242,88 @@ def _tested(problem: CalibrationProblem, found: PoseFit, weights: Array, bad: Ma
 
 
 def _rows_of(problem: CalibrationProblem, found: PoseFit, bad: Mask, spread: float) -> Mask:
-    """Return the rows (N, e) to leave out: the one row of a line that explains a bad pose, else all of the pose."""
-    weights = problem.of_poses(problem.weights)
-    rows = np.zeros(weights.shape, dtype=bool)
+    """Return the rows (N, e) to leave out: those of the one reading that explains a bad pose, else all of the pose."""
+    rows = np.zeros(problem.of_poses(problem.weights).shape, dtype=bool)
     derivatives = problem.derivatives(found.theta, found.poses)
     _, _, ranks = projected(derivatives)
-    left, _, _ = np.linalg.svd(derivatives.by_pose, full_matrices=True)
-    named, counts = _rows_of_lines(problem), _counts(problem)
-    for j in np.flatnonzero(bad):
+    if not np.isfinite(derivatives.by_pose[bad]).all():
+        rows[bad] = True
+        return rows
+    left, _, _ = np.linalg.svd(derivatives.by_pose[bad], full_matrices=True)
+    readings, counts = _readings(problem), _counts(problem)
+    level = _FALSE_ALARM / len(bad)
+    for own, j in zip(left, np.flatnonzero(bad), strict=True):
         surplus = int(counts[j] - ranks[j])
-        if surplus < 2:
-            rows[j] = True
-            continue
-        free = left[j][:, ranks[j] :]
+        free = own[:, ranks[j] :]
         rest = free.T @ derivatives.residual[j]
-        explained = (free[:named] @ rest) ** 2 / np.maximum(np.sum(free[:named] ** 2, axis=1), 1e-12)
-        remains = (rest @ rest - explained) / ((surplus - 1) * spread**2)
-        order = np.argsort(remains)
-        limit = stats.chi2.isf(_FALSE_ALARM / len(bad), surplus - 1) / (surplus - 1)
-        if remains[order[0]] < 3.0 * limit and remains[order[1]] > limit:
-            rows[j, order[0]] = True
+        excess = []
+        for reading in readings:
+            part = free[reading.rows]
+            left_over = surplus - np.linalg.matrix_rank(part, tol=1e-6)
+            if left_over < 1:  # nothing would test it
+                excess.append(np.inf)
+                continue
+            remains = rest @ rest - rest @ (np.linalg.pinv(part, rcond=1e-9) @ (part @ rest))
+            excess.append(remains / (spread**2 * stats.chi2.isf(level, left_over)))
+        order = np.argsort(excess)
+        if surplus >= 2 and excess[order[0]] < _NAMED and excess[order[1]] > 1.0:
+            rows[j, readings[order[0]].rows] = True
         else:
             rows[j] = True
     return rows
 
 
-def _rows_of_lines(problem: CalibrationProblem) -> int:
-    """Return how many rows of a pose are of one line each: its encoder and, with elastic lines, its tension."""
-    return problem.robot.m * (2 if problem.elastic and problem.measured.tensions is not None else 1)
+@dataclass(frozen=True)
+class _Reading:
+    """Rows of a pose that fail together."""
+
+    rows: slice
+    sensor: str
+    line: str | None
+
+
+def _readings(problem: CalibrationProblem) -> list[_Reading]:
+    """Return what of a pose may be wrong alone: an encoder, with elastic lines a load cell, a position, a contact."""
+    lines, kinds = problem.robot.lines, problem.rows.kind[: problem.per_pose].tolist()
+    found, at = [], 0
+    while at < len(kinds):
+        kind, size = kinds[at], 1
+        line = lines[int(problem.rows.line[at])].name
+        if kind in (calibration_residuals.ENCODER, calibration_residuals.PAID_OUT):
+            found.append(_Reading(slice(at, at + 1), "encoder", line))
+        elif kind == calibration_residuals.TENSION:
+            found.append(_Reading(slice(at, at + 1), "tension", line))
+        elif kind == calibration_residuals.COORDINATE:
+            size = problem.robot.n
+            found.append(_Reading(slice(at, at + size), "position", None))
+        elif kind in _CONTACTS:
+            found.append(_Reading(slice(at, at + 1), _CONTACTS[kind], None))
+        at += size
+    return found
 
 
 def _rejected(problem: CalibrationProblem, found: PoseFit, rows: Mask) -> Iterator[Rejected]:
-    """Yield what the *rows* (N, e) left out are of, and their errors."""
-    derivatives = problem.derivatives(found.theta, found.poses)
-    m, sigma = problem.robot.m, problem.encoder_sigma
-    off, _, _ = projected(derivatives)
-    for j in np.flatnonzero(rows.any(axis=1)):
+    """Yield what the *rows* (N, e) left out are of, their errors, and what the others predict."""
+    theta, out = found.theta, rows.any(axis=1)
+    fitted = fitted_poses(problem, theta, found.poses)  # those left out at their own best place
+    derivatives, own = problem.derivatives(theta, found.poses), problem.derivatives(theta, fitted)
+    off, _, _ = projected(own)
+    counts, best = problem.counts_at(theta, found.poses), problem.counts_at(theta, fitted)
+    weights, values = problem.of_poses(problem.weights), problem.of_poses(problem.values)
+    readings = _readings(problem)
+    for j in np.flatnonzero(out):
         if rows[j].all():
-            yield Rejected(int(j), None, float(np.linalg.norm(off[j])) * sigma, None)
+            read, wanted = problem.measured.counted[j], best[j]
+            size = float(np.linalg.norm(off[j])) * problem.encoder_sigma
+            yield Rejected(int(j), None, size, None, tuple(read.tolist()), tuple(wanted.tolist()))
             continue
-        i = int(np.flatnonzero(rows[j])[0])
-        size, sensor = (sigma, "encoder") if i < m else (problem.plan.sigma.tension, "tension")
-        yield Rejected(int(j), problem.robot.lines[i % m].name, abs(float(derivatives.residual[j, i])) * size, sensor)
+        reading = next(each for each in readings if rows[j, each.rows].any())
+        at, place = reading.rows, reading.rows.start
+        error = derivatives.residual[j, at] / np.maximum(weights[j, at], 1e-300)
+        if reading.sensor == "encoder":
+            read, wanted = problem.measured.counted[j, place : place + 1], counts[j, place : place + 1]
+        else:
+            read, wanted = values[j, at], values[j, at] + error
+        shown = (read[:3], wanted[:3]) if reading.sensor == "position" else (read, wanted)
+        size = float(np.linalg.norm(error[:3]))
+        yield Rejected(int(j), reading.line, size, reading.sensor, *(tuple(map(float, each)) for each in shown))

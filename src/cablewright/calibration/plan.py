@@ -8,7 +8,7 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, Strict, model_validator
 
-from cablewright.calibration.unknowns import DEFAULT, NAMES
+from cablewright.calibration.unknowns import BOUNDED, DEFAULT, NAMES
 from cablewright.errors import suggestion
 from cablewright.toml_input import load_model
 from cablewright.units import Angle, Force, Length, Positive, Vec3
@@ -42,6 +42,25 @@ class Prior(Description):
     def _is_known(self) -> Self:
         if self.name not in NAMES:
             raise refusal("name", f"unknown number; {suggestion(self.name, NAMES)}")
+        return self
+
+
+class Bound(Description):
+    """The range of an unknown, in its SI unit, instead of that by its physics."""
+
+    name: str
+    lines: tuple[str, ...] | None = None
+    min: Annotated[float, Strict(), Field(allow_inf_nan=False)]
+    max: Annotated[float, Strict(), Field(allow_inf_nan=False)]
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> Self:
+        if self.name not in BOUNDED:
+            raise refusal("name", f"has no bounds of one number; {suggestion(self.name, BOUNDED)}")
+        if not self.min < self.max:
+            raise refusal("max", f"must be over min, {self.min:g}")
+        if self.min <= 0.0 and self.name not in ("build_up", "length_offset"):
+            raise refusal("min", "must be over 0")
         return self
 
 
@@ -110,6 +129,7 @@ class CalibrationPlan(FileDescription):
     sigma: Sigmas = Sigmas()
     level: Positive[Angle] | None = None
     priors: Annotated[tuple[Prior, ...], Field(max_length=_MAX_ENTRIES)] = ()
+    bounds: Annotated[tuple[Bound, ...], Field(max_length=_MAX_ENTRIES)] = ()
     distances: Annotated[tuple[MeasuredDistance, ...], Field(max_length=_MAX_ENTRIES)] = ()
     points: Annotated[tuple[Point, ...], Field(max_length=_MAX_ENTRIES)] = ()
     planes: Annotated[tuple[Plane, ...], Field(max_length=8)] = ()

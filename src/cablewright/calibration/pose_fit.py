@@ -10,7 +10,14 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.observability import information, open_freedoms
+from cablewright.calibration.observability import (
+    Information,
+    beyond_frames,
+    frame_rows,
+    information,
+    open_freedoms,
+    without,
+)
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
@@ -35,6 +42,8 @@ _SAME: Final = 1e-8  # m: rounding
 _FINE: Final = 5e-4  # m: without start values of the poses, a worse fit may be wrong though found several times
 _ALIKE: Final = 1.01  # costs within this ratio are of one solution, or of its mirror image
 _ROUNDS: Final = 8
+_SETTLED: Final = 1e-11  # m: nearer to the datum it does not move
+_FRAME: Final = 0.1  # weight of the datum over that of an encoder
 _YAW: Final = 1e-3  # rad: a smaller yaw moves points along straight lines
 _YAWS: Final = {*(f"translation along {axis}" for axis in "xyz"), "yaw"}
 
@@ -78,7 +87,7 @@ def fit(
 def quick_fit(problem: CalibrationProblem, rough: float) -> PoseFit:
     """Fit from the file's numbers and the start values of the poses only."""
     start = first_start(problem)
-    return _from_far(problem, start.theta, start.poses, rough)
+    return _from_far(framed(problem, start.theta, start.poses), start.theta, start.poses, rough)
 
 
 def first_start(problem: CalibrationProblem) -> PoseFit:
@@ -93,6 +102,8 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
     The search ends when the lowest cost was found several times. Lengths over sheaves are the same in a mirror: of
     solutions that fit alike, the one with exit points nearest to the file's is returned.
     """
+    first = first_start(problem)
+    problem = framed(problem, first.theta, first.poses)
     rounding, fine = (0.5 * float(np.sum((off * problem.weights) ** 2)) for off in (_SAME, _FINE))
     found: list[PoseFit] = []
     guessed = problem.measured.guess is not None
@@ -111,10 +122,9 @@ def best_fit(problem: CalibrationProblem, seed: int, rough: float, progress: Pro
         if len(alike) >= _AGAIN and (guessed or (smallest <= fine and batch + 1 >= _UNGUESSED)):
             break
     if not found:
-        first = first_start(problem)
         return fit(problem, first.theta, first.poses)
     nearest = min(alike, key=lambda each: float(np.linalg.norm(_exits_off(problem, each))))
-    polished = fit(problem, nearest.theta, nearest.poses)
+    polished = to_file_frame(problem, nearest)
     return replace(polished, steps=nearest.steps + polished.steps, starts=len(found), alike=len(alike))
 
 
@@ -180,7 +190,7 @@ def _unmirrored(problem: CalibrationProblem, theta: Array, poses: Array) -> Arra
 def _exits_off(problem: CalibrationProblem, found: PoseFit) -> Array:
     """Return the distances of exit points from the file's, m, less a common translation unless a datum holds some."""
     off = (found.theta - problem.free)[problem.named("exit_point")]
-    if len(off) % 3:
+    if not len(off) or len(off) % 3:
         return np.asarray(off)
     return np.asarray((off.reshape(-1, 3) - off.reshape(-1, 3).mean(axis=0)).ravel())
 
@@ -193,10 +203,14 @@ def _starts(problem: CalibrationProblem, rng: np.random.Generator, rough: float)
     for away in chain([0.0], repeat(rough)):
         theta = problem.free + exits * rng.uniform(-away, away, len(exits))
         if problem.measured.guess is not None:
-            poses = problem.measured.guess.copy()
+            known = np.asarray(np.isfinite(problem.measured.guess).all(axis=1))
+            poses = np.where(known[:, None], problem.measured.guess, problem.measured.guess[known].mean(axis=0))
             poses[:, :3] += rng.uniform(-0.5 * away, 0.5 * away, (len(poses), 3))
-            lengths = problem.lengths(theta, poses) - problem.measured.counted
-            yield _with_home(problem, theta, np.nanmedian(lengths, axis=0)), poses
+            lengths = (problem.lengths(theta, poses) - problem.measured.counted)[known]
+            theta = _with_home(problem, theta, np.nanmedian(lengths, axis=0))
+            if not known.all():
+                poses = np.where(known[:, None], poses, fitted_poses(problem, theta, poses))
+            yield theta, poses
             continue
         share = 0.5 if away == 0.0 else rng.uniform(0.2, 0.8, 3)
         poses = np.zeros((problem.poses, problem.robot.n))
@@ -222,25 +236,39 @@ def _with_home(problem: CalibrationProblem, theta: Array, lengths: Array) -> Arr
 
 
 def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
-    """Return the fit moved along the open freedoms until its unknowns are as near to the file's as possible.
+    """Return the fit at which the unknowns are as near to the file's as the open freedoms allow.
 
     This is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file. Home
-    lengths, which the file does not have, do not count.
+    lengths, which the file does not have, do not count. It holds within the fit: what the data leave open cannot creep.
     """
     found = _turned_back(problem, found)
-    for _ in range(_ROUNDS):
-        null = information(problem, found.theta, found.poses, found.weights, priors=True).null
-        off = np.where(problem.named("length_offset"), 0.0, found.theta - problem.free)
-        moved = -null @ (null.T @ off)
-        if np.linalg.norm(moved) < 1e-13:
+    for turn in range(_ROUNDS):
+        framed = _framed(problem, information(problem, found.theta, found.poses, found.weights, priors=True))
+        rows, wanted = framed.frame
+        off = np.linalg.norm(rows @ found.theta - wanted) / _frame_weight(problem) if len(rows) else 0.0
+        if turn and off < _SETTLED:
             break
-        derivatives = problem.derivatives(found.theta, found.poses, found.weights)
-        change = np.einsum("nek,k->ne", derivatives.by_unknown, moved)
-        follow = -np.einsum("nce,ne->nc", np.linalg.pinv(derivatives.by_pose), change)
-        poses = problem.stepped(found.theta, found.poses, moved, follow)
-        again = fit(problem, found.theta + moved, poses, found.weights)
-        found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost)
+        again = fit(framed, found.theta, found.poses, found.weights)
+        found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost, code=again.code)
     return found
+
+
+def framed(problem: CalibrationProblem, theta: Array, poses: Array) -> CalibrationProblem:
+    """Return the problem with the motions of frames that are open at *theta*, *poses* (N, n) held in its fits."""
+    if not problem.is_finite(theta, poses):
+        return problem
+    found = information(problem, theta, poses, problem.weights, priors=True)
+    beyond = beyond_frames(found)
+    return _framed(problem, replace(found, null=without(found.null, beyond)))
+
+
+def _framed(problem: CalibrationProblem, found: Information) -> CalibrationProblem:
+    return replace(problem, frame=frame_rows(found, problem.free, _frame_weight(problem)))
+
+
+def _frame_weight(problem: CalibrationProblem) -> float:
+    """Return the weight of the rows of a frame: any gives the same answer; this one keeps the equations regular."""
+    return _FRAME / problem.encoder_sigma
 
 
 def yaw_between(points: Array, others: Array) -> float:

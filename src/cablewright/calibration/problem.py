@@ -6,15 +6,16 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array, Mask
+from cablewright.calibration.bounds import ranges
 from cablewright.calibration.fixed import held_by_datum, line_index, linear_rows
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.unknowns import Unknown, exit_coordinates, numbers_of_lines, targets, unknowns_of
+from cablewright.calibration.unknowns import Unknown, coordinates_of, numbers_of_lines, targets, unknowns_of
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
@@ -25,10 +26,15 @@ from cablewright.robot import RigidPlatform, Robot
 ENCODER_SIGMA = 1e-4
 """Default standard deviation of the encoders, m, which weighs them against other sensors."""
 
+NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
+
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """The measurements at N poses. `guess`: start values of the poses; with `pose_sigma`, measurements of them."""
+    """The measurements at N poses. `guess`: start values of the poses; with `pose_sigma`, measurements of them.
+
+    A row of `guess` is NaN where nothing is known of the pose, one of `pose_sigma` where it was not measured.
+    """
 
     counted: Array  # (N, m) m: length changes since home, by encoders
     guess: Array | None = None  # (N, n) m and rad
@@ -38,6 +44,11 @@ class Measured:
     tilt: Array | None = None  # (N, 2) rad: of the platform against the plumb line, about x and y
     places: Sequence[int] = field(default=())  # (N,) line number of each pose in the file
     origin: str = "the data"  # the name in messages
+
+    @property
+    def positioned(self) -> int:
+        """The number of poses whose position is measured."""
+        return 0 if self.pose_sigma is None else int(np.isfinite(self.pose_sigma).all(axis=1).sum())
 
     def place(self, pose: int) -> str:
         """Return where a pose (counted from 0) is: ``line 7`` of the file, or ``pose 7``."""
@@ -57,13 +68,22 @@ class Derivatives:
     others: Array  # (g,) residuals without a pose: distances, then linear rows
     others_by_unknown: Array  # (g, k)
 
+    def blank(self, poses: Mask) -> Derivatives:
+        """Return the same without anything of some *poses* (N,)."""
+        residual, by_pose, by_unknown = (
+            np.where(poses[(..., *(None,) * (part.ndim - 1))], 0.0, part)
+            for part in (self.residual, self.by_pose, self.by_unknown)
+        )
+        return Derivatives(residual, by_pose, by_unknown, self.others, self.others_by_unknown)
+
 
 @dataclass(frozen=True, eq=False)
 class CalibrationProblem:
     """The equations of a calibration. `weights` are 1 / sigma; a row with weight 0 does not count.
 
-    `held`: the unknowns that the datum holds at their value in `start`; theta and `rows` have the free ones only. Lines
-    are straight and rigid, and the state of a pose is the pose; `elastic_lines.ElasticProblem` is for elastic lines.
+    `held`: the unknowns that the datum holds at their value in `start`; theta and `rows` have the free ones only.
+    `frame`: rows (d, k) and values (d,) that hold what the data leave open, in fits only. Lines are straight and rigid,
+    and the state of a pose is the pose; `elastic_lines.ElasticProblem` is for elastic lines.
     """
 
     robot: Robot
@@ -77,6 +97,9 @@ class CalibrationProblem:
     start: Array  # (k,) of all unknowns, held ones too
     held: Mask  # (k,)
     is_prior: Mask  # (g,) rows without a pose that are prior knowledge, not measurements
+    limits: Array  # (2, k) min and max of the free unknowns
+    frame: tuple[Array, Array] = field(default=NO_FRAME, kw_only=True)
+    found_encoder: float | None = field(default=None, kw_only=True)  # m, the encoders' sigma from the residuals
 
     @classmethod
     def of(
@@ -93,13 +116,16 @@ class CalibrationProblem:
         """Return the same problem with no unknown held."""
         return CalibrationProblem.of(self.robot, self.measured, self.plan, hold=False)
 
+    def weighed_as(self, other: CalibrationProblem) -> Self:
+        """Return the same problem with the weights of another one of the same rows."""
+        return replace(self, weights=other.weights, found_encoder=other.found_encoder)
+
     def for_poses_only(self, theta: Array) -> CalibrationProblem:
         """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""
-        lines, target = self.rows.lines.copy(), self.rows.target
-        lines[target >= 0] = theta[target[target >= 0]]
-        nothing = np.full_like(target, -1)
+        lines, nothing = self.line_numbers(theta), np.full_like(self.rows.target, -1)
         rows = self.rows._replace(lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=np.zeros(0))
-        return replace(self, rows=rows, start=self.whole(theta), held=np.ones_like(self.held))
+        whole, held = self.whole(theta), np.ones_like(self.held)
+        return replace(self, rows=rows, limits=np.zeros((2, 0)), start=whole, held=held, frame=NO_FRAME)
 
     @property
     def poses(self) -> int:
@@ -146,13 +172,45 @@ class CalibrationProblem:
         runs = len(theta)
         codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
         values, weight = self.values[None], np.ascontiguousarray(weights)[None]
-        pose_schur.adjust_runs(rows or self.rows, theta, states, values, weight, settings, codes, steps, costs)
+        pose_schur.adjust_runs(
+            self.in_frame(rows or self.rows), self.limits, theta, states, values, weight, settings, codes, steps, costs
+        )
         return codes, steps, costs
+
+    def in_frame(self, rows: MeasurementRows) -> MeasurementRows:
+        """Return *rows* with those that hold what the data leave open: without them it creeps from step to step."""
+        held, wanted = self.frame
+        if not len(held):
+            return rows
+        return rows._replace(linear=np.concatenate([rows.linear, held]), wanted=np.append(rows.wanted, wanted))
 
     @property
     def encoder_sigma(self) -> float:
         """The standard deviation in the encoders' weights, m."""
-        return self.plan.sigma.encoder or ENCODER_SIGMA
+        return self.found_encoder or self.plan.sigma.encoder or ENCODER_SIGMA
+
+    @property
+    def has_other_sensors(self) -> bool:
+        """Whether there are rows of known sigma besides the encoders'."""
+        return self.per_pose > self.robot.m or len(self.is_prior) > 0
+
+    def line_numbers(self, theta: Array) -> Array:
+        """Return the numbers of all lines (m, COLUMNS), with free unknowns *theta*."""
+        lines, target = self.rows.lines.copy(), self.rows.target
+        lines[target >= 0] = theta[target[target >= 0]]
+        return lines
+
+    def counts_at(self, theta: Array, states: Array) -> Array:
+        """Return what the encoders (N, m) should read at these states of the poses, m."""
+        lines = self.line_numbers(theta)
+        out = (self.lengths(theta, states) - lines[:, calibration_residuals.OFFSET]) / lines[
+            :, calibration_residuals.SCALE
+        ]
+        build_up = lines[:, calibration_residuals.BUILD_UP]
+        if not build_up.any():
+            return np.asarray(out)
+        rate = np.where(build_up == 0.0, 1.0, build_up)
+        return np.asarray(np.where(build_up == 0.0, out, -np.log1p(-np.minimum(rate * out, 1.0 - 1e-12)) / rate))
 
     @property
     def free(self) -> Array:
@@ -182,8 +240,12 @@ class CalibrationProblem:
 
     def exit_points(self, theta: Array) -> Array:
         """Return the exit points (m, 3), m, with free unknowns *theta*."""
-        points = np.array([line.exit_point for line in self.robot.lines])
-        which, coordinates = exit_coordinates(self.robot, self.unknowns)
+        return self.points(theta, "exit_point")
+
+    def points(self, theta: Array, kind: str) -> Array:
+        """Return the exit points or platform points (m, 3), m, with free unknowns *theta*."""
+        points = np.array([getattr(line, kind) for line in self.robot.lines])
+        which, coordinates = coordinates_of(self.robot, self.unknowns, kind)
         points.flat[coordinates] = self.whole(theta)[which]
         return points
 
@@ -225,7 +287,7 @@ class CalibrationProblem:
 
 def equations(
     robot: Robot, measured: Measured, plan: CalibrationPlan, hold: bool, elastic: bool
-) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask]:
+) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask, Array]:
     """Return the fields of a `CalibrationProblem` from `unknowns` on; *elastic*: whether lines stretch or sag."""
     robot.require_plain("calibration")
     unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic=elastic)
@@ -239,6 +301,7 @@ def equations(
     blocks = list(_blocks(robot, measured, plan, elastic))
     per_pose = sum(block.values.shape[1] for block in blocks)
     linear, wanted, prior = linear_rows(robot, unknowns, plan, start)
+    limits = np.ascontiguousarray(ranges(robot, unknowns, plan, start, measured.counted)[:, ~held])
 
     def of_rows(name: str, dtype: type, *shape: int) -> Any:
         """A field of the blocks for all R rows: those of the poses in their order, then distances."""
@@ -265,7 +328,7 @@ def equations(
     )
     is_prior = np.append(np.zeros(len(plan.distances), dtype=bool), prior)
     values, weights = of_rows("values", np.float64), of_rows("weights", np.float64)
-    return unknowns, rows, values, weights, per_pose, start, held, is_prior
+    return unknowns, rows, values, weights, per_pose, start, held, is_prior, limits
 
 
 class _Block(NamedTuple):
@@ -297,11 +360,12 @@ def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bo
         yield _Block(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma.tension, lines)
     if measured.pose_sigma is not None:
         assert measured.guess is not None
-        extra = np.zeros((*measured.guess.shape, 6))
+        places = np.nan_to_num(measured.guess)
+        extra = np.zeros((*places.shape, 6))
         if robot.n == 6:
-            extra[:, 3:, :3] = measured.guess[:, None, 3:]
-        weights = 1.0 / measured.pose_sigma
-        yield _Block(calibration_residuals.COORDINATE, measured.guess, weights, other=np.arange(robot.n), extra=extra)
+            extra[:, 3:, :3] = places[:, None, 3:]
+        weights = np.nan_to_num(1.0 / measured.pose_sigma)  # 0 where it is blank
+        yield _Block(calibration_residuals.COORDINATE, places, weights, other=np.arange(robot.n), extra=extra)
     if measured.swivel is not None:
         yield _Block(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
     if measured.tilt is not None:
@@ -346,6 +410,9 @@ def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:
     guess, count, n = measured.guess, len(measured.counted), robot.n
     if guess is None:
         raise InputError(f"{measured.origin}: tensions f_1.. require columns x,y,z, start values of the poses")
+    if np.isnan(guess).any():
+        row = measured.place(int(np.argmax(np.isnan(guess).any(axis=1))))
+        raise InputError(f"{measured.origin}, {row}: x, y, z are blank; with tensions f_1.. a start value is required")
     points = placed(guess, [line.platform_point for line in robot.lines])
     away = points - np.array([line.exit_point for line in robot.lines])
     u = away / np.linalg.norm(away, axis=2)[..., None]

@@ -37,13 +37,17 @@ def _rejected(found: Calibration) -> list[dict[str, Any]]:
     places = found.problem.measured.places
     return [
         {"pose": each.pose + 1, "row": places[each.pose] if len(places) else None}
-        | {name: getattr(each, name) for name in ("line", "sensor", "size", "unit")}
+        | {name: getattr(each, name) for name in ("line", "sensor", "size", "unit", "measured", "expected")}
         for each in found.rejected
     ]
 
 
 FIGURES = (
-    Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent."),
+    Figure("verdict", "", "good, doubtful (to be accepted or not) or bad (there is no robot)."),
+    Figure("reasons", "", "Why it is not good: sentences with subject, value and limit."),
+    Figure("exit_sigma", "m", "Largest standard deviation of a coordinate of an exit point; null if none is unknown.",
+           name="exit points known to", digits=3, shown="mm"),
+    Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent, degenerate."),
     Figure("reason", "", "Why there is no answer, in a sentence; null where there is one.",
            lambda of: of.reason or None,
            detail=True),
@@ -83,6 +87,8 @@ FIGURES = (
         Figure("sensor", "", "Sensor of the reading."),
         Figure("size", "SI", "Error of the reading.", name="off by", digits=3),
         Figure("unit", "", "Unit of the error."),
+        Figure("measured", "SI", "The reading; of a whole pose those of all encoders.", digits=6),
+        Figure("expected", "SI", "What all others predict it to be.", digits=6),
     )),
     Figure("suggestions", "", "What one more measurement would bring, the most helpful first.",
            name="one more measurement",
@@ -97,7 +103,7 @@ FIGURES = (
     Figure("pose", "m, rad", "The poses.", "poses", detail=True),
     Figure("starts", "1", "Number of starts that were tried.", "fit.starts", detail=True),
     Figure("notes", "", "What a careful person would ask.", detail=True),
-    Figure("robot", "", "The calibrated robot; the old one unless the status is ok.",
+    Figure("robot", "", "The calibrated robot; the old one if the verdict is bad.",
            lambda found: found.robot.model_dump(mode="json"), detail=True),
 )  # fmt: skip
 
@@ -106,13 +112,14 @@ FIGURES = (
 class Calibration(Pictured):
     """The result of a calibration.
 
-    `status` is "ok", or `reason` says what is wrong and `robot` is the given one. `values` and `sigma` are of
-    `unknowns`, in SI units; sigma is NaN where it is unknown, 0 where the datum holds the value. `alone` is the
-    information from the data alone, without datum and priors.
+    `status` is "ok", or `reason` says why there is no answer. The `verdict` is "good", "doubtful" or "bad", for the
+    `reasons`; if it is bad, `robot` is the given one. `values` and `sigma` are of `unknowns`, in SI units; sigma is NaN
+    where it is unknown, 0 where the datum holds the value. `alone` is the information from the data alone, without
+    datum and priors.
     """
 
     FIGURES: ClassVar = FIGURES
-    HEADLINES: ClassVar = ("status", "poses", "rms", "unknowns", "rank")
+    HEADLINES: ClassVar = ("verdict", "exit_sigma", "poses", "rms", "unknowns", "rank")
 
     status: str
     reason: str
@@ -125,6 +132,9 @@ class Calibration(Pictured):
     rms: float  # m
     iterations: int
     notes: tuple[str, ...]
+    verdict: str = "good"
+    reasons: tuple[str, ...] = ()
+    accepted: bool = False  # a doubtful one is taken as it is
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -138,13 +148,17 @@ class Calibration(Pictured):
 
     @property
     def ok(self) -> bool:
-        """Whether the data calibrate the robot."""
-        return self.status == "ok"
+        """Whether the answer may be used: it is good, or doubtful and accepted."""
+        return self.verdict == "good" or (self.verdict == "doubtful" and self.accepted)
 
     @property
     def refusal(self) -> str:
         """Why the answer is no, in a sentence; empty where it is yes."""
-        return "" if self.ok else f"not calibrated: {self.reason}"
+        if self.ok:
+            return ""
+        if self.verdict == "doubtful":
+            return f"doubtful: {self.reasons[0]} (--accept takes it as it is)"
+        return f"not calibrated: {self.reasons[0]}"
 
     @property
     def _sizes(self) -> Array:
@@ -173,6 +187,12 @@ class Calibration(Pictured):
     def sigma(self) -> Array:
         """Standard deviations of the unknowns (k,)."""
         return np.asarray(np.sqrt(np.diag(self.covariance).clip(min=0.0)))
+
+    @property
+    def exit_sigma(self) -> float | None:
+        """The largest standard deviation of a coordinate of an exit point, m; None if none is unknown."""
+        exits = [each.name == "exit_point" for each in self.unknowns]
+        return float(self.sigma[exits].max()) if any(exits) else None
 
     @property
     def encoder_sigma(self) -> float:
@@ -211,7 +231,7 @@ class Calibration(Pictured):
 
     @cached_property
     def robot(self) -> Robot:
-        """The calibrated robot; the given one unless `status` is "ok"."""
-        if self.status != "ok":
+        """The calibrated robot; the given one if the verdict is bad."""
+        if self.verdict == "bad":
             return self.problem.robot
         return with_values(self.problem.robot, self.unknowns, self.values, raised=self.problem.elastic)

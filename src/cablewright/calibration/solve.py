@@ -17,12 +17,15 @@ from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.elastic_start import elastic_fit
+from cablewright.calibration.kinds import resisting, roughly_weighed, weighed
 from cablewright.calibration.observability import Information, information, projected
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, fit, to_file_frame
+from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, framed, to_file_frame
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
+from cablewright.calibration.status import status_of
+from cablewright.calibration.verdict import NEED, judged
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -34,8 +37,6 @@ ROUGH: Final = 0.5
 
 MAX_ROUGH: Final = 100.0  # m
 _CONTRADICTS: Final = 3.0  # max ratio of the rms with a datum to that without
-_NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations are not those of the machine
-_TOO_LARGE: Final = 10.0  # max rms over the given sigma
 _FEW: Final = 10  # redundant measurements, which give sigma to a quarter
 
 
@@ -48,6 +49,7 @@ def calibrate(
     sheave: SheaveLaw | str | None = None,
     rough: float = ROUGH,
     outliers: bool = True,
+    need: float = NEED,
     seed: int = 0,
     progress: Progress = silent,
 ) -> Calibration:
@@ -56,7 +58,7 @@ def calibrate(
     *plan*: unknowns, sigmas of the sensors and datum, or a TOML file; by default exit points and home lengths are
     unknown. Lines are rigid unless a *cable* law or a model says otherwise; elastic ones require tensions or measured
     poses. *rough*: max error of the file's exit points in each coordinate, m; starts are drawn within it with *seed*.
-    *outliers*: whether gross errors are rejected.
+    *outliers*: whether gross errors are rejected. *need*: max standard deviation of exit points for a good verdict, m.
 
     Raises `InputError` for data or a plan that cannot be used: too few poses, other units, a contradictory datum;
     `AnswerError` if elastic lines have no equilibrium near any pose. Source: Wang, Caro 2021.
@@ -71,6 +73,8 @@ def calibrate(
     """
     if not 0.0 <= rough <= MAX_ROUGH:
         raise InputError(f"rough = {rough:g}: must be from 0 to {MAX_ROUGH:g} m")
+    if not 0.0 < need < math.inf:
+        raise InputError(f"need = {need:g}: must be over 0 m")
     if seed < 0:
         raise InputError(f"seed = {seed}: must not be negative")
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
@@ -88,31 +92,41 @@ def calibrate(
         plain = elastic_fit(free, seed, rough, progress)
     else:
         plain = best_fit(free, seed, rough, progress)
+    plain = to_file_frame(free, plain)
     found, rejected = plain, tuple[Rejected, ...]()
+    if plain.code == 0:
+        free, plain = roughly_weighed(framed(free, plain.theta, plain.poses), plain)
+        found = plain
     if outliers and plain.code == 0:
         start = plain if measured.guess is None or free.elastic else first_start(free)
         found, rejected = without_outliers(free, plain, start, seed, progress)
+    if plain.code == 0:
+        free, found = weighed(free, found)
+        found = resisting(free, found)
     found = to_file_frame(free, found)
     alone = information(free, found.theta, found.poses, found.weights)
+    problem = problem.weighed_as(free)
     if problem.held.any():
         found = _to_datum(problem, free, found)
     posterior = information(problem, found.theta, found.poses, found.weights, priors=True)
     scale, chi = _scale(problem, found, posterior)
     rms = _rms(problem, found)
-    status, reason = _verdict(problem, plain, found, rms, chi)
+    status, reason = status_of(problem, found, posterior, rms, chi)
     notes = tuple(_notes(free, alone, scale, chi, rejected))
-    return Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
+    made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
+    verdict, reasons = judged(made, need, rough)
+    return replace(made, verdict=verdict, reasons=reasons)
 
 
 def _to_datum(problem: CalibrationProblem, free: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Return the fit with the datum's unknowns held. Raises `InputError` where the data contradict the datum."""
-    moved = to_file_frame(problem, fit(problem, found.theta[~problem.held], found.poses, found.weights))
+    moved = to_file_frame(problem, replace(found, theta=found.theta[~problem.held]))
     before, after = _rms(free, found), _rms(problem, moved)
     if after > _CONTRADICTS * before + 1e-7:
         names = ", ".join(problem.plan.datum)
         both = f"with {names} as in the file, lengths fit to {after * 1e3:.3g} mm, otherwise to {before * 1e3:.3g} mm"
         raise InputError(f"datum contradicts the data: {both}; hold fewer points")
-    return replace(found, theta=moved.theta, poses=moved.poses, cost=moved.cost, code=max(found.code, moved.code))
+    return replace(moved, code=max(found.code, moved.code))
 
 
 def _rms(problem: CalibrationProblem, found: PoseFit) -> float:
@@ -130,30 +144,9 @@ def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) 
     square = float(np.sum(off * off) + np.sum(derivatives.others**2))
     surplus = posterior.redundancy
     chi = math.sqrt(square / surplus) if surplus > 0 else math.nan
-    if problem.plan.sigma.encoder is not None or _other_sensors(problem):
+    if problem.plan.sigma.encoder is not None or problem.has_other_sensors:
         return 1.0, chi
     return chi, chi
-
-
-def _other_sensors(problem: CalibrationProblem) -> bool:
-    """Whether there are rows of known sigma besides the encoders'."""
-    return problem.per_pose > problem.robot.m or len(problem.is_prior) > 0
-
-
-def _verdict(problem: CalibrationProblem, plain: PoseFit, found: PoseFit, rms: float, chi: float) -> tuple[str, str]:
-    """Return status and reason."""
-    if plain.code != 0 or found.code != 0 or not math.isfinite(found.cost):
-        return "not-converged", f"no start of {plain.starts} converged: are lines in the order of the file?"
-    diagonal = math.dist(problem.robot.scene.frame_min, problem.robot.scene.frame_max)
-    given = problem.plan.sigma.encoder
-    limit = _NO_FIT * diagonal if given is None else max(_TOO_LARGE * given, 1e-6)
-    if problem.elastic and chi > _TOO_LARGE:
-        size = f"residuals are {chi:.3g} times what the sigmas predict"
-        return "inconsistent", f"{size}: are sigma.tension and sigma.encoder those of the sensors, lines in order?"
-    if rms > limit:
-        size = f"lengths fit to {rms * 1e3:.3g} mm only, over the limit of {limit * 1e3:.3g} mm"
-        return "inconsistent", f"{size}: check the order of the lines, wrap sides, signs and units"
-    return "ok", ""
 
 
 def _notes(
@@ -165,9 +158,9 @@ def _notes(
         yield "sheaves on universal joints count as swivelling about a vertical axis"
     if math.isnan(scale):
         yield "no measurement is left over: the sigma of the encoders is unknown, and so is every other sigma"
-    elif given is None and alone.redundancy < _FEW and not _other_sensors(problem):
+    elif given is None and alone.redundancy < _FEW and not problem.has_other_sensors:
         yield f"only {alone.redundancy} measurements are left over: sigma of the encoders, and so every sigma, is vague"
-    elif given is None and _other_sensors(problem):
+    elif given is None and problem.has_other_sensors and problem.found_encoder is None:
         yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is assumed"
     if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
         yield f"residuals are {chi:.3g} times what the given sigmas predict"

@@ -29,6 +29,9 @@ _COLUMNS: Final = {
 NAMES: Final = tuple(_COLUMNS)
 """Names of the numbers that may be unknown, as in the parameter registry."""
 
+BOUNDED: Final = tuple(name for name in NAMES if not name.endswith("_point"))
+"""Those that are one number, not coordinates: a plan may give their range."""
+
 DEFAULT: Final = ("exit_point", "length_offset")
 """The default unknowns, those of Wang and Caro 2021."""
 
@@ -136,9 +139,9 @@ def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
     return found
 
 
-def exit_coordinates(robot: Robot, unknowns: Sequence[Unknown]) -> tuple[Indices, Indices]:
-    """Return which unknowns are coordinates of exit points, and the index of each among all 3 m coordinates."""
-    which = [at for at, each in enumerate(unknowns) if each.name == "exit_point"]
+def coordinates_of(robot: Robot, unknowns: Sequence[Unknown], kind: str = "exit_point") -> tuple[Indices, Indices]:
+    """Return which unknowns are coordinates of points of a *kind*, and the index of each among all 3 m coordinates."""
+    which = [at for at, each in enumerate(unknowns) if each.name == kind]
     coordinates = [3 * lines_of(robot, unknowns[at])[0] + (unknowns[at].axis or 0) for at in which]
     return np.array(which, dtype=np.intp), np.array(coordinates, dtype=np.intp)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -71,7 +72,7 @@ def test_without_noise_it_is_exact_and_the_same_twice(cli, tmp_path: Path) -> No
 def test_the_robot_is_written_with_its_comments_and_a_report(cli, data: Path, tmp_path: Path) -> None:
     robot, out = tmp_path / "mine.toml", tmp_path / "new.toml"
     robot.write_text(library_text("wang2021"))
-    found = cli("calibrate", robot, data, "--datum", "south-west,south-east.y", "--out", out, "--json").json
+    found = cli("calibrate", robot, data, "--datum", "south-west,south-east.y", "--accept", "--out", out, "--json").json
     assert found["out"] == str(out)
     assert robot.read_text() == library_text("wang2021")
     written = load(out)
@@ -200,6 +201,64 @@ def test_what_cannot_be_calibrated_says_why_and_changes_nothing(cli, changed, tm
     assert not out.exists()
 
 
+def test_a_doubtful_answer_is_written_only_where_it_is_accepted(cli, data: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new.toml"
+    answer = cli("calibrate", "wang2021", data, "--out", out, "--json")
+    assert (answer.code, answer.json["status"], answer.json["verdict"], answer.json["out"]) == (
+        1,
+        "ok",
+        "doubtful",
+        None,
+    )
+    assert re.search(
+        r"^exit point z of .* is known to .* mm \(one sigma\), where 2 mm is needed", answer.json["reasons"][0]
+    )
+    assert answer.no.startswith("doubtful: exit point z of ")
+    assert not out.exists()
+    accepted = cli("calibrate", "wang2021", data, "--out", out, "--accept", "--json")
+    assert (accepted.code, accepted.json["verdict"], accepted.json["reasons"]) == (
+        0,
+        "doubtful",
+        answer.json["reasons"],
+    )
+    assert load(out).lines[2].exit_point != load("wang2021").lines[2].exit_point
+    assert 'class="verdict doubt"' in (tmp_path / "new.html").read_text()
+
+
+def test_what_is_needed_decides(cli, data: Path, tmp_path: Path) -> None:
+    out = tmp_path / "new.toml"
+    answer = cli("calibrate", "wang2021", data, "--need", "50 mm", "--out", out, "--json")
+    assert (answer.code, answer.json["verdict"], answer.json["reasons"]) == (0, "good", [])
+    assert answer.json["exit_sigma"] < 0.05
+    assert 'class="verdict yes"' in (tmp_path / "new.html").read_text()
+    page = re.sub("<[^>]*>", "", (tmp_path / "new.html").read_text()).replace("\xa0", " ")
+    assert "Exit points are known to 14.2 mm (one sigma) or better; lengths of 40 poses fit to 0.03 mm" in page
+    assert "--need" in cli("calibrate", "wang2021", data, "--need", "much").refusal
+    assert "--need" in cli("calibrate", "wang2021", data, "--need", "-1").refusal
+
+
+def test_a_bad_answer_is_never_written(cli, changed, tmp_path: Path) -> None:
+    def exchanged(rows: list[list[str]]) -> list[list[str]]:
+        return [rows[0], *([row[1], row[0], *row[2:]] for row in rows[1:])]
+
+    out = tmp_path / "new.toml"
+    answer = cli("calibrate", "wang2021", changed(exchanged), "--out", out, "--accept", "--json")
+    assert (answer.code, answer.json["verdict"], answer.json["out"]) == (1, "bad", None)
+    assert answer.no.startswith("not calibrated: columns 1 and 2")
+    assert not out.exists()
+
+
+def test_all_rows_are_kept_where_that_is_asked(cli, changed) -> None:
+    def spoiled(rows: list[list[str]]) -> list[list[str]]:
+        rows[8][2] = repr(float(rows[8][2]) + 0.05)
+        return rows
+
+    file = changed(spoiled)
+    (out,) = cli("calibrate", "wang2021", file, "--json").json["rejected"]
+    assert (out["pose"], len(out["measured"]), len(out["expected"])) == (8, 4, 4)
+    assert cli("calibrate", "wang2021", file, "--keep-all", "--json").json["rejected"] == []
+
+
 @pytest.mark.parametrize(
     "options",
     [("--poses", "0"), ("--poses", "999999999"), ("--noise", "-1"), ("--noise", "nan"), ("--seed", "-1")],
@@ -218,7 +277,20 @@ def test_lines_that_sag(cli, tmp_path: Path) -> None:
     assert cli("simulate-calibration", "paty2021", *made, "--guess", "0.02", "--out", file, "--truth", truth).code == 0
     plan = tmp_path / "plan.toml"
     plan.write_text('schema = 1\nunknowns = ["exit_point", "length_offset", "modulus"]\nshared = ["modulus"]\n')
-    asked = ("calibrate", robot, file, "--cable", "catenary", "--plan", plan, "--rough", "0.02", "--out", out)
+    asked = (
+        "calibrate",
+        robot,
+        file,
+        "--cable",
+        "catenary",
+        "--plan",
+        plan,
+        "--rough",
+        "0.02",
+        "--out",
+        out,
+        "--accept",
+    )
     found = cli(*asked, "--json").json
     assert found.keys() >= KEYS
     assert (found["status"], found["cable"]) == ("ok", "catenary")

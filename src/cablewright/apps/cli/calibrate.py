@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -11,9 +11,11 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, RobotName, Seed
 from cablewright.apps.cli.output import answer, progress
+from cablewright.apps.cli.parsing import quantity
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw
+from cablewright.units import LENGTH
 
 if TYPE_CHECKING:
     from cablewright.calibration.plan import CalibrationPlan
@@ -23,10 +25,11 @@ if TYPE_CHECKING:
 class CalibrateCommand:
     """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
 
-    The answer is no (exit 1), and no robot is written, if the fit does not converge or the data contradict each other.
+    The verdict is good, doubtful or bad. A doubtful one is a no (exit 1) unless it is accepted, a bad one always is.
+    With a no, no robot is written.
     """
 
-    EXAMPLE: ClassVar = "calibrate wang2021 examples/calibration.csv"
+    EXAMPLE: ClassVar = "calibrate wang2021 examples/calibration.csv --accept"
     ANSWERS: ClassVar = ("calibration.result:Calibration",)
 
     robot: RobotName
@@ -50,6 +53,16 @@ class CalibrateCommand:
     cable: Annotated[
         CableLaw, typer.Option("--cable", help="Cable law; elastic and catenary need tensions or measured poses.")
     ] = CableLaw.RIGID
+    keep_all: Annotated[bool, typer.Option("--keep-all", help="Use all rows: do not search for gross errors.")] = False
+    need: Annotated[
+        str,
+        typer.Option(
+            "--need", metavar="L", help="Standard deviation of exit points that printing needs: m, or like '2 mm'."
+        ),
+    ] = "2 mm"
+    accept: Annotated[
+        bool, typer.Option("--accept", help="Take a doubtful answer as it is: write it, exit code 0.")
+    ] = False
     seed: Seed = 0
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the calibrated robot.")] = None
     report: Annotated[
@@ -72,8 +85,11 @@ class CalibrateCommand:
                 seed=self.seed,
                 rough=self.rough,
                 cable=self.cable,
+                outliers=not self.keep_all,
+                need=quantity(self.need, "--need", LENGTH),
                 progress=show,
             )
+        found = replace(found, accepted=self.accept)
         out = self.out if found.ok else None
         page = self.report or (None if out is None else out.with_suffix(".html"))
         text = None if out is None else update(file_text(self.robot), found.robot)

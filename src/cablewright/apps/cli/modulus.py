@@ -11,7 +11,7 @@ import typer
 
 from cablewright.apps.cli.options import OutputOptions
 from cablewright.apps.cli.output import answer
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import numbers, quantity
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
@@ -127,20 +127,7 @@ class ModulusCommand:
 
 
 def _quantity(text: str | None, option: str, dimension: Dimension) -> float | None:
-    """A positive quantity of an option: a number in SI or a text with a unit. Raises `InputError`."""
-    if text is None:
-        return None
-    try:
-        plain: str | float = float(text)
-    except ValueError:
-        plain = text
-    try:
-        value = dimension.read(plain)
-    except ValueError as error:
-        raise InputError(f"{option} = {text!r}: {error}") from None
-    if not value > 0:
-        raise InputError(f"{option} = {text!r}: must be over 0")
-    return value
+    return None if text is None else quantity(text, option, dimension)
 
 
 def _band(text: str) -> tuple[float, float]:

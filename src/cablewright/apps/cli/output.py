@@ -72,6 +72,8 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
     rows = summary(found)
     width = max((len(label) for label, _ in rows), default=0)
     colour = typer.colors.RED if found.refusal else typer.colors.GREEN
+    if getattr(found, "verdict", "") == "doubtful":
+        colour = typer.colors.YELLOW
     pasted = getattr(found, "PASTED", ())
     for label, value in rows:
         mark = label in ("status", "verdict", "feasible") and not os.environ.get("NO_COLOR")

@@ -11,6 +11,7 @@ from cablewright.errors import EnvironmentFault, InputError, UnknownName
 if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
     from cablewright.robot import Robot
+    from cablewright.units import Dimension
 
 FREE = "free"
 """How a command line marks a freedom of the pose that gravity decides."""
@@ -48,6 +49,21 @@ def tension_limits(text: str | None) -> tuple[float, float] | None:
     if len(values) != 2:
         raise InputError(f"--tension-limits = {text!r}: expected MIN,MAX in N")
     return values[0], values[1]
+
+
+def quantity(text: str, option: str, dimension: Dimension) -> float:
+    """A positive quantity of an option: a number in SI or a text with a unit. Raises `InputError`."""
+    try:
+        plain: str | float = float(text)
+    except ValueError:
+        plain = text
+    try:
+        value = dimension.read(plain)
+    except ValueError as error:
+        raise InputError(f"{option} = {text!r}: {error}") from None
+    if not value > 0:
+        raise InputError(f"{option} = {text!r}: must be over 0")
+    return value
 
 
 def rotations(text: str | None) -> list[list[float]] | None:

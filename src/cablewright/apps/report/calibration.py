@@ -51,15 +51,21 @@ def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iter
 
 
 def _verdict(found: Calibration) -> Html:
-    good = found.status == "ok"
-    word = "Calibrated" if good else "Not calibrated"
-    told = (
-        f"Lengths of {count(found.problem.poses)} poses fit to {quantity(found.rms, 'm')} rms."
-        if good
-        else found.reason
-    )
-    kind = "yes" if good else "no"
-    return element("div", element("strong", word), element("p", told), class_=f"verdict {kind}", role="status")
+    word, kind = {
+        "good": ("Calibrated", "yes"), "doubtful": ("Doubtful", "doubt"), "bad": ("Not calibrated", "no")
+    }[found.verdict]  # fmt: skip
+    told = [each[0].upper() + each[1:] + "." for each in found.reasons]
+    if found.verdict == "good":
+        known, fits = (
+            found.exit_sigma,
+            f"lengths of {count(found.problem.poses)} poses fit to {quantity(found.rms, 'm')}",
+        )
+        exits = f"Exit points are known to {quantity(known, 'm')} (one sigma) or better; " if known is not None else ""
+        told = [f"{exits}{fits if exits else fits.capitalize()} rms."]
+    if found.verdict == "doubtful" and found.accepted:
+        told.append("It was accepted as it is.")
+    sentences = (element("p", each) for each in told)
+    return element("div", element("strong", word), *sentences, class_=f"verdict {kind}", role="status")
 
 
 def _figures(found: Calibration) -> Iterator[tuple[str, str, str]]:

@@ -344,6 +344,9 @@ def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradient
         pose = poses[0 if alone else j]
         begin_pose(pose, work)
         for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
+            if weights[i] == 0.0:  # it does not count, even where it has no value
+                residuals[i] = 0.0
+                continue
             off, count = read_row(rows, i, j, values[i], pose, work)
             residuals[i] = weights[i] * off
             for k in range(rows.freedoms):

@@ -2,6 +2,7 @@
 
 Levenberg-Marquardt: [U W^T; W V] (d, e) = (g, h), with V a block for each pose, so (U - W^T V^-1 W) d = g - W^T V^-1 h.
 The cost of a step is linear in the number of poses. Damping stays positive: undetermined unknowns keep their start.
+Unknowns stay within bounds: steps are projected on them, and an unknown that the cost pushes out is held at its bound.
 """
 
 from math import inf
@@ -175,6 +176,25 @@ def reduce_poses(work, damping, k, n):
 
 
 @jit
+def pushed_out(limits, theta, work):
+    """Whether an unknown is at a bound that the cost pushes it out of."""
+    for a in range(theta.shape[0]):
+        if (theta[a] <= limits[0, a] and work.g[a] < 0.0) or (theta[a] >= limits[1, a] and work.g[a] > 0.0):
+            return True
+    return False
+
+
+@jit
+def hold_at_bounds(limits, theta, work):
+    """Take such unknowns out of the reduced equations."""
+    for a in range(theta.shape[0]):
+        if (theta[a] <= limits[0, a] and work.g[a] < 0.0) or (theta[a] >= limits[1, a] and work.g[a] > 0.0):
+            for b in range(theta.shape[0]):
+                work.S[a, b], work.S[b, a] = 0.0, 0.0
+            work.S[a, a], work.step[a] = 1.0, 0.0
+
+
+@jit
 def _solve_reduced(S, step, k):
     """Solve S step = step in place by Cholesky; S is destroyed. False if it is not positive definite."""
     if not cholesky(S, k):
@@ -193,13 +213,16 @@ def _solve_reduced(S, step, k):
 
 
 @jit
-def _try_step(theta, poses, damping, work):
+def _try_step(limits, theta, poses, damping, work):
     """Write unknowns and poses after the step to *work*. Returns its largest entry and the predicted cost decrease."""
     k, n = theta.shape[0], poses.shape[1]
     largest, promised = 0.0, 0.0
     for a in range(k):
+        moved = theta[a] + work.step[a]
+        work.theta[a] = min(max(moved, limits[0, a]), limits[1, a])
+        if work.theta[a] != moved:
+            work.step[a] = work.theta[a] - theta[a]  # poses follow the projected step
         change = work.step[a]
-        work.theta[a] = theta[a] + change
         largest = max(largest, abs(change))
         promised += change * (work.g[a] + damping * work.U[a, a] * change)
     for j in range(poses.shape[0]):
@@ -221,24 +244,28 @@ def _try_step(theta, poses, damping, work):
 
 
 @jit
-def adjust(rows, theta, poses, values, weights, settings, work):
+def adjust(rows, limits, theta, poses, values, weights, settings, work):
     """Move *theta* (k,) and *poses* (N, n) to the nearest minimum of the cost. Returns code, steps taken and cost."""
     k, n = theta.shape[0], rows.freedoms
     now = cost(rows, theta, poses, values, weights, work)
     if not now < inf:
         return NOT_FINITE, 0, inf
-    damping, steps, fresh = settings.damping, 0, True
+    damping, steps, fresh, held = settings.damping, 0, True, False
     for _ in range(settings.max_steps):
         if fresh:
             normal_equations(rows, theta, poses, values, weights, work)
+            held = pushed_out(limits, theta, work)
             steps += 1
         fresh = False
-        if not (reduce_poses(work, damping, k, n) and _solve_reduced(work.S, work.step, k)):
+        regular = reduce_poses(work, damping, k, n)
+        if held:
+            hold_at_bounds(limits, theta, work)
+        if not (regular and _solve_reduced(work.S, work.step, k)):
             damping = max(10.0 * damping, MIN_DAMPING)
             if damping > MAX_DAMPING:
                 return NOT_CONVERGED, steps, now
             continue
-        size, promised = _try_step(theta, poses, damping, work)
+        size, promised = _try_step(limits, theta, poses, damping, work)
         then = cost(rows, work.theta, work.poses, values, weights, work)
         if then <= now:
             gain = (now - then) / promised if promised > 0.0 else 1.0
@@ -262,9 +289,12 @@ def adjust(rows, theta, poses, values, weights, settings, work):
 
 
 @jit(allocates=True)
-def adjust_runs(rows, theta, poses, values, weights, settings, codes, steps, costs):
-    """Repeat `adjust`: theta (B, k), poses (B, N, n), values, weights (B or 1, R); writes codes, steps, costs (B,)."""
+def adjust_runs(rows, limits, theta, poses, values, weights, settings, codes, steps, costs):
+    """Repeat `adjust`: theta (B, k), poses (B, N, n), values, weights (B or 1, R); writes codes, steps, costs (B,).
+
+    *limits* (2, k): min and max of the unknowns. They stand apart from the rows, which are handed on for every reading.
+    """
     work = scratch(rows, theta.shape[1])
     for run in range(theta.shape[0]):
         own, weight = values[run % values.shape[0]], weights[run % weights.shape[0]]
-        codes[run], steps[run], costs[run] = adjust(rows, theta[run], poses[run], own, weight, settings, work)
+        codes[run], steps[run], costs[run] = adjust(rows, limits, theta[run], poses[run], own, weight, settings, work)

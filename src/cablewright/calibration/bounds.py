@@ -1,0 +1,71 @@
+"""The range of each unknown: what is physical, and near the robot file unless the plan says otherwise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array, Mask
+from cablewright.calibration.fixed import line_index
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.unknowns import Unknown
+from cablewright.errors import InputError
+from cablewright.models.parameters import lines_of
+from cablewright.robot import Robot
+
+SHARES: Final = {
+    "length_scale": (0.9, 1.1),
+    "drum_radius": (0.9, 1.1),
+    "sheave_radius": (0.5, 2.0),
+    "modulus": (0.1, 10.0),
+}
+"""Range of each of these over its value in the robot file, or over 1."""
+
+BUILD_UP: Final = (0.0, 0.2)  # 1/m: cable wound on a spool makes it thicker, never thinner
+AWAY: Final = 3.0  # frame diagonals: max distance of a coordinate from the file's, and a third of the longest line
+_AT: Final = 1e-9  # of the range: nearer than this is at the bound
+
+
+def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array, counted: Array) -> Array:
+    """Return the min and max (2, k) of each unknown, over its size; *counted*: (N, m) m.
+
+    The length out, offset and count, is positive at every pose. Raises `InputError` for bounds in the plan that are not
+    of an unknown, or that exclude the file's value.
+    """
+    diagonal = math.dist(robot.scene.frame_min, robot.scene.frame_max)
+    found = np.zeros((2, len(unknowns)))
+    for at, each in enumerate(unknowns):
+        if each.name in SHARES:
+            found[:, at] = np.array(SHARES[each.name]) * start[at]
+        elif each.name == "build_up":
+            found[:, at] = BUILD_UP
+        elif each.name == "length_offset":
+            found[:, at] = -counted[:, lines_of(robot, each)].min(), 3.0 * AWAY * diagonal
+        else:
+            found[:, at] = start[at] - AWAY * diagonal, start[at] + AWAY * diagonal
+    for index, bound in enumerate(plan.bounds):
+        where = f"bounds[{index}]"
+        if bound.name not in plan.unknowns:
+            raise InputError(f"{where}: {bound.name} is not among the unknowns")
+        for name in bound.lines or ():
+            line_index(robot, name, where)
+        for at, each in enumerate(unknowns):
+            if each.name == bound.name and (bound.lines is None or each.line in bound.lines):
+                found[:, at] = bound.min / each.size, bound.max / each.size
+                known = each.name != "length_offset"
+                if known and not found[0, at] <= start[at] <= found[1, at]:
+                    value = start[at] * each.size
+                    raise InputError(f"{where}: {each.label} is {value:g} in the file, out of the bounds")
+    return found
+
+
+def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:
+    """Return which *values* (k,) are at their min and at their max in *limits* (2, k), if that is not their *start*.
+
+    A spool's build-up of nothing is where the file has it: the data then ask for no other.
+    """
+    room = _AT * np.maximum(limits[1] - limits[0], 1e-300)
+    return (values <= limits[0] + room) & (start > limits[0] + room), (values >= limits[1] - room)

@@ -1,0 +1,170 @@
+"""Kinds of measurements: how well each fits for its sigma, which rows carry something, and weights that resist errors.
+
+A row's leverage is the share of it that the fit takes as its own: rows of redundancy 1 - leverage test the fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array, Mask
+from cablewright.calibration.observability import information
+from cablewright.calibration.pose_fit import PoseFit, fit
+from cablewright.calibration.problem import CalibrationProblem
+from cablewright.kernels.fitting import calibration_residuals as rows_of
+
+NAMES: Final = {
+    rows_of.ENCODER: "lengths",
+    rows_of.PAID_OUT: "lengths",
+    rows_of.TENSION: "tensions",
+    rows_of.BALANCE: "tensions",
+    rows_of.COORDINATE: "positions",
+    rows_of.SWIVEL: "swivel angles",
+    rows_of.TILT: "tilts",
+    rows_of.PLANE: "planes",
+    rows_of.REACH: "ranges",
+}
+"""What people call the kinds of rows that belong to poses."""
+
+_RESISTING: Final = ("positions", "planes", "ranges")
+_HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % efficient where nothing is wrong
+_ROUNDS: Final = 8
+_SAME: Final = 0.02  # relative change of a sigma, or of weights, that ends the rounds
+_CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better
+_FEW: Final = 5.0  # redundancy of the lengths with which their sigma can be estimated
+_EXACT: Final = 1e-6  # m: min estimated sigma of the encoders
+_MEDIAN: Final = 0.6745  # median of the size of a standard normal number
+
+
+@dataclass(frozen=True)
+class KindFit:
+    """How well one kind of measurement fits: rms residual over sigma, for its redundancy."""
+
+    name: str
+    ratio: float
+    redundancy: float
+    count: int
+
+
+def kind_of(problem: CalibrationProblem) -> NDArray[np.str_]:
+    """Return the name of the kind of each row (e,) of a pose."""
+    return np.array([NAMES[int(code)] for code in problem.rows.kind[: problem.per_pose]])
+
+
+def leverages(problem: CalibrationProblem, found: PoseFit) -> Array:
+    """Return the leverage (N, e) of each row of the poses; 0 where it does not count."""
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
+    left, values, _ = np.linalg.svd(rows.by_pose, full_matrices=False)
+    kept = left * (values > 1e-9 * np.maximum(values.max(axis=1, initial=0.0, keepdims=True), 1e-300))[:, None]
+    rest = rows.by_unknown - kept @ (np.swapaxes(kept, 1, 2) @ rows.by_unknown)
+    own, shared = np.sum(kept**2, axis=2), np.einsum("nek,kl,nel->ne", rest, covariance, rest)
+    return np.asarray((own + shared).clip(0.0, 1.0))
+
+
+def kind_fits(problem: CalibrationProblem, found: PoseFit) -> tuple[KindFit, ...]:
+    """Return how well each kind fits, at its full weight; rows left out do not count."""
+    used, names = problem.of_poses(found.weights) > 0.0, kind_of(problem)
+    residual = problem.derivatives(found.theta, found.poses).residual
+    free = np.where(used, 1.0 - leverages(problem, found), 0.0)
+    made = []
+    for name in dict.fromkeys(names.tolist()):
+        of = used & (names == name)
+        total = float(free[of].sum())
+        ratio = float(np.sqrt(np.sum(residual[of] ** 2) / total)) if total > 0.0 else np.nan
+        made.append(KindFit(name, ratio, total, int(of.sum())))
+    return tuple(made)
+
+
+def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:
+    """Return which rows (N, e) are measured coordinates so vague that all else knows them far better.
+
+    None are if leaving them out would open a freedom.
+    """
+    vague = (kind_of(problem) == "positions") & (leverages(problem, found) < _CARRIES)
+    vague &= problem.of_poses(problem.weights) > 0.0
+    if vague.any():
+        weights = found.weights.copy()
+        problem.of_poses(weights)[vague] = 0.0
+        before, after = (
+            information(problem, found.theta, found.poses, each, priors=True) for each in (found.weights, weights)
+        )
+        if after.null.shape[1] > before.null.shape[1]:
+            return np.zeros_like(vague)
+    return np.asarray(vague)
+
+
+def estimates_encoders(problem: CalibrationProblem) -> bool:
+    """Whether the sigma of the encoders, which weighs them against other rows, is to be found from the residuals."""
+    return problem.plan.sigma.encoder is None and problem.has_other_sensors
+
+
+def roughly_weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
+    """Return problem and fit with the encoders' sigma from the median of their residuals, which no few errors move."""
+    if not estimates_encoders(problem):
+        return problem, found
+    for _ in range(_ROUNDS):
+        lengths = kind_of(problem) == "lengths"
+        free = 1.0 - leverages(problem, found)[:, lengths]
+        residual = problem.derivatives(found.theta, found.poses).residual[:, lengths]
+        tested = free > 0.05
+        if free.sum() < _FEW or not tested.any():
+            break
+        ratio = float(np.median(np.abs(residual[tested]) / np.sqrt(free[tested]))) / _MEDIAN
+        problem, found, change = _weighed(problem, found, ratio)
+        if change < 10.0 * _SAME:
+            break
+    return problem, found
+
+
+def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
+    """Return problem and fit with the encoders' sigma such that their residuals are as large as it predicts."""
+    if not estimates_encoders(problem):
+        return problem, found
+    for _ in range(_ROUNDS):
+        lengths = kind_fits(problem, found)[0]
+        if not lengths.redundancy >= _FEW:
+            break
+        problem, found, change = _weighed(problem, found, lengths.ratio)
+        if change < _SAME:
+            break
+    return problem, found
+
+
+def _weighed(problem: CalibrationProblem, found: PoseFit, ratio: float) -> tuple[CalibrationProblem, PoseFit, float]:
+    """Return problem and fit with *ratio* times the sigma of the encoders, and its relative change."""
+    sigma = max(ratio * problem.encoder_sigma, _EXACT)
+    change = abs(np.log(sigma / problem.encoder_sigma))
+    lengths = kind_of(problem) == "lengths"
+    weights, every = found.weights.copy(), problem.weights.copy()
+    for each in (weights, every):
+        problem.of_poses(each)[:, lengths] *= problem.encoder_sigma / sigma
+    problem = replace(problem, weights=every, found_encoder=sigma)
+    again = fit(problem, found.theta, found.poses, weights)
+    found = replace(found, theta=again.theta, poses=again.poses, weights=weights, cost=again.cost, code=again.code)
+    return problem, found, float(change)
+
+
+def resisting(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
+    """Return the fit in which a measured position, plane or range far off by its sigma pulls no harder than at 1.5."""
+    soft = np.isin(kind_of(problem), _RESISTING)
+    if not soft.any():
+        return found
+    full = found.weights
+    share = np.ones(problem.of_poses(full).shape)
+    for _ in range(_ROUNDS):
+        free = np.maximum(1.0 - leverages(problem, found), 1e-3)
+        residual = problem.derivatives(found.theta, found.poses, full).residual
+        size = np.abs(residual) / np.sqrt(free)
+        wanted = np.where(soft, np.sqrt(_HUBER / np.maximum(size, _HUBER)), 1.0)
+        if np.abs(wanted - share).max() < _SAME:
+            break
+        share, weights = wanted, full.copy()
+        problem.of_poses(weights)[:] *= share
+        again = fit(problem, found.theta, found.poses, weights)
+        found = replace(found, theta=again.theta, poses=again.poses, weights=weights, cost=again.cost, code=again.code)
+    return found

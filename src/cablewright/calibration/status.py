@@ -1,0 +1,76 @@
+"""Whether a fit has an answer at all: converged, within reason, determined, consistent; and what to do where not."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from cablewright.calibration.bounds import at_bound
+from cablewright.calibration.observability import Information, beyond_frames, combination, remedy
+from cablewright.calibration.pose_fit import PoseFit
+from cablewright.calibration.problem import CalibrationProblem
+
+_NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations are not those of the machine
+_TOO_LARGE: Final = 10.0  # max rms over the given sigma
+_LARGE: Final = 0.05  # part of an unknown in a direction of length 1 that counts
+
+
+def status_of(
+    problem: CalibrationProblem, found: PoseFit, posterior: Information, rms: float, chi: float
+) -> tuple[str, str]:
+    """Return the status of a fit, and why it is no answer in a sentence; *posterior*: with datum and priors."""
+    if found.code != 0 or not math.isfinite(found.cost):
+        return "not-converged", f"no start of {found.starts} converged: are lines in the order of the file?"
+    off = _inconsistent(problem, rms, chi)
+    if off:
+        return "inconsistent", off
+    lost = _at_bound(problem, found) or _undetermined(posterior)
+    return ("degenerate", lost) if lost else ("ok", "")
+
+
+def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
+    diagonal = math.dist(problem.robot.scene.frame_min, problem.robot.scene.frame_max)
+    given = problem.plan.sigma.encoder
+    limit = _NO_FIT * diagonal if given is None else max(_TOO_LARGE * given, 1e-6)
+    if problem.elastic and chi > _TOO_LARGE:
+        size = f"residuals are {chi:.3g} times what the sigmas predict"
+        return f"{size}: are sigma.tension and sigma.encoder those of the sensors, lines in order?"
+    if rms > limit:
+        size = f"lengths fit to {rms * 1e3:.3g} mm only, over the limit of {limit * 1e3:.3g} mm"
+        return f"{size}: check the order of the lines, wrap sides, signs and units"
+    return ""
+
+
+def _at_bound(problem: CalibrationProblem, found: PoseFit) -> str:
+    """Return which unknowns ended at the edge of their range; empty for none."""
+    limits = problem.limits
+    ends = np.logical_or(*at_bound(found.theta, limits, problem.free))
+    where = np.flatnonzero(ends)
+    if not len(where):
+        return ""
+    first, more = problem.free_unknowns[where[0]], len(where) - 1
+    value, (low, high) = found.theta[where[0]] * first.size, limits[:, where[0]] * first.size
+    unit = "" if first.unit == "1" else f" {first.unit}"
+    others = f", and {more} more unknowns at theirs" if more else ""
+    return (
+        f"{first.label} ends at {value:.4g}{unit}, the edge of its range from {low:.4g} to {high:.4g}{unit}{others}: "
+        "the data do not determine it, or are of another machine; measure positions or a distance, leave it out of the "
+        "unknowns, or give its range in the plan's bounds"
+    )
+
+
+def _undetermined(posterior: Information) -> str:
+    """Return what the data leave open besides the place of frames; empty for nothing."""
+    beyond = beyond_frames(posterior)
+    if not beyond.shape[1]:
+        return ""
+    large = np.flatnonzero(np.abs(beyond).max(axis=1) > _LARGE)
+    names = ", ".join(dict.fromkeys(posterior.unknowns[at].name for at in large))
+    more = remedy(posterior)
+    measure = f"measure {more}, or " if more else ""
+    return (
+        f"the data do not determine {combination(posterior.unknowns, beyond[:, 0])}: {measure}leave one of {names} out "
+        "of the unknowns or give it a prior"
+    )

@@ -1,0 +1,142 @@
+"""The verdict on a calibration: good, doubtful or bad, and each reason as a sentence with subject, value and limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from cablewright.calibration.halves import predicted_halves
+from cablewright.calibration.kinds import estimates_encoders, kind_fits
+from cablewright.calibration.rearranged import better_arrangement, motion, stray
+from cablewright.calibration.result import Calibration
+
+NEED: Final = 2e-3
+"""Default of what printing needs: max sigma of a coordinate of an exit point, m."""
+
+_BEYOND: Final = 5.0  # sigmas by which an exit point may be further off than it was said to be
+_PRIOR: Final = (4.0, 10.0)  # deviations of its prior by which an unknown moves: doubtful, bad
+_LEFT_OUT: Final = (0.1, 0.25)  # share of poses that do not fit: doubtful, bad
+_RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtful, bad
+_STRAY: Final = 0.05  # m: poses nearer to their start values are where they were said to be
+_LEVEL: Final = 1e-4  # probability of such residuals by chance
+
+
+class _Reason(NamedTuple):
+    sentence: str
+    fatal: bool
+
+
+def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[str, ...]]:
+    """Return the verdict and its reasons; *need*: max sigma of exit points; *rough*: max error of the file's, m."""
+    if found.status != "ok":
+        other = better_arrangement(found.problem, found.fit, rough)
+        return "bad", tuple(each for each in (other, found.reason) if each)
+    doubts = [*_moved(found, rough), *_left_out(found), *_unexplained(found, need), *_halves(found)]
+    if doubts or stray(found.problem, found.fit) > max(rough, _STRAY):
+        other = better_arrangement(found.problem, found.fit, rough)
+        doubts = [_Reason(other, True)] * bool(other) + doubts
+    doubts = sorted([*doubts, *_unknown(found, need)], key=lambda each: not each.fatal)
+    verdict = "good" if not doubts else "bad" if doubts[0].fatal else "doubtful"
+    return verdict, tuple(each.sentence for each in doubts)
+
+
+def _unknown(found: Calibration, need: float) -> Iterator[_Reason]:
+    """Exit points that are known less well than printing needs."""
+    exits = np.array([each.name == "exit_point" for each in found.unknowns], dtype=bool)
+    sigma = found.sigma[exits]
+    if not len(sigma):
+        return
+    if not np.isfinite(sigma).all():
+        yield _Reason("no measurement is left over, so nothing tests the answer: measure more poses", False)
+        return
+    worst = int(np.argmax(sigma))
+    if sigma[worst] > need:
+        label = np.array([each.label for each in found.unknowns])[exits][worst]
+        more = found.suggestions[0].words if found.suggestions else "more poses"
+        yield _Reason(
+            f"{label} is known to {_mm(sigma[worst])} (one sigma), where {_mm(need)} is needed; what would help most: "
+            f"{more}",
+            False,
+        )
+
+
+def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
+    """Unknowns that are further from the file than was said."""
+    problem, exits = found.problem, [each.name == "exit_point" for each in found.unknowns]
+    if sum(exits) == 3 * problem.robot.m:
+        away = np.abs(motion(problem, found.fit.theta)).ravel()
+        over = away - rough - _BEYOND * np.nan_to_num(found.sigma[exits])
+        worst = int(np.argmax(over))
+        if over[worst] > _tiny(found):
+            label = [each.label for each in found.unknowns if each.name == "exit_point"][worst]
+            yield _Reason(
+                f"{label} moves by {away[worst]:.3g} m from the file, where it is said to be right to {rough:.3g} m "
+                "(--rough): are the data of this robot?",
+                True,
+            )
+    for prior in problem.plan.priors:
+        for unknown, change in zip(found.unknowns, found.changes, strict=True):
+            of_it = unknown.name == prior.name and (prior.lines is None or unknown.line in prior.lines)
+            if of_it and abs(change) > _PRIOR[0] * prior.deviation:
+                times = abs(change) / prior.deviation
+                moved = f"{unknown.label} moves by {times:.3g} times the {prior.deviation:g} of its prior"
+                yield _Reason(f"{moved}, limit {_PRIOR[0]:g}", times > _PRIOR[1])
+
+
+def _left_out(found: Calibration) -> Iterator[_Reason]:
+    """Too many poses that do not fit the others."""
+    count, poses = len({each.pose for each in found.rejected}), found.problem.poses
+    if count > _LEFT_OUT[0] * poses:
+        share = f"{count} of {poses} poses do not fit the others, {100 * count / poses:.0f} %"
+        yield _Reason(f"{share}, where at most {100 * _LEFT_OUT[0]:.0f} % is usual", count >= _LEFT_OUT[1] * poses)
+
+
+def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
+    """Residuals that the sensors' noise does not explain, by kind."""
+    problem = found.problem
+    given = problem.plan.sigma.encoder is not None
+    if not given and found.encoder_sigma > need:
+        yield _Reason(
+            f"lengths scatter by {_mm(found.encoder_sigma)} about the model, more than the {_mm(need)} that is needed",
+            False,
+        )
+    if not given and not problem.has_other_sensors:
+        return
+    for kind in kind_fits(problem, found.fit):
+        if kind.name == "lengths" and estimates_encoders(problem):
+            continue
+        if kind.redundancy < 1.0 or not kind.ratio > _RATIO[0]:
+            continue
+        if stats.chi2.sf(kind.ratio**2 * kind.redundancy, kind.redundancy) < _LEVEL:
+            yield _Reason(
+                f"residuals of the {kind.name} are {kind.ratio:.3g} times what their sigma explains, limit "
+                f"{_RATIO[0]:g}: they contradict the model or the other measurements",
+                kind.ratio > _RATIO[1],
+            )
+
+
+def _halves(found: Calibration) -> Iterator[_Reason]:
+    """Halves of the data that predict each other badly."""
+    halves = predicted_halves(found.problem, found.fit)
+    worst = max(halves, key=lambda each: each.ratio, default=None)
+    if worst is not None and worst.ratio > _RATIO[0] and worst.probability < _LEVEL:
+        first, last = worst.poses
+        yield _Reason(
+            f"poses {first + 1} to {last + 1} are {worst.ratio:.3g} times as far from what the others predict as noise "
+            f"explains, limit {_RATIO[0]:g}: did something slip or change between?",
+            worst.ratio > _RATIO[1],
+        )
+
+
+def _tiny(found: Calibration) -> float:
+    """Return the rounding of exit points, m."""
+    diagonal = math.dist(found.problem.robot.scene.frame_min, found.problem.robot.scene.frame_max)
+    return 1e-6 * diagonal
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.3g} mm"

@@ -1,0 +1,207 @@
+"""The verdict: good where all is well, over seeds; doubtful and bad for what is wrong, by name."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cablewright.calibration.halves import predicted_halves
+from cablewright.calibration.plan import CalibrationPlan, Point, Prior, Sigmas
+from cablewright.calibration.pose_fit import fit
+from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.result import Calibration
+from cablewright.calibration.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
+from cablewright.calibration.solve import calibrate
+from cablewright.errors import InputError
+from cablewright.robot import Robot, load
+
+WANG = load("wang2021")
+TRUE = np.array([line.exit_point for line in WANG.lines])
+SURVEYED = CalibrationPlan(
+    points=tuple(Point(line=line.name, at=line.exit_point, deviation=5e-4) for line in WANG.lines[:3])
+)
+
+
+def with_exits(robot: Robot, exits: np.ndarray) -> Robot:
+    pairs = zip(robot.lines, exits.tolist(), strict=True)
+    return robot.model_copy(
+        update={"lines": tuple(line.model_copy(update={"exit_point": tuple(p)}) for line, p in pairs)}
+    )
+
+
+def slipped(seed: int, by: float) -> Measured:
+    """Half the poses after a line slipped on its drum."""
+    made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
+    counted = made.measured.counted.copy()
+    counted[20:, 1] += by
+    return replace(made.measured, counted=counted)
+
+
+def ordered(order: list[int], signs: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0), seed: int = 2) -> Measured:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
+    return replace(made.measured, counted=made.measured.counted[:, order] * np.array(signs))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_what_is_measured_well_is_good(seed: int) -> None:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
+    found = calibrate(WANG, made.measured, SURVEYED)
+    assert (found.verdict, found.reasons, found.refusal, found.ok) == ("good", (), "", True)
+    assert np.abs(found.values[:12] - TRUE.ravel()).max() < 4.0 * 2e-3  # what good means, at 4 sigmas
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_encoders_alone_are_doubtful_for_one_reason(seed: int) -> None:
+    found = calibrate(WANG, simulate_calibration(WANG, 40, 1e-4, seed=seed).measured)
+    (reason,) = found.reasons
+    assert found.verdict == "doubtful"
+    told = re.match(r"(exit point \w of [\w-]+) is known to ([\d.]+) mm \(one sigma\), where 2 mm is needed", reason)
+    assert told is not None
+    assert float(told[2]) == pytest.approx(1e3 * found.exit_sigma, rel=5e-3)
+    assert found.robot != WANG  # a person may look at it
+    assert calibrate(WANG, simulate_calibration(WANG, 40, 1e-4, seed=seed).measured, need=0.1).verdict == "good"
+
+
+def test_a_sigma_that_is_unknown_is_doubtful() -> None:
+    found = calibrate(WANG, simulate_calibration(WANG, 12, 1e-4, seed=1).measured)
+    assert found.verdict == "doubtful"
+    assert "no measurement is left over" in found.reasons[0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("guessed", [True, False])
+def test_data_of_another_machine_are_bad(seed: int, guessed: bool) -> None:
+    rng = np.random.default_rng(seed)
+    other = with_exits(WANG, TRUE * 1.8 + rng.uniform(-0.5, 0.5, (4, 3)))
+    made = measure(other, rng.uniform([-1.4, -1.2, 0.4], [1.4, 1.2, 2.4], (40, 3)), 1e-4, rng)
+    found = calibrate(WANG, made.measured if guessed else Measured(made.measured.counted))
+    assert (found.verdict, found.robot) == ("bad", WANG)
+    assert any("(--rough)" in each or "range" in each or "fit to" in each for each in found.reasons)
+
+
+@pytest.mark.parametrize(
+    ("order", "signs", "told"),
+    [
+        ([1, 0, 2, 3], (1, 1, 1, 1), "columns 1 and 2 (dl, and others of lines) exchanged"),
+        ([0, 3, 2, 1], (1, 1, 1, 1), "columns 2 and 4 (dl, and others of lines) exchanged"),
+        ([1, 2, 3, 0], (1, 1, 1, 1), "columns of lines in the order 4, 1, 2, 3"),
+        ([0, 1, 2, 3], (1, 1, 1, -1), "dl_4 with the other sign"),
+        ([0, 1, 2, 3], (-1, -1, -1, -1), "all dl with the other sign"),
+    ],
+)
+@pytest.mark.parametrize("seed", [2, 3])
+def test_lines_in_another_order_are_named(order: list[int], signs: tuple[float, ...], told: str, seed: int) -> None:
+    found = calibrate(WANG, ordered(order, signs, seed))
+    assert (found.verdict, found.robot) == ("bad", WANG)
+    assert found.reasons[0].startswith(f"{told} would explain the data far better")
+
+
+def test_positions_in_a_mirrored_frame_are_named() -> None:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=4)
+    guess = made.poses * np.array([-1.0, 1.0, 1.0])
+    measured = replace(made.measured, guess=guess, pose_sigma=np.full((40, 3), 1e-3))
+    found = calibrate(WANG, measured)
+    assert found.verdict == "bad"
+    assert found.reasons[0].startswith(("x of the poses mirrored", "columns of lines in the order", "columns "))
+
+
+@pytest.mark.parametrize(("spoiled", "verdict"), [(3, None), (6, "doubtful"), (10, "bad")])
+def test_many_poses_left_out_are_a_reason(spoiled: int, verdict: str | None) -> None:
+    rng = np.random.default_rng(7)
+    made = simulate_calibration(WANG, 40, 1e-4, seed=7)
+    counted = made.measured.counted.copy()
+    bad = rng.choice(40, spoiled, replace=False)
+    counted[bad] += rng.normal(0.0, 0.05, (spoiled, 4))
+    found = calibrate(WANG, replace(made.measured, counted=counted), need=1.0)
+    assert len(found.rejected) == spoiled
+    told = [each for each in found.reasons if "do not fit the others" in each]
+    assert bool(told) == (verdict is not None)
+    assert verdict is None or found.verdict == verdict
+    assert not told or told[0].startswith(f"{spoiled} of 40 poses do not fit the others")
+
+
+@pytest.mark.parametrize(("by", "verdict"), [(0.0, "good"), (0.01, "bad")])
+def test_a_slip_between_the_halves_is_told(by: float, verdict: str) -> None:
+    found = calibrate(WANG, slipped(1, by), need=1.0, outliers=False)
+    assert found.verdict == verdict
+    assert any("did something slip" in each for each in found.reasons) == (by > 0.0)
+
+
+def test_halves_predict_each_other_as_noise_explains() -> None:
+    """Over seeds the ratio's square is that of the F distribution: 1 or so, and small probabilities are rare."""
+    ratios, probabilities = [], []
+    for seed in range(60):
+        made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
+        problem = CalibrationProblem.of(WANG, made.measured, hold=False)
+        found = fit(problem, problem.free + np.append(np.zeros(12), made.home_lengths), made.poses)
+        halves = predicted_halves(problem, found)
+        assert [each.poses for each in halves] == [(20, 39), (0, 19)]
+        ratios += [each.ratio**2 for each in halves]
+        probabilities += [each.probability for each in halves]
+    assert np.median(ratios) == pytest.approx(1.0, abs=0.3)
+    assert np.mean(np.array(probabilities) < 0.5) == pytest.approx(0.5, abs=0.15)
+    assert np.mean(np.array(probabilities) < 0.05) < 0.12
+
+
+def test_a_prediction_is_that_of_a_fit_to_one_half() -> None:
+    """To first order: the second half's residuals, fitted again at the unknowns of the first alone."""
+    made = simulate_calibration(WANG, 60, 1e-5, seed=3)
+    measured = replace(made.measured, counted=made.measured.counted.copy())
+    measured.counted[30:, 1] += 1e-3
+    plan = CalibrationPlan(unknowns=("length_offset",), sigma=Sigmas(encoder=1e-5))
+    problem = CalibrationProblem.of(WANG, measured, plan, hold=False)
+    whole = fit(problem, made.home_lengths.copy(), made.poses)
+    told = predicted_halves(problem, whole)[0]
+    first = CalibrationProblem.of(WANG, Measured(measured.counted[:30]), plan, hold=False)
+    own = fit(first, made.home_lengths.copy(), made.poses[:30])
+    last = CalibrationProblem.of(WANG, Measured(measured.counted[30:]), plan, hold=False).for_poses_only(own.theta)
+    other = fit(last, np.zeros(0), made.poses[30:])
+    # 30 redundant numbers each, of which 4 are used up in the first half; its unknowns are known far better than 1 mm
+    wanted = np.sqrt((2 * other.cost / 30) / (2 * own.cost / 26))
+    assert told.ratio < wanted * 1.02  # less: the prediction's own sigma counts too
+    assert told.ratio > 0.3 * wanted
+
+
+@pytest.mark.parametrize(("off", "verdict"), [(2e-3, "good"), (1e-2, "doubtful"), (3e-2, "bad")])
+def test_a_prior_that_the_data_deny(off: float, verdict: str) -> None:
+    made = simulate_calibration(WANG, 40, 1e-5, seed=5)
+    factor = 1.0 + off
+    measured = replace(made.measured, counted=made.measured.counted / factor)
+    plan = CalibrationPlan(
+        unknowns=("exit_point", "length_offset", "length_scale"),
+        shared=("length_scale",),
+        points=tuple(Point(line=line.name, at=line.exit_point, deviation=1e-4) for line in WANG.lines),
+        priors=(Prior(name="length_scale", deviation=2e-3),),
+    )
+    found = calibrate(WANG, measured, plan, need=1.0)
+    assert found.verdict == verdict
+    assert any("of its prior, limit 4" in each for each in found.reasons) == (verdict != "good")
+
+
+def test_kinds_that_contradict_each_other_are_told() -> None:
+    """Positions told to 1 mm that are good to 4: doubtful, with kind, value and limit."""
+    rng = np.random.default_rng(3)
+    made: SimulatedCalibration = measure(WANG, random_poses(WANG, 30, rng), 1e-4, rng)
+    guess = made.poses + rng.normal(0.0, 4e-3, (30, 3))
+    measured = replace(made.measured, guess=guess, pose_sigma=np.full((30, 3), 1e-3))
+    found: Calibration = calibrate(WANG, measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), need=1.0)
+    assert found.verdict == "doubtful"
+    (told,) = [each for each in found.reasons if "residuals of the positions" in each]
+    value = float(re.search(r"are ([\d.]+) times", told)[1])
+    assert value == pytest.approx(4.0, rel=0.3)
+    assert "limit 1.5" in told
+
+
+def test_lengths_that_scatter_more_than_is_needed() -> None:
+    found = calibrate(WANG, simulate_calibration(WANG, 60, 5e-3, seed=2).measured)
+    assert found.verdict in ("doubtful", "bad")
+    assert any("lengths scatter by" in each and "2 mm" in each for each in found.reasons)
+
+
+@pytest.mark.parametrize("need", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_need_that_is_none(need: float) -> None:
+    with pytest.raises(InputError, match="need"):
+        calibrate(WANG, simulate_calibration(WANG, 20, 1e-4, seed=1).measured, need=need)
