@@ -107,6 +107,49 @@ cables = 1
 name = "d"
 exit_point = [0, 0, 0]
 """
+GUIDES = b"""schema = 1
+name = "g"
+[scene]
+frame_min = [-2, -2, 0]
+frame_max = [2, 2, 3]
+[platform]
+kind = "rigid"
+mass = 8
+[cable]
+axial_stiffness = 1e5
+linear_density = 0.02
+breaking_load = 4e3
+[sheave]
+kind = "swivel"
+radius = 0.03
+[line]
+tension_limits = [5, 400]
+[[lines]]
+name = "a"
+exit_point = [-2, -2, 3]
+sheave = { axis = [0, 0.5, 1] }
+platform_point = [0.1, 0, 0.1]
+platform_sheave = { radius = 0.02, axis = [0, 0, -1] }
+[[lines]]
+name = "b"
+exit_point = [2, -2, 3]
+winch_exit = [2.1, -2.05, 0.2]
+platform_point = [-0.1, 0, 0.1]
+[[lines]]
+name = "c"
+exit_point = [2, 2, 3]
+winch_exit = [2, 2, 0]
+guides = [[2.3, 2, 0.1], [2, 2, 1]]
+[[lines]]
+name = "d"
+exit_point = [-2, 2, 3]
+sheave = { kind = "pulley", radius = 0.04, axis = [0, 1, 0] }
+winch_exit = [-2.3, 2, 0.2]
+"""
+BOARD = SPANS.replace(b"mass = 5", b"mass = 5\nplane = { normal = [0, 1, 0.2], distance = 0.01 }").replace(
+    b"= 0\n", b"= 9\n", 1
+)
+ROBOTS = (SPANS, GUIDES, BOARD)
 ARGUMENTS = (
     b"inverse merlet2023 --at 0,0,1 --json",
     b"inverse jung2020 --at 0.3,0.2,0.4,0.1,0,0 --retraction 1.4",
@@ -212,7 +255,7 @@ def _command(*arguments: str) -> Callable[[Path], None]:
 
 
 FORMATS = (
-    Format("robot", ".toml", lambda: [SPANS, *(library_text(name).encode() for name in library_names())],
+    Format("robot", ".toml", lambda: [*ROBOTS, *(library_text(name).encode() for name in library_names())],
            lambda path: load(str(path))),
     Format("bracket", ".toml", lambda: [library_text("house-printer").encode()], load_bracket),
     Format("uncertainty", ".toml", _files("uncertain.toml"), load_uncertainty),
@@ -232,7 +275,7 @@ FORMATS = (
     Format("state", ".state", _state, _resume, binary=True, finish=_checked),
     Format("manifest", ".json", lambda: [b'{"schema": 1, "command": "print", "cablewright": "0", "inputs": {}}'],
            lambda path: read_manifest(path.parent)),
-    Format("inverse", ".toml", lambda: [SPANS, *(library_text(name).encode() for name in ("merlet2023", "wang2021"))],
+    Format("inverse", ".toml", lambda: [*ROBOTS, *(library_text(name).encode() for name in ("merlet2023", "wang2021"))],
            _command("inverse", "{}", "--at", "0,0,1", "--json")),
     Format("walls", ".csv", _files("scan.csv"), _command("walls", "{}", "--json")),
     Format("modulus", ".csv", _files("tensile.csv"),
