@@ -19,7 +19,7 @@ class Status(Enum):
     NOT_CONVERGED = "the solver did not converge"
     SINGULAR = "the equations are singular here: the platform can move without any line resisting"
     NOT_FINITE = "a number is not finite"
-    UNDER_EXIT = "the platform point is in an eyelet, or on the axis of a tilted sheave: the line has no plane there"
+    UNDER_EXIT = "the platform point is in an eyelet, or on the axis of a sheave: the line has no plane there"
     INSIDE_SHEAVE = "the platform point is inside a sheave"
     BAD_WRAP = "a line does not wrap its sheave: its angle of contact is negative or over a full turn"
     INFEASIBLE = "no tensions within the limits balance the load"

@@ -16,7 +16,9 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Line, PlatformSheave, Pulley, Robot, Swivel
 from cablewright.robot.new_robot import Outline, robot_file
+from cablewright.robot.parameter_values import with_modulus
 from cablewright.robot.parameters import Parameter, nominal
+from cablewright.solvers.linearise import tension_changes
 from oracles import guided_paths as oracle
 from oracles import irvine
 
@@ -202,8 +204,8 @@ def test_changes_of_tension_are_differences() -> None:
     """With the platform held: by the line's own length, and by its exit point."""
     robot = out_of_plane.body("mixed")
     model, each = Model.of(robot), held(robot, "catenary", 2)[0]
-    own, by_point, codes = np.zeros((1, 8, 10)), np.zeros((1, 8, 3)), np.zeros(1, np.int64)
-    batches.tension_rows(each.packed, *each.solved_arrays(), own, by_point, codes)
+    own, by_pose, codes = np.zeros((1, 8, 10)), np.zeros((1, 8, 6)), np.zeros(1, np.int64)
+    batches.tension_rows(each.packed, *each.solved_arrays(), own, by_pose, codes)
     assert codes[0] == 0
     for i, line in enumerate(robot.lines):
         for kind, column in (("length_offset", 0), ("exit_point.x", 2), ("exit_point.z", 4)):
@@ -217,7 +219,7 @@ def test_changes_of_tension_are_differences() -> None:
             np.testing.assert_allclose(
                 own[0, i, column], change, rtol=1e-5, atol=1e-6, err_msg=f"{kind} of {line.name}"
             )
-    np.testing.assert_allclose(by_point[0], -own[0, :, 2:5], rtol=1e-9)
+    np.testing.assert_allclose(by_pose[0, :, :3], -own[0, :, 2:5], rtol=1e-9)
 
 
 def settled_tension(packed, length: float, each: Equilibrium, i: int) -> float:
@@ -343,3 +345,104 @@ def test_close_to_the_axis_the_cable_leaves_backwards(cable: str) -> None:
     assert one.ok.sum() > 20
     np.testing.assert_allclose(two.lengths[two.ok], one.lengths[one.ok], rtol=1e-10)
     np.testing.assert_allclose(two.tensions[two.ok], one.tensions[one.ok], rtol=1e-8)
+
+
+def test_tension_is_least_and_most_at_the_guides() -> None:
+    """Along a dead span that rises over its exit point and falls below its winch."""
+    robot = out_of_plane.point("guides")
+    for each in held(robot, "catenary", 3):
+        low, high = each.extremes()
+        for i, line in enumerate(robot.lines):
+            weight = line.cable.linear_density * robot.scene.gravity
+            points = np.array([line.winch_exit, *line.guides, line.exit_point])
+            density = each.line_states.dead_length[i] / out_of_plane.dead_length(line)
+            along = each.tensions[i] + weight * density * (points[:, 2] - line.exit_point[2])
+            assert high[i] == pytest.approx(max(along.max(), each.platform_tensions[i]), rel=1e-12)
+            assert low[i] <= along.min() * (1.0 + 1e-12)
+            assert each.winch_tensions[i] == pytest.approx(along[0], rel=1e-12)
+            assert along.max() > max(each.tensions[i], each.winch_tensions[i])  # at a guide, above both ends
+
+
+def one_line_over(**own: object) -> Robot:
+    """A point of 10 kg on four lines from eyelets, the first one with other keys."""
+    corners, lines = [(2, 2), (-2, 2), (-2, -2), (2, -2)], []
+    for i, (x, y) in enumerate(corners):
+        lines.append({
+            "name": str(i), "exit_point": (x, y, 3), "sheave": {"kind": "eyelet"}, "tension_limits": (1, 2000),
+            "cable": {"axial_stiffness": 2e5, "linear_density": 0.02, "breaking_load": 1e5},
+        } | (own if i == 0 else {}))  # fmt: skip
+    scene = {"frame_min": (-2, -2, 0), "frame_max": (2, 2, 3)}
+    return Robot.model_validate({"name": "four", "scene": scene, "platform": {"mass": 10}, "lines": lines})
+
+
+@pytest.mark.parametrize("cable", LAWS)
+def test_several_spans_behind_guides(cable: str) -> None:
+    """Guides on the way that the dead span takes anyhow change nothing, for each span of an advantage."""
+    own = {"winch_exit": (2, 2, 0), "advantage": 2}
+    plain, guided = (cw.inverse(one_line_over(**own | more), [0.3, 0.2, 1], cable=cable) for more in
+                     ({}, {"guides": [(2, 2, 1)]}))  # fmt: skip
+    assert guided.is_valid()
+    np.testing.assert_allclose(guided.lengths, plain.lengths, rtol=1e-9)
+    np.testing.assert_allclose(cw.linearise(guided).per_length, cw.linearise(plain).per_length, rtol=1e-6, atol=1e-9)
+    back = cw.forward(guided.model, guided.lengths)
+    np.testing.assert_allclose(back.pose, guided.pose, atol=1e-9)
+    for tension in ("winch_tensions", "tensions"):
+        np.testing.assert_allclose(getattr(guided, tension), getattr(plain, tension), rtol=1e-9)
+
+
+def test_a_winch_aside_counts_all_its_dead_spans() -> None:
+    swivel = {"kind": "swivel", "radius": 0.05}
+    near = cw.inverse(one_line_over(sheave=swivel, winch_exit=(2, 2.5, 1)), [0.3, 0.2, 1], cable="rigid")
+    far = one_line_over(sheave=swivel, winch_exit=(2, 2.5, -9), guides=[(2, 2.5, 1)])
+    found = cw.inverse(far, [0.3, 0.2, 1], cable="rigid")
+    assert found.lengths[0] - near.lengths[0] == pytest.approx(10.0, rel=1e-9)
+    sagging = cw.inverse(far, [0.3, 0.2, 1])
+    fall = 12.0 * 0.02 * 9.81 * sagging.line_states.dead_length[0] / found.line_states.dead_length[0]
+    assert sagging.winch_tensions[0] == pytest.approx(sagging.tensions[0] - fall, rel=1e-9)
+    np.testing.assert_allclose(cw.forward(far, sagging.lengths).pose, sagging.pose, atol=1e-9)
+
+
+def test_tensions_change_as_the_platform_moves() -> None:
+    """With the platform's sheaves, also as it turns: against the equilibrium under a small moment."""
+    robot = out_of_plane.body("both")
+    held_ = cw.inverse(robot, [[0.3, 0.2, 1.4, 0.02, 0.03, -0.05]], tension_limits=LIMITS)
+    changes = tension_changes(held_)
+    linear = cw.linearise(held_)
+    moment = np.array([0.0, 0.0, 0.0, 0.3, -0.2, 0.4])
+    motion = np.linalg.solve(linear.stiffness[0], moment)
+    pushed = robot.under_wrench((0, 0, 0), tuple(moment[3:]))
+    other = cw.forward(pushed, held_.lengths, guess=held_.pose)
+    found = changes.following(motion[None, :, None])[0, :, 0]
+    np.testing.assert_allclose(found, (other.tensions - held_.tensions)[0], rtol=1e-3, atol=1e-5)
+
+
+def test_the_elastic_part_of_the_stiffness_scales_with_the_cables() -> None:
+    """At the same tensions ten times as stiff cables leave the geometric part as it is."""
+    robot, parts = out_of_plane.body("platform sheaves"), []
+    for factor in (1.0, 10.0):
+        lines = [with_modulus(line, "", factor * 100.0) for line in robot.lines]
+        stiff = robot.model_copy(update={"lines": tuple(lines)})
+        found = cw.inverse(stiff, [0.3, 0.2, 1.4, 0.02, 0.03, -0.05], cable="elastic", tension_limits=LIMITS)
+        parts.append(stiffness(found))
+    np.testing.assert_allclose(parts[1].elastic, 10.0 * parts[0].elastic, rtol=1e-4)
+    largest = np.abs(parts[0].geometric).max()
+    np.testing.assert_allclose(parts[1].geometric, parts[0].geometric, atol=0.02 * largest)
+
+
+def test_contact_below_zero_at_the_frame_is_no_answer() -> None:
+    """However long the contact on the platform's sheave is: the cable would pass the frame's sheave by."""
+    own = {"sheave": Swivel(radius=0.05), "exit_point": (0.0, 0.0, 0.0),
+           "platform_sheave": PlatformSheave(radius=0.1, axis=(0.0, 0.0, 1.0))}  # fmt: skip
+    robot = one_line_over()
+    low = robot.lines[0].model_copy(update=own)
+    robot = out_of_plane.checked(
+        robot.model_copy(update={"lines": (*robot.lines, low.model_copy(update={"name": "low"}))})
+    )
+    for x in (0.03, 0.06, 0.3):
+        found = cw.inverse(robot, [x, 0.0, 1.0], cable="elastic")
+        record = np.zeros(spatial.RECORD)
+        row, y = Model.of(robot, cable="elastic").packed.lines[4], np.zeros(6)
+        block, rhs, arm, eye = np.zeros((4, 4)), np.zeros((4, spatial.COLUMNS)), np.zeros(3), np.eye(3)
+        assert spatial.straight_spatial(row, y, np.array([x, 0.0, 1.0]), arm, eye, 1.0, record, block, rhs)
+        contacts = record[spatial.FRAME + 12], record[spatial.PLATFORM + 12]
+        assert (found.status.word == "bad-wrap") == (min(contacts) < -1e-9) or found.status.word == "infeasible"

@@ -105,3 +105,17 @@ def test_a_point_load_is_judged_where_a_line_leaves_its_sheave_backwards() -> No
             back = solve_forward(model, each.lengths, guess=each.pose)
             stayed = bool(back.ok) and np.abs(back.pose - each.pose).max() < 1e-6
             assert stayed == (each.status is Status.OK)
+
+
+def test_a_line_may_pass_a_swivel_straight_down() -> None:
+    """Under the sheave, on its own vertical: no cusp, and the limit of all directions."""
+    lines = (*HANG.lines[:-1], HANG.lines[-1].model_copy(update={"sheave": Swivel(radius=0.05, wrap="under")}))
+    model = Model(HANG.model_copy(update={"lines": lines}))
+    below = solve_inverse(model, UNDER).checked()
+    for aside in AROUND:
+        near = solve_inverse(model, UNDER + 1e-6 * np.array(aside)).checked()
+        np.testing.assert_allclose(near.lengths, below.lengths, atol=2e-6)
+        there = linearise(near).stiffness
+        np.testing.assert_allclose(linearise(below).stiffness, there, atol=1e-4 * np.abs(there).max())
+    back = solve_forward(model, below.lengths).checked()
+    np.testing.assert_allclose(back.pose, below.pose, atol=1e-8)

@@ -164,7 +164,7 @@ class ElasticProblem(CalibrationProblem):
             elif parameter.kind == "exit_point.z":
                 i = lines_of(self.robot, parameter)[0]
                 motion[..., place], change[..., place] = raised[..., i], following[..., i]
-                change[:, i, place] -= direct.by_point[:, i, 2]
+                change[:, i, place] -= direct.by_pose[:, i, 2]
         return motion, change
 
     def stepped(self, theta: Array, states: Array, change: Array, by: Array) -> Array:

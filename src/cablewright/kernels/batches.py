@@ -168,11 +168,11 @@ def linearise_sweep(packed, lengths, poses, states, stiffness, motion, codes):
 
 
 @jit(allocates=True)
-def tension_rows(packed, lengths, poses, states, own, by_point, codes):
-    """Derivatives (N, m, 10) and (N, m, 3) of tensions at solved equilibria; see `linearise.tension_changes`."""
+def tension_rows(packed, lengths, poses, states, own, by_pose, codes):
+    """Derivatives (N, m, 10) and (N, m, n) of tensions at solved equilibria; see `linearise.tension_changes`."""
     work = workspace(robot_of(packed, 0))
     for j in range(lengths.shape[0]):
-        codes[j] = tension_changes(robot_of(packed, j), lengths[j], poses[j], states[j], work, own[j], by_point[j])
+        codes[j] = tension_changes(robot_of(packed, j), lengths[j], poses[j], states[j], work, own[j], by_pose[j])
 
 
 @jit(allocates=True)

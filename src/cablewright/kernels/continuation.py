@@ -10,6 +10,7 @@ from cablewright.kernels.certificates.system_enclosure import unfold
 from cablewright.kernels.layout import (
     DEAD,
     FOLD,
+    GUIDE,
     JUMPED,
     NOT_CONVERGED,
     OK,
@@ -57,7 +58,7 @@ def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, p
     pivot = min_pivot(work.stiffness, packed.freedoms)
     code = judge_pivot(pivot)
     if code == OK:
-        code = judge(packed, states, work.planes)
+        code = judge(packed, states, work.planes, work.records)
     if code == OK and pivot < fold:
         code = FOLD
     if code == OK and tolerance > 0.0:
@@ -100,5 +101,7 @@ def _has_changed_loop(packed, before, after, jump):
 @jit
 def _dips(row, y):
     """Whether the dead span has a lowest point between its ends."""
+    if row[GUIDE] > 0.0:
+        return False  # it is straight
     v = exp(y[TAU]) * sin(y[PSI])
     return v * (v + row[WEIGHT] * y[DEAD]) < 0.0

@@ -51,12 +51,13 @@ PULLS = 23  # tensions at the platform point: spans of all cables of the line
 GUIDE = 24  # how a line out of the plane is guided at the frame; 0 for one in a vertical plane
 AXIS_X, AXIS_Y, AXIS_Z = 25, 26, 27  # axis that the swivel turns about, or on which the pulley turns, world
 ARRIVAL_X, ARRIVAL_Y, ARRIVAL_Z = 28, 29, 30  # where the cable arrives: see GUIDE
-DEAD_SPAN = 31  # distance that the dead span of a line out of the plane covers; 0 where it is not modelled
+DEAD_SPAN = 31  # distance that the dead span of a line out of the plane covers, ASIDE without its last stretch; or 0
 WINCH_RISE = 32  # height of its winch over its sheave, per length of the dead span
 MEAN_RISE = 33  # twice the mean height of its dead span over its sheave, per length
-END_RADIUS = 34  # sheave on the platform; 0 where the line ends at its platform point
-END_AXIS_X, END_AXIS_Y, END_AXIS_Z = 35, 36, 37  # axis through the platform point that it turns about, platform frame
-COLUMNS = 38
+LOW_RISE, HIGH_RISE = 34, 35  # lowest and highest of sheave, guides and winch over the sheave, per length
+END_RADIUS = 36  # sheave on the platform; 0 where the line ends at its platform point
+END_AXIS_X, END_AXIS_Y, END_AXIS_Z = 37, 38, 39  # axis through the platform point that it turns about, platform frame
+COLUMNS = 40
 
 # Values of GUIDE: a swivel may have its winch ASIDE of its axis. ARRIVAL is then the vector (m) from the exit point to
 # where the cable comes from, and of a pulley the unit vector from its centre to where the cable meets it.

@@ -132,6 +132,7 @@ def _pack_out_of_plane(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
         own.side = 1.0 if sheave.wrap == "over" else -1.0
         if line.is_aside:
             own.guide, own.arrival = layout.ASIDE, np.array(line.last_guide) - exit_point
+            own.dead_span = own.dead_span - float(np.linalg.norm(own.arrival)) if line.guides else 0.0
     elif isinstance(sheave, Pulley):
         assert line.last_guide is not None  # checked by Line
         away, axis = np.array(line.last_guide) - exit_point, np.array(unit_vector(sheave.axis))
@@ -155,6 +156,7 @@ def _pack_dead_span(own: LineNumbers, line: Line, arrived: Array | None = None) 
     own.winch_rise = (points[-1, 2] - end[2]) / own.dead_span
     own.mean_rise = 2.0 * (lengths @ (0.5 * (points[:-1, 2] + points[1:, 2]) - end[2])) / own.dead_span**2
     own.winch_height = points[-1, 2] - end[2]
+    own.rises = (points[:, 2].min() - end[2]) / own.dead_span, (points[:, 2].max() - end[2]) / own.dead_span
 
 
 def _pack_cable(own: LineNumbers, line: Line, law: CableLaw, gravity: float) -> None:

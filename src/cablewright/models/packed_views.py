@@ -39,7 +39,7 @@ class _Columns:
 
 
 class LineNumbers(_View):
-    """Numbers of lines under one fidelity, (..., 38): `Packed.lines`, that of a batch, or a row of it.
+    """Numbers of lines under one fidelity, (..., 40): `Packed.lines`, that of a batch, or a row of it.
 
     A point is (..., 3), all else (...). What the fidelity leaves out is 0: the weight of a cable, the radius of an
     eyelet, the compliance of a rigid cable.
@@ -71,11 +71,14 @@ class LineNumbers(_View):
     guide = _Columns(layout.GUIDE, "How a line out of the plane is guided at the frame: a value of `layout`; else 0.")
     axis = _Columns(slice(layout.AXIS_X, layout.AXIS_Z + 1), "Axis of its swivel or pulley, world, (..., 3).")
     arrival = _Columns(
-        slice(layout.ARRIVAL_X, layout.ARRIVAL_Z + 1), "From a pulley's centre to where the cable arrives, (..., 3)."
+        slice(layout.ARRIVAL_X, layout.ARRIVAL_Z + 1), "Where the cable arrives: see GUIDE of `layout`, (..., 3)."
     )
     dead_span = _Columns(layout.DEAD_SPAN, "Distance that its dead span covers, m.")
     winch_rise = _Columns(layout.WINCH_RISE, "Height of its winch over its sheave, per length of that.")
     mean_rise = _Columns(layout.MEAN_RISE, "Twice the mean height of its dead span over its sheave, per length.")
+    rises = _Columns(
+        slice(layout.LOW_RISE, layout.HIGH_RISE + 1), "Lowest and highest point of that, likewise, (..., 2)."
+    )
     end_radius = _Columns(layout.END_RADIUS, "Radius of its sheave on the platform, m; 0 for none.")
     end_axis = _Columns(slice(layout.END_AXIS_X, layout.END_AXIS_Z + 1), "Axis of that, platform frame, (..., 3).")
 

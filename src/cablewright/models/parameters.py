@@ -41,8 +41,8 @@ def _height(old: Array, heights: Array, _line: Line) -> Array:
 
 def _radius(old: Array, radii: Array, _line: Line) -> Array:
     """Set the radius where the fidelity has a sheave; the centre of a swivel is one radius from its axis."""
-    sheave, swivel = old[:, :1] > 0.0, old[:, 2:] < 6.0
-    return np.hstack([np.where(sheave, radii, 0.0), np.where(sheave & swivel, radii, old[:, 1:2]), old[:, 2:]])
+    sheave, swivel = old[:, :1] > 0.0, (old[:, 1:2] > 0.0) & (old[:, 2:] < 6.0)
+    return np.hstack([np.where(sheave, radii, 0.0), np.where(swivel, radii, old[:, 1:2]), old[:, 2:]])
 
 
 def _point(axis: int) -> OfLine:

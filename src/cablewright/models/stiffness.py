@@ -73,17 +73,18 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
         raise AnswerError(equilibrium.sentence())
     solved = _as_elastic(equilibrium) if equilibrium.model.fidelity.cable is CableLaw.RIGID else equilibrium
     rows, m, n = equilibrium.code.size, equilibrium.model.m, equilibrium.model.n
-    tangent, chords, axial = np.zeros((rows, n, n)), np.zeros((rows, m, 3)), np.zeros((rows, m))
+    tangent, axial = np.zeros((rows, n, n)), np.zeros((rows, m))
+    chords, arms = np.zeros((rows, m, 3)), np.zeros((rows, m, 3))
     codes = np.zeros(rows, dtype=np.int64)
-    stiffness_rows(solved.packed, *solved.solved_arrays()[1:], tangent, chords, axial, codes)
+    stiffness_rows(solved.packed, *solved.solved_arrays()[1:], tangent, chords, axial, arms, codes)
     if single and codes[0]:
         raise AnswerError(Status.of(int(codes[0])).value)
     bad = ~np.atleast_1d(good) | (codes != 0)
     for array in (tangent, chords, axial):
         array[bad] = np.nan
     if single:
-        tangent, chords, axial = tangent[0], chords[0], axial[0]
-    elastic = _elastic_part(equilibrium, chords, axial)
+        tangent, chords, axial, arms = tangent[0], chords[0], axial[0], arms[0]
+    elastic = _elastic_part(equilibrium, chords, axial, arms)
     return Stiffness(elastic, tangent - elastic, axial, chords)
 
 
@@ -97,11 +98,10 @@ def balanced(equilibrium: Equilibrium) -> Mask:
     return np.asarray(finite & fits)
 
 
-def _elastic_part(equilibrium: Equilibrium, chords: Array, axial: Array) -> Array:
+def _elastic_part(equilibrium: Equilibrium, chords: Array, axial: Array, arms: Array) -> Array:
     """Return the sum of k w w^T (..., n, n) over the lines."""
     wrenches = chords
     if equilibrium.model.n == 6:
-        arms = equilibrium.platform_points - equilibrium.pose[..., None, :3]
         wrenches = np.concatenate([chords, np.cross(arms, chords)], axis=-1)  # (..., m, n)
     wrenches = projected(equilibrium.model.free_directions, wrenches)
     return np.asarray(np.einsum("...m,...mi,...mj->...ij", axial, wrenches, wrenches))

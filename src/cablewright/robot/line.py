@@ -31,7 +31,8 @@ AXIS_TOLERANCE = 1e-9
 class Line(Description):
     """A cable with its winch, its sheave and its platform point.
 
-    ``exit_point``: (3,) m, world: the eyelet, a point of the swivel's axis, or the centre of the universal joint.
+    ``exit_point``: (3,) m, world: the eyelet, a point of the swivel's axis, or the centre of the universal joint or of
+    the pulley.
     ``winch_exit``: (3,) m, world: start of the dead span. Without it the dead span is not modelled and adds
     ``dead_length`` (m) to the length. ``platform_point``: (3,) m, platform frame. ``tension_limits``: min and max, N.
     ``dead_elastic`` and ``arc_elastic``: whether the dead span and the cable on the sheave stretch.
@@ -119,6 +120,13 @@ class Line(Description):
             self._check_guides()
         if isinstance(self.sheave, Pulley):
             self._check_pulley(self.sheave)
+        elif isinstance(self.sheave, Swivel) and self.sheave.swing is not None and not self.in_plane:
+            raise refusal("swing", f"is of lines in a vertical plane; this one has {self.out_of_plane_by}", ("sheave",))
+        if self.is_aside and isinstance(self.sheave, Swivel):
+            along, offset = self._from_axis()
+            if math.hypot(along, offset - self.sheave.radius) <= self.sheave.radius:
+                key = "guides" if self.guides else "winch_exit"
+                raise refusal(key, f"is within reach of the sheave, whose radius is {self.sheave.radius:g} m")
 
     def _check_guides(self) -> None:
         if self.winch_exit is None:

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from typing import Annotated, Self
 
-from pydantic import Strict, model_validator
-
+from cablewright.robot.direction import Direction, unit_vector
 from cablewright.units import Length, Vec3
-from cablewright.validation import Description, refusal
+from cablewright.validation import Description
 
 OFF_PLANE = 1e-9
 """Distance from its plane, m, and rotation out of it, rad, up to which a pose counts as in the plane."""
-
-_Number = Annotated[float, Strict()]
 
 
 class Plane(Description):
@@ -25,22 +20,13 @@ class Plane(Description):
     is taken as able to hold both ways: a wall alone only pushes, and needs a guide or a magnet where it would pull.
     """
 
-    normal: tuple[_Number, _Number, _Number]
+    normal: Direction
     distance: Length = 0.0
-
-    @model_validator(mode="after")
-    def _has_a_direction(self) -> Self:
-        if not any(self.normal):
-            raise refusal("normal", "must not be zero")
-        return self
 
     @property
     def across(self) -> Vec3:
         """The unit vector of ``normal``."""
-        largest = max(abs(number) for number in self.normal)  # divided out: nothing under- or overflows
-        x, y, z = (number / largest for number in self.normal)
-        size = math.hypot(x, y, z)
-        return x / size, y / size, z / size
+        return unit_vector(self.normal)
 
     @property
     def axis(self) -> int | None:

@@ -58,6 +58,7 @@ class Tracker:
         """
         self.settings = settings or TrackerSettings()
         if self.settings.certify:
+            model.robot.require_lines_in_plane("certificates of a Tracker")
             model.robot.require_no_plane("certificates of a Tracker")
         begin = solve_forward(model, lengths).checked()
         self.model = model

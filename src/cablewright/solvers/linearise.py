@@ -105,15 +105,14 @@ def linearise_where_regular(equilibrium: Equilibrium) -> tuple[Linearisation, ND
 class TensionChanges(Rows):
     """First-order changes of the tensions at the sheaves, N, at the N solved rows of a batch.
 
-    `own` (N, m, 10): per parameter of each line, as in `Linearisation.motion`, with the platform held. `by_point`
-    (N, m, 3): per motion of the line's platform point, N/m. `arms` (N, m, 3): that point from the platform's origin, m.
+    `own` (N, m, 10): per parameter of each line, as in `Linearisation.motion`, with the platform held. `by_pose`
+    (N, m, n): per motion of the platform, N/m, and N per rad about world axes.
     """
 
     SINGLE: ClassVar = ("own", 2)
 
     own: Array
-    by_point: Array
-    arms: Array
+    by_pose: Array
 
     @property
     def per_length(self) -> Array:
@@ -122,10 +121,7 @@ class TensionChanges(Rows):
 
     def following(self, motion: Array) -> Array:
         """Return changes (N, m, k) of tensions, N, for a *motion* (N, n, k) of the platform, m and rad."""
-        found = np.einsum("nmc,nck->nmk", self.by_point, motion[:, :3])
-        if motion.shape[1] == 6:  # a rotation w moves the point by w x arm
-            found += np.einsum("nmc,nck->nmk", np.cross(self.arms, self.by_point), motion[:, 3:])
-        return np.asarray(found)
+        return np.asarray(np.einsum("nmc,nck->nmk", self.by_pose, motion))
 
 
 def tension_changes(equilibrium: Equilibrium) -> TensionChanges:
@@ -133,13 +129,12 @@ def tension_changes(equilibrium: Equilibrium) -> TensionChanges:
     equilibrium.model.refuse_rigid()
     equilibrium.checked()
     rows, m = equilibrium.lengths.shape
-    own, by_point = np.zeros((rows, m, PARAMETERS)), np.zeros((rows, m, 3))
+    own, by_pose = np.zeros((rows, m, PARAMETERS)), np.zeros((rows, m, equilibrium.model.n))
     codes = np.zeros(rows, dtype=np.int64)
-    batches.tension_rows(equilibrium.packed, *equilibrium.solved_arrays(), own, by_point, codes)
+    batches.tension_rows(equilibrium.packed, *equilibrium.solved_arrays(), own, by_pose, codes)
     _check(codes)
     tensions = equilibrium.tensions[..., None]
-    arms = equilibrium.platform_points - equilibrium.pose[:, None, :3]
-    return TensionChanges(own * tensions, by_point * tensions, arms)
+    return TensionChanges(own * tensions, by_pose * tensions)
 
 
 def _check(codes: NDArray[np.int64]) -> None:

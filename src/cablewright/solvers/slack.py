@@ -197,7 +197,7 @@ def _judge(
     for j in np.flatnonzero(np.isin(codes, (Code.OK, Code.UNSTABLE, Code.SINGULAR))):
         if np.isnan(states[j]).any():
             continue
-        codes[j] = judge(packed, states[j], planes[j])
+        codes[j] = judge(packed, states[j], planes[j], work.base.records)
         if codes[j] != Code.OK:
             continue
         over = [extremes(packed.lines[i], states[j, i])[1] - max_tensions[i] for i in slack]

@@ -299,7 +299,8 @@ def plane_of(robot: Robot, point: str = "origin") -> SearchBox | None:
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     within = (low <= exits[0]) & (exits[0] <= high)
     across = np.flatnonzero((np.ptp(exits, axis=0) <= IN_PLANE) & (pulls == 0.0) & within)
-    if robot.n != 3 or len(across) != 1:  # exit points in a line span no plane, but together with a load
+    in_plane = all(line.in_plane for line in robot.lines)
+    if robot.n != 3 or len(across) != 1 or not in_plane:  # exit points in a line span no plane without a load
         return None
     low[across] = high[across] = exits[0, across]
     return SearchBox(low, high)

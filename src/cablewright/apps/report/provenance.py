@@ -141,14 +141,16 @@ def _sheave(line: Line) -> str:
 
 
 def _arc(line: Line) -> str:
-    if line.sheave.kind == "eyelet":
+    if line.sheave.kind == "eyelet" and line.platform_sheave is None:
         return "none"
     return "stretches" if line.arc_elastic else "does not stretch"
 
 
 def _dead_span(line: Line) -> str:
     if line.winch_exit is not None:
-        return "modelled, stretches" if line.dead_elastic else "modelled, does not stretch"
+        way = f", straight over {len(line.guides)} guides" if line.guides else ""
+        way += ", from a winch aside of the sheave's axis" if line.is_aside else ""
+        return f"modelled{way}, {'stretches' if line.dead_elastic else 'does not stretch'}"
     return f"a constant {quantity(line.dead_length, 'm')} that does not stretch" if line.dead_length else "not modelled"
 
 

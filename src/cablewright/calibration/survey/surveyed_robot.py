@@ -24,8 +24,10 @@ def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:
 
     A robot file has the winch exit of a swivelling sheave straight below or above the exit point. Where the winch is
     beside that axis, only its height is taken, with a note. Dead spans that are given as lengths get the surveyed
-    lengths. Raises `InputError` if the survey has no exits, or if the resulting robot is not valid.
+    lengths. Raises `InputError` if the survey has no exits, for lines out of the plane, or if the resulting robot is
+    not valid.
     """
+    robot.require_lines_in_plane("a survey of exits")
     by_line = {exit_.line: exit_ for exit_ in found.exits}
     if not by_line:
         raise InputError(

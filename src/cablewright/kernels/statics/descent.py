@@ -150,7 +150,8 @@ def _add_spatial_line(row, length, pose, y, i, work):
         excess = straight_length(row, y) - length
         if excess <= 0.0:
             return True
-        compliance = y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + y[CONTACT] * row[ARC_COMPLIANCE]
+        compliance = row[SPANS] * y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE]
+        compliance += y[CONTACT] * row[ARC_COMPLIANCE]
         y[TAU] = log(excess / compliance)
         unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
         solved = settle_spatial(row, y, pose, arm, turned, length, record, block, rhs)
@@ -244,8 +245,8 @@ def _offset_springs(packed, lengths, pose, states, work):
         if row[GUIDE] > 0.0:
             distance = sqrt(plane[2] * plane[2] + plane[3] * plane[3])
             drawn = draw_straight(row, y, pose, i, SPRING_TENSION, work)
-            offset = distance - drawn if drawn > 0.0 else -row[DEAD_SPAN] - row[DEAD_LENGTH]
-            work.lengths[i] = max(lengths[i] + offset, 1e-3)
+            taut = drawn if drawn > 0.0 else row[SPANS] * distance + row[DEAD_SPAN] + row[DEAD_LENGTH]
+            work.lengths[i] = max((lengths[i] - taut) / row[SPANS] + distance, 1e-3)
             continue
         x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
         if not straight(row, x, plane[3], SPRING_TENSION, y):

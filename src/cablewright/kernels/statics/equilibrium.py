@@ -65,6 +65,7 @@ BALANCED = 1e-10  # of the largest force: imbalance accepted where rounding limi
 STALLED = 1e-10  # the same, where rounding limits it
 LOG_SLACK = log(SLACK_TENSION) + 1e-9
 NEUTRAL = 1e-10  # of the largest stiffness: a smaller one does not hold a platform
+BACKWARDS = -1e-9  # cosine of a span's direction, below which it leaves its sheave backwards and not straight down
 SHORTEST_ARM = 1e-9  # m: of a platform without arms, which has no moments
 POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
 
@@ -363,22 +364,27 @@ def _step_spatial(y, steps, move):
 
 
 @jit
-def judge(packed, states, planes):
-    """Code of a solved equilibrium: OK if the machine can have it; OVERSTRETCHED only if nothing else is wrong."""
+def judge(packed, states, planes, records):
+    """Code of a solved equilibrium: OK if the machine can have it; OVERSTRETCHED only if nothing else is wrong.
+
+    *planes* and *records*: of the lines as evaluated, see `Work`.
+    """
     code = OK
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
         if row[GUIDE] > 0.0:
             if is_on_axis(row, y):
                 return UNDER_EXIT
-            if is_unwound(row, y):
+            if is_unwound(row, records[i]):
                 return BAD_WRAP
             if extremes(row, y)[1] > row[BREAKING]:
                 code = OVERSTRETCHED
             continue
         if not has_plane(row, planes[i]):
-            # on its axis a sheave can face any way, and drives the platform off it
-            return UNDER_EXIT if is_eyelet(row) else UNSTABLE
+            if is_eyelet(row):
+                return UNDER_EXIT
+            if cos(y[PHI]) < BACKWARDS:  # the sheave can face any way, and drives the platform off its axis
+                return UNSTABLE
         if not lever_stable(row, y):
             return LEVER_UNSTABLE
         angle = wrap(row, y)

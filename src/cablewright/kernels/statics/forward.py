@@ -56,7 +56,7 @@ def solve_warm(packed, lengths, pose, states, work):
             return code, iterations, residual
     code = judge_stability(packed, states, work)
     if code == OK:
-        code = judge(packed, states, work.planes)
+        code = judge(packed, states, work.planes, work.records)
     return code, iterations, residual
 
 

@@ -198,7 +198,7 @@ def _write_aside(row, frame, f, winch, slope, size, out, at):
         out[at + CONTACT_POINT + i] = leaves * e[i] + turn * c * a[i]
     wrap = side * (psi - atan2(s, c)) + pi
     wrap = wrap if wrap < UNWOUND else wrap - 2.0 * pi
-    out[at + ARC], out[at + SPAN] = radius * wrap, span
+    out[at + ARC], out[at + SPAN] = radius * wrap, span + row[DEAD_SPAN]
     enters, psi_r, span_r = radius + turn * sin(psi), (sin(psi) + side) / sqrt(square), -we / span
     more = leaves / radius * fn + (enters / radius + turn * cos(psi) * psi_r) * wn / span
     turned = -(more - enters * wn / (span * span) * span_r) / slope

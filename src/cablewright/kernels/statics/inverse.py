@@ -239,7 +239,7 @@ def _distribute(packed, pose, states, work, slackest):
         if change < TENSION_TOLERANCE:
             if not (_settle_idle(packed, pose, states, work) and balances(packed, states, work)):
                 return NOT_CONVERGED
-            return judge(packed, states, work.base.planes)
+            return judge(packed, states, work.base.planes, work.base.records)
         # slack lines are nonlinear: shorten the steps where programs overshoot
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     return NOT_CONVERGED

@@ -5,7 +5,7 @@ free span ends at the platform point (x, z); unstrained lengths sum to the given
 exit (z, x); moment about the joint. Signs and kinds: Paty 2021, Eqs. 2 to 6, 11 to 19; `docs/theory/statics.md`.
 """
 
-from math import asin, atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
+from math import atan2, atanh, cos, cosh, exp, log, sin, sinh, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
@@ -17,8 +17,10 @@ from cablewright.kernels.layout import (
     FREE,
     FREE_COMPLIANCE,
     GUIDE,
+    HIGH_RISE,
     LEVER,
     LEVER_MOMENT,
+    LOW_RISE,
     PHI,
     PSI,
     RADIUS,
@@ -27,7 +29,6 @@ from cablewright.kernels.layout import (
     TAU,
     UNKNOWNS,
     WEIGHT,
-    WINCH_RISE,
     WINCH_X,
     WINCH_Z,
 )
@@ -148,11 +149,15 @@ def extremes_and_change(row, y, dphi, dtau, dfree, ddead, dpsi):
     dh, dv = h * dtau - v * dphi, v * dtau + h * dphi
     low, high, dlow, dhigh = _span_extremes(h, v, weight * y[FREE], dh, dv, weight * dfree)
     if row[UNKNOWNS] > 3.0:
-        direction = asin(row[WINCH_RISE]) if row[GUIDE] > 0.0 else y[PSI]
-        h, v = t * cos(direction), t * sin(direction)
-        turn = dpsi if row[UNKNOWNS] > 4.0 else 0.0
-        dh, dv = h * dtau - v * turn, v * dtau + h * turn
-        low2, high2, dlow2, dhigh2 = _span_extremes(h, v, weight * y[DEAD], dh, dv, weight * ddead)
+        if row[GUIDE] > 0.0:  # a straight dead span, whose tension changes with height
+            carried, dcarried = weight * y[DEAD], weight * ddead
+            low2, high2 = t + carried * row[LOW_RISE], t + carried * row[HIGH_RISE]
+            dlow2, dhigh2 = t * dtau + dcarried * row[LOW_RISE], t * dtau + dcarried * row[HIGH_RISE]
+        else:
+            h, v = t * cos(y[PSI]), t * sin(y[PSI])
+            turn = dpsi if row[UNKNOWNS] > 4.0 else 0.0
+            dh, dv = h * dtau - v * turn, v * dtau + h * turn
+            low2, high2, dlow2, dhigh2 = _span_extremes(h, v, weight * y[DEAD], dh, dv, weight * ddead)
         if low2 < low:
             low, dlow = low2, dlow2
         if high2 > high:

@@ -84,11 +84,11 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
 
 
 @jit(allocates=True)
-def tension_changes(packed, lengths, pose, states, work, own, by_point):
+def tension_changes(packed, lengths, pose, states, work, own, by_pose):
     """Write the derivatives of the logarithm of each line's tension at the sheave.
 
-    *own* (m, 10): per parameter of the line, see `linearise`, with the platform held; *by_point* (m, 3): per motion of
-    its platform point, 1/m. Those of a slack line are zero. Returns a code.
+    *own* (m, 10): per parameter of the line, see `linearise`, with the platform held; *by_pose* (m, n): per motion of
+    the platform, 1/m and 1/rad about world axes. Those of a slack line are zero. Returns a code.
     """
     evaluate(packed, lengths, pose, states, work)
     if not condense(packed, states, work):
@@ -96,13 +96,13 @@ def tension_changes(packed, lengths, pose, states, work, own, by_point):
     changes, spatial = np.zeros((STATE, len(OWN))), np.zeros((SIZE, PARAMETERS))
     for i in range(packed.lines.shape[0]):
         row, y, plane, steps = packed.lines[i], states[i], work.planes[i], work.steps[i]
-        own[i, :], by_point[i, :] = 0.0, 0.0
+        own[i, :], by_pose[i, :] = 0.0, 0.0
         if is_slack(row, y):
             continue
         if row[GUIDE] > 0.0:
             record = work.records[i]
-            for k in range(3):
-                by_point[i, k] = tension_change(record, y, work.spatial_steps[i], POSE + k)
+            for k in range(packed.freedoms):
+                by_pose[i, k] = tension_change(record, y, work.spatial_steps[i], POSE + k)
             if not parameter_changes(row, y, lengths[i], i, pose, work, spatial):
                 return SINGULAR
             for k in range(PARAMETERS):
@@ -113,12 +113,17 @@ def tension_changes(packed, lengths, pose, states, work, own, by_point):
         for k in range(len(OWN)):
             own[i, OWN[k]] = -changes[TAU, k]
         for k in range(2):
-            by_point[i, k] = steps[TAU, 1] * plane[k]
-            own[i, EXIT + k] = -by_point[i, k]
-        by_point[i, 2] = steps[TAU, 2]
+            by_pose[i, k] = steps[TAU, 1] * plane[k]
+            own[i, EXIT + k] = -by_pose[i, k]
+        by_pose[i, 2] = steps[TAU, 2]
         for axis in range(3):
             for k in range(3):
-                own[i, POINT + axis] += by_point[i, k] * work.rotation[k, axis]
+                own[i, POINT + axis] += by_pose[i, k] * work.rotation[k, axis]
+        if packed.freedoms == 6:
+            arm, u, v, w = work.arms[i], by_pose[i, 0], by_pose[i, 1], by_pose[i, 2]
+            by_pose[i, 3] = arm[1] * w - arm[2] * v
+            by_pose[i, 4] = arm[2] * u - arm[0] * w
+            by_pose[i, 5] = arm[0] * v - arm[1] * u
     return OK
 
 

@@ -13,7 +13,6 @@ from math import atan2, cos, exp, log, sin, sqrt
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
-    ARRIVAL_X,
     AXIS_X,
     AZIMUTH,
     CONTACT,
@@ -30,8 +29,8 @@ from cablewright.kernels.layout import (
     MEAN_RISE,
     NOT_CONVERGED,
     PHI,
-    PULLEY,
     RADIUS,
+    SPANS,
     TAU,
     UNDER_EXIT,
     WEIGHT,
@@ -70,6 +69,8 @@ RECORD = 65
 STRAIGHT_STEPS = 30
 STRAIGHT_STEP = 0.5  # largest turn of a straight line's direction in one step
 CLOSED = 1e-15  # m per m: a few roundings
+ON_AXIS = -1.0  # in place of a length: a sheave has no plane
+UNWOUND = 1e-12  # of a sheave's radius: contact below zero that is rounding
 
 
 @jit
@@ -96,10 +97,12 @@ def point_of(row, pose, arm, k):
 def place_guides(row, pose, arm, rotation, record):
     """Write both guides for the forces in *record*. False where a sheave has no plane."""
     away = (-point_of(row, pose, arm, 0), -point_of(row, pose, arm, 1), -point_of(row, pose, arm, 2))
-    found = leave_frame(row, record[FORCE], record[FORCE + 1], record[FORCE + 2], away, record, FRAME)
     ax, ay, az = rotate(rotation, row[END_AXIS_X], row[END_AXIS_X + 1], row[END_AXIS_X + 2])
     gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
-    return leave_platform(row, ax, ay, az, gx, gy, gz, away, record, PLATFORM) and found
+    found = leave_platform(row, ax, ay, az, gx, gy, gz, away, record, PLATFORM)
+    at = PLATFORM + CONTACT_POINT
+    away = (away[0] + record[at], away[1] + record[at + 1], away[2] + record[at + 2])
+    return leave_frame(row, record[FORCE], record[FORCE + 1], record[FORCE + 2], away, record, FRAME) and found
 
 
 @jit
@@ -155,8 +158,8 @@ def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
         arcs = record[FRAME + ARC_BY_FORCE + j] + record[PLATFORM + ARC_BY_FORCE + j]
         spans = per_metre * record[FRAME + SPAN_BY_FORCE + j]
         block[3, j] = t * (arcs * taken + spans) + record[FORCE + j] * by_tension
-    block[3, 3] = 1.0 + record[PLATFORM + ARC_BY_FORCE + 2] * row[WEIGHT] * taken
-    rhs[3, RESIDUAL] = y[FREE] + y[DEAD] + y[CONTACT] * taken + constant_length(row) - length
+    block[3, 3] = row[SPANS] + record[PLATFORM + ARC_BY_FORCE + 2] * row[WEIGHT] * taken
+    rhs[3, RESIDUAL] = row[SPANS] * y[FREE] + y[DEAD] + y[CONTACT] * taken + constant_length(row) - length
     for i in range(3):
         rhs[i, RESIDUAL] = record[GAP + i]
     by_pose(n, record, taken, rhs)
@@ -320,6 +323,7 @@ def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
     size = _size(row, pose, arm)
     ex, ey, ez = -point_of(row, pose, arm, 0), -point_of(row, pose, arm, 1), -point_of(row, pose, arm, 2)
     x = sqrt(ex * ex + ey * ey + ez * ez)
+    y[FREE] = 0.0
     if not x > 0.0:
         return False
     ex, ey, ez = ex / x, ey / x, ez / x
@@ -329,6 +333,7 @@ def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
         record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2] = ex, ey, ez
         y[PHI], y[AZIMUTH] = atan2(ez, sqrt(ex * ex + ey * ey)), atan2(ey, ex)
         if not place_guides(row, pose, arm, rotation, record):
+            y[FREE] = ON_AXIS
             return False
         toward, gap = (ex, ey, ez), 0.0
         for i in range(3):
@@ -363,7 +368,7 @@ def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
 @jit
 def why_not_straight(row, y, pose, arm):
     """Code of a line for which `straight_spatial` found nothing."""
-    if is_on_axis(row, y):
+    if y[FREE] == ON_AXIS:
         return UNDER_EXIT
     return INSIDE_SHEAVE if _size(row, pose, arm) < 4.0 * (row[RADIUS] + row[END_RADIUS]) else NOT_CONVERGED
 
@@ -371,7 +376,7 @@ def why_not_straight(row, y, pose, arm):
 @jit
 def straight_length(row, y):
     """Length (m) of the straight line that `straight_spatial` wrote to *y*."""
-    return y[FREE] + y[DEAD] + y[CONTACT] + constant_length(row)
+    return row[SPANS] * y[FREE] + y[DEAD] + y[CONTACT] + constant_length(row)
 
 
 @jit
@@ -380,7 +385,7 @@ def guess_spatial(row, y, pose, arm, rotation, length, tension, record, block, r
     if not straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
         return False
     chord = y[FREE]
-    free = max(length - straight_length(row, y) + chord, 0.05 * chord)
+    free = max((length - straight_length(row, y)) / row[SPANS] + chord, 0.05 * chord)
     shape_span(row, chord, free, tension, y)
     y[DEAD], _, _ = dead_length(row, record[FRAME + SPAN], exp(y[TAU]))
     return True
@@ -398,16 +403,7 @@ def is_on_axis(row, y):
 
 
 @jit
-def is_unwound(row, y):
-    """Whether the cable would leave its pulley before it meets it: the angle of contact is negative."""
-    if row[GUIDE] != PULLEY or row[END_RADIUS] == 0.0:
-        return y[CONTACT] < 0.0
-    c = cos(y[PHI])
-    f = (c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI]))
-    n = (row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
-    radial = (f[1] * n[2] - f[2] * n[1], f[2] * n[0] - f[0] * n[2], f[0] * n[1] - f[1] * n[0])
-    k = (row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2])
-    ahead = n[0] * (k[1] * radial[2] - k[2] * radial[1]) + n[1] * (k[2] * radial[0] - k[0] * radial[2])
-    ahead += n[2] * (k[0] * radial[1] - k[1] * radial[0])
-    along = k[0] * radial[0] + k[1] * radial[1] + k[2] * radial[2]
-    return ahead < 0.0 and along > 0.0
+def is_unwound(row, record):
+    """Whether the cable would leave a sheave before it meets it: an angle of contact of the placed line is negative."""
+    at_frame = record[FRAME + ARC] < -UNWOUND * row[RADIUS]
+    return at_frame or record[PLATFORM + ARC] < -UNWOUND * row[END_RADIUS]

@@ -11,7 +11,6 @@ from cablewright.kernels.layout import (
     ASIDE,
     DEAD,
     DEAD_COMPLIANCE,
-    DEAD_SPAN,
     EXIT,
     FREE,
     FREE_COMPLIANCE,
@@ -108,7 +107,7 @@ def _by_dead_span(row, y, record, taken, changes):
         for k in range(3):
             changes[k, SHEAVE] = record[FRAME + CONTACT_POINT + k] / radius
         changes[3, SHEAVE] = record[FRAME + ARC] / radius * taken
-    if row[DEAD_SPAN] == 0.0:
+    if record[FRAME + SPAN] == 0.0:
         return
     stretch = y[DEAD] * (row[DEAD_COMPLIANCE] * tension + bend * y[DEAD])
     changes[3, MODULUS] += stretch * per_metre

@@ -99,7 +99,7 @@ def _solve_from(packed, given, pose, states, work):
     code = stays(packed, pose, states, work)
     if code != OK:
         return code, 0.0
-    code = judge(packed, states, work.base.planes)
+    code = judge(packed, states, work.base.planes, work.base.records)
     violation = 0.0
     for i in range(packed.lines.shape[0]):
         low, high = extremes(packed.lines[i], states[i])

@@ -32,6 +32,7 @@ from cablewright.kernels.layout import (
     WRENCH,
 )
 from cablewright.kernels.rotation import matrix, rotate
+from cablewright.kernels.statics.equilibrium import BACKWARDS
 from cablewright.kernels.statics.sheave import straight, wrap
 from cablewright.kernels.statics.spatial import (
     ARM,
@@ -43,7 +44,7 @@ from cablewright.kernels.statics.spatial import (
     straight_spatial,
     why_not_straight,
 )
-from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, is_eyelet, place
+from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, has_plane, is_eyelet, place
 
 DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
 WIDTH = 8  # rows of A, n or n + 1, padded so that a column fills whole registers
@@ -143,6 +144,8 @@ def _over_sheave(lines, i, pose, rotation, arm, work):
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
     if not straight(row, plane[2], plane[3], tension, state):
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
+    if not has_plane(row, plane) and cos(state[PHI]) < BACKWARDS:
+        return UNDER_EXIT, 0.0, 0.0, 0.0
     contact = wrap(row, state)
     if contact < 0.0 or contact > 2.0 * pi:
         return BAD_WRAP, 0.0, 0.0, 0.0
@@ -156,7 +159,7 @@ def _straight_spatial(row, pose, rotation, arm, tension, work):
     state, record = work.state, work.record
     if not straight_spatial(row, state, pose, arm, rotation, tension, record, work.block, work.rhs):
         return why_not_straight(row, state, pose, arm), 0.0, 0.0, 0.0
-    if is_unwound(row, state):
+    if is_unwound(row, record):
         return BAD_WRAP, 0.0, 0.0, 0.0
     arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
     return OK, -record[FORCE], -record[FORCE + 1], -record[FORCE + 2]
