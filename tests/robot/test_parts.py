@@ -169,6 +169,11 @@ def test_a_winch_may_be_unknown_but_not_zero(key: str) -> None:
         ({"sheave": SWIVEL | {"axis": (1, 0, 0), "facing": 1}}, "facing: is an azimuth about a vertical axis"),
         ({"sheave": SWIVEL | {"axis": (0, 0, -1)}}, "must be before exit_point along the axis"),
         ({"sheave": JOINT | {"axis": (1, 0, 0)}}, "axis: unknown key"),
+        ({"sheave": SWIVEL, "winch_exit": (0.05, 0, 2.96)}, "winch_exit: is within reach of the sheave, whose radius"),
+        (
+            {"sheave": SWIVEL | {"facing": 0, "swing": 1}, "winch_exit": (1, 0, 0)},
+            "swing: is of lines in a vertical plane",
+        ),
         ({"sheave": PULLEY, "winch_exit": None}, "winch_exit: is needed for a pulley"),
         ({"sheave": PULLEY, "winch_exit": (0.1, 0, 0)}, "winch_exit: is 0.1 m out of the plane of the pulley"),
         ({"sheave": PULLEY, "winch_exit": (0, 0.01, 3)}, "winch_exit: is inside the pulley, whose radius is 0.05 m"),

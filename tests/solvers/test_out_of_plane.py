@@ -102,6 +102,10 @@ def test_a_point_in_a_sheave_or_on_an_axis_is_said() -> None:
     at = np.array(line.exit_point)
     assert cw.inverse(TILTED, at + np.array([1e-3, 0, 0])).status is Status.INSIDE_SHEAVE
     assert cw.inverse(TILTED, at - 0.5 * out_of_plane.unit(line.sheave.axis)).status is Status.UNDER_EXIT
+    ends = out_of_plane.body("platform sheaves")  # a platform point on the axis of its own sheave
+    axis = out_of_plane.unit(ends.lines[0].platform_sheave.axis)
+    pose = np.concatenate([np.array(ends.lines[0].exit_point) - 3.0 * axis - ends.lines[0].platform_point, np.zeros(3)])
+    assert cw.inverse(ends, pose).status is Status.UNDER_EXIT
     assert np.isfinite(sheave_clearances(cw.inverse(TILTED, PLACE))).all()
 
 

@@ -97,6 +97,7 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
         poses = np.concatenate([poses, np.zeros((len(poses), 3))], axis=1)
     if plane is not None:
         _complete(plane, poses)
+        _require_held(plane, poses, what)
     wrong = ~(np.abs(poses) <= LARGEST)
     if free and model.m >= freedoms and np.isnan(poses).any():
         raise InputError(f"{what}: {model.m} lines hold all {freedoms} freedoms: none can be left free (nan)")
@@ -126,12 +127,17 @@ def _complete(plane: Plane, poses: Array) -> None:
         poses[rows, k] = (plane.distance - poses[rows][:, others] @ normal[others]) / normal[k]
 
 
-def _into_plane(plane: Plane, poses: Array, what: str) -> None:
-    """Move *poses* (rows, n) by up to `OFF_PLANE` into the plane. Raises `InputError` for one that is farther off."""
+def _require_held(plane: Plane, poses: Array, what: str) -> None:
+    """Raise `InputError` for a NaN in *poses* (rows, n) where the plane decides, and could not."""
     normal = np.array(plane.across)
     held = np.concatenate([normal != 0.0, normal == 0.0])[: poses.shape[1]]
     if np.isnan(poses[:, held]).any():
         raise InputError(f"{what}: what the plane {plane} holds cannot be left free (nan)")
+
+
+def _into_plane(plane: Plane, poses: Array, what: str) -> None:
+    """Move *poses* (rows, n) by up to `OFF_PLANE` into the plane. Raises `InputError` for one that is farther off."""
+    normal = np.array(plane.across)
     known = np.nan_to_num(poses)
     off = known[:, :3] @ normal - plane.distance
     aside = (
