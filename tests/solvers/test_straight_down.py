@@ -119,3 +119,18 @@ def test_a_line_may_pass_a_swivel_straight_down() -> None:
         np.testing.assert_allclose(linearise(below).stiffness, there, atol=1e-4 * np.abs(there).max())
     back = solve_forward(model, below.lengths).checked()
     np.testing.assert_allclose(back.pose, below.pose, atol=1e-8)
+
+
+@pytest.mark.parametrize("cable", [CableLaw.ELASTIC, CableLaw.CATENARY])
+@pytest.mark.parametrize("lengths", [(1.0, 1.0), (1.0, 0.55), (1.0, 2.0), (2.0, 1.4), (2.0, 1.6)])
+def test_lines_may_share_one_vertical(cable: CableLaw, lengths: tuple[float, float]) -> None:
+    """Two lines from one above the other: the shorter one carries, the other hangs slack beside it; no guess."""
+    line, robot = HANG.lines[-1], HANG
+    upper, lower = (line.model_copy(update={"name": name, "exit_point": (0.0, 0.0, z)}) for name, z in
+                    (("upper", 3.0), ("lower", 2.5)))  # fmt: skip
+    model = Model(robot.model_copy(update={"lines": (upper, lower)}), Fidelity(cable))
+    found = solve_forward(model, lengths).checked()
+    assert found.is_valid()
+    hung = min(3.0 - lengths[0], 2.5 - lengths[1], key=lambda z: -z)
+    np.testing.assert_allclose(found.pose, [0.0, 0.0, hung], atol=2e-3)
+    assert (found.tensions[0] > found.tensions[1]) == (3.0 - lengths[0] > 2.5 - lengths[1])

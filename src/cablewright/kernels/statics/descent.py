@@ -41,7 +41,7 @@ from cablewright.kernels.statics.spatial import (
     straight_spatial,
 )
 from cablewright.kernels.statics.spatial_wrench import add_spatial
-from cablewright.kernels.statics.wrench import add_line, load_scale, place, start_balance
+from cablewright.kernels.statics.wrench import AXIS_DISTANCE, add_line, load_scale, place, start_balance
 
 SPRING, SETTLED = 0, 1
 DESCENT_STEPS = 200
@@ -50,6 +50,7 @@ FORCE_TOLERANCE = 1e-11  # of the platform's weight
 STALLED_FORCE = 1e-7  # of the weight: residual accepted where rounding limits the balance
 STALLED = 1e-13  # m, rad
 SPRING_TOLERANCE = 1e-2
+BESIDE = 0.05  # of the first guess's depth: how much deeper it is where a line begins
 SPRING_TENSION = 100.0  # N: at which levers are placed in the first guess
 
 
@@ -257,6 +258,15 @@ def _offset_springs(packed, lengths, pose, states, work):
 
 
 @jit
+def _is_at_exit(row, pose):
+    """Whether the platform's origin is where the line leaves the frame: no line can be drawn from there."""
+    for k in range(3):
+        if abs(row[EXIT_X + k] - pose[k]) > AXIS_DISTANCE:
+            return False
+    return True
+
+
+@jit
 def place_below(packed, lengths, pose):
     """Set the position of *pose* below the centroid of the exit points as a first guess; its rotation stays.
 
@@ -274,4 +284,7 @@ def place_below(packed, lengths, pose):
             low, high = min(low, packed.lines[i, EXIT_X + k]), max(high, packed.lines[i, EXIT_X + k])
         drop = max(drop, 0.25 * (high - low))
     pose[2] -= drop
+    for i in range(m):
+        if _is_at_exit(packed.lines[i], pose):
+            pose[2] -= BESIDE * drop
     into_plane(packed, pose)
