@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.halves import predicted_halves
-from cablewright.calibration.plan import CalibrationPlan, Point, Prior, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
@@ -205,3 +205,54 @@ def test_lengths_that_scatter_more_than_is_needed() -> None:
 def test_a_need_that_is_none(need: float) -> None:
     with pytest.raises(InputError, match="need"):
         calibrate(WANG, simulate_calibration(WANG, 20, 1e-4, seed=1).measured, need=need)
+
+
+def surveyed(off: float, rng: np.random.Generator, lines: int = 4) -> CalibrationPlan:
+    """A plan with exit points surveyed to 0.5 mm, the first of them wrong by *off*, m."""
+    at = TRUE[:lines] + rng.normal(0.0, 5e-4, (lines, 3))
+    at[0, 0] += off
+    pairs = zip(WANG.lines, at.tolist(), strict=False)
+    return CalibrationPlan(points=tuple(Point(line=line.name, at=tuple(p), deviation=5e-4) for line, p in pairs))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("off", "verdict"), [(0.0, "good"), (0.03, "bad")])
+def test_a_surveyed_point_that_lengths_deny(off: float, verdict: str, seed: int) -> None:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
+    found = calibrate(WANG, made.measured, surveyed(off, np.random.default_rng(seed)))
+    assert found.verdict == verdict
+    told = [each for each in found.reasons if each.startswith("lengths alone fit to 0.")]
+    assert bool(told) == (verdict != "good")
+    assert all("together with the surveyed points to" in each for each in told)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_distance_and_counts_that_contradict_surveyed_points(seed: int) -> None:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
+    plan = surveyed(0.0, np.random.default_rng(seed), 3)
+    apart = float(np.linalg.norm(TRUE[0] - TRUE[3])) + 0.05
+    names = (WANG.lines[0].name, WANG.lines[3].name)
+    distance = MeasuredDistance(between=names, value=apart, deviation=5e-4)
+    longer = replace(made.measured, counted=made.measured.counted * 1.002)
+    for measured, used in (
+        (made.measured, plan.model_copy(update={"distances": (distance,)})),
+        (longer, surveyed(0.0, np.random.default_rng(seed))),
+    ):
+        found = calibrate(WANG, measured, used)
+        assert found.verdict != "good"
+        assert any("lengths alone fit to" in each for each in found.reasons)
+
+
+def test_what_is_too_few_to_test_the_encoders() -> None:
+    made = simulate_calibration(WANG, 14, 1e-4, seed=1)
+    found = calibrate(WANG, made.measured, surveyed(0.0, np.random.default_rng(1)))
+    assert found.verdict == "doubtful"
+    assert any("too few lengths are left over to test it: give sigma.encoder" in each for each in found.reasons)
+
+
+def test_surveyed_points_are_tested_where_the_encoders_are_known() -> None:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=1)
+    plan = surveyed(0.03, np.random.default_rng(1)).model_copy(update={"sigma": Sigmas(encoder=1e-4)})
+    found = calibrate(WANG, made.measured, plan)
+    assert found.verdict != "good"
+    assert any("surveyed points and distances are" in each for each in found.reasons)

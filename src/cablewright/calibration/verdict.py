@@ -11,6 +11,7 @@ from scipy import stats
 
 from cablewright.calibration.halves import predicted_halves
 from cablewright.calibration.kinds import estimates_encoders, kind_fits
+from cablewright.calibration.lengths_alone import others_of, together
 from cablewright.calibration.rearranged import better_arrangement, motion, stray
 from cablewright.calibration.result import Calibration
 
@@ -35,7 +36,7 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
     if found.status != "ok":
         other = better_arrangement(found.problem, found.fit, rough)
         return "bad", tuple(each for each in (other, found.reason) if each)
-    doubts = [*_moved(found, rough), *_left_out(found), *_unexplained(found, need), *_halves(found)]
+    doubts = [*_moved(found, rough), *_left_out(found), *_together(found), *_unexplained(found, need), *_halves(found)]
     if doubts or stray(found.problem, found.fit) > max(rough, _STRAY):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
@@ -93,6 +94,27 @@ def _left_out(found: Calibration) -> Iterator[_Reason]:
     if count > _LEFT_OUT[0] * poses:
         share = f"{count} of {poses} poses do not fit the others, {100 * count / poses:.0f} %"
         yield _Reason(f"{share}, where at most {100 * _LEFT_OUT[0]:.0f} % is usual", count >= _LEFT_OUT[1] * poses)
+
+
+def _together(found: Calibration) -> Iterator[_Reason]:
+    """Other rows that lengths alone deny: the encoders' sigma, where it is estimated, grows until all fits."""
+    problem = found.problem
+    if not estimates_encoders(problem):
+        return
+    test = together(problem, found.fit)
+    others = others_of(problem)
+    if test is None:
+        yield _Reason(
+            f"sigma of the encoders is estimated together with {others}, and too few lengths are left over to test "
+            "it: give sigma.encoder in the plan, or measure more poses",
+            False,
+        )
+    elif test.growth > _RATIO[0] and test.probability < _LEVEL:
+        yield _Reason(
+            f"lengths alone fit to {_mm(test.alone)}, together with {others} to {_mm(test.joint)}: they contradict "
+            "each other, or their sigma is too small",
+            test.ratio > _RATIO[1],
+        )
 
 
 def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
