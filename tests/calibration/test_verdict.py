@@ -256,3 +256,43 @@ def test_surveyed_points_are_tested_where_the_encoders_are_known() -> None:
     found = calibrate(WANG, made.measured, plan)
     assert found.verdict != "good"
     assert any("surveyed points and distances are" in each for each in found.reasons)
+
+
+def positioned(poses: int, seed: int, sigma: float = 1e-3) -> Measured:
+    made = simulate_calibration(WANG, poses, 1e-4, seed=seed)
+    guess = made.poses + np.random.default_rng(seed).normal(0.0, sigma, (poses, 3))
+    return replace(made.measured, guess=guess, pose_sigma=np.full((poses, 3), sigma))
+
+
+def test_no_redundancy_is_doubtful_whatever_is_known() -> None:
+    """Encoders' sigma is given, so every sigma is a number; still nothing tests the answer."""
+    made = simulate_calibration(WANG, 12, 1e-4, seed=1)
+    found = calibrate(WANG, made.measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), need=100.0)
+    assert found.posterior.redundancy == 0
+    assert found.verdict == "doubtful"
+    assert "no measurement is left over" in found.reasons[0]
+
+
+@pytest.mark.parametrize(("need", "verdict"), [(2e-3, "good"), (1e-6, "doubtful")])
+def test_home_lengths_are_judged_where_exit_points_are_known(need: float, verdict: str) -> None:
+    made = simulate_calibration(WANG, 30, 1e-4, seed=1)
+    plan = CalibrationPlan(unknowns=("length_offset",), sigma=Sigmas(encoder=1e-4))
+    found = calibrate(WANG, made.measured, plan, need=need)
+    assert found.verdict == verdict
+    assert verdict == "good" or "home length of" in found.reasons[0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_few_clean_rows_are_not_left_out(seed: int) -> None:
+    """Positions at 5 poses, or encoders alone at 13: noise of so few looks like gross errors."""
+    for measured in (positioned(5, seed), simulate_calibration(WANG, 13, 1e-4, seed=seed).measured):
+        found = calibrate(WANG, measured)
+        assert found.rejected == ()
+        assert found.verdict == "doubtful"
+
+
+def test_an_assumed_sigma_of_the_encoders_is_a_reason() -> None:
+    found = calibrate(WANG, positioned(5, 0), need=1.0)
+    assert found.verdict == "doubtful"
+    (reason,) = found.reasons
+    assert "0.1 mm is assumed" in reason
