@@ -296,3 +296,21 @@ def test_an_assumed_sigma_of_the_encoders_is_a_reason() -> None:
     assert found.verdict == "doubtful"
     (reason,) = found.reasons
     assert "0.1 mm is assumed" in reason
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_order_is_claimed_that_fits_worse(seed: int) -> None:
+    """Noise of centimetres: the residuals of no arrangement tell anything."""
+    found = calibrate(WANG, simulate_calibration(WANG, 20, 0.02, seed=seed).measured)
+    assert not any("would explain the data far better" in each for each in found.reasons)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_an_order_is_named_without_start_values_of_the_poses(seed: int) -> None:
+    """Counts of lines in another order fit as well, but with exit points far off: that alone is looked into."""
+    measured = Measured(ordered([1, 2, 3, 0], seed=seed).counted)
+    found = calibrate(WANG, measured, rough=5.0, need=10.0)
+    right = calibrate(WANG, Measured(ordered([0, 1, 2, 3], seed=seed).counted), rough=0.5, need=10.0)
+    assert found.verdict == "bad"
+    assert "would explain the data far better" in found.reasons[0]
+    assert right.verdict == "good"

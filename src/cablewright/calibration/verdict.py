@@ -38,12 +38,20 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
         other = better_arrangement(found.problem, found.fit, rough)
         return "bad", tuple(each for each in (other, found.reason) if each)
     doubts = [*_moved(found, rough), *_left_out(found), *_together(found), *_unexplained(found, need), *_halves(found)]
-    if doubts or stray(found.problem, found.fit) > max(rough, _STRAY):
+    if doubts or _elsewhere(found, rough):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
     doubts = sorted([*doubts, *_unknown(found, need)], key=lambda each: not each.fatal)
     verdict = "good" if not doubts else "bad" if doubts[0].fatal else "doubtful"
     return verdict, tuple(each.sentence for each in doubts)
+
+
+def _elsewhere(found: Calibration, rough: float) -> bool:
+    """Whether poses, or without start values of them exit points, are so far off that lines may be in another order."""
+    if found.problem.measured.guess is not None:
+        return stray(found.problem, found.fit) > max(rough, _STRAY)
+    moved = float(np.abs(motion(found.problem, found.fit.theta)).max())
+    return moved > max(_STRAY, _BEYOND * float(np.nan_to_num(found.exit_sigma or 0.0)))
 
 
 def _unknown(found: Calibration, need: float) -> Iterator[_Reason]:
