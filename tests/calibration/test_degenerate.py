@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from cablewright.calibration.bounds import at_bound
 from cablewright.calibration.observability import information, projected
 from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredDistance, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit, to_file_frame
@@ -197,3 +198,22 @@ def test_a_pose_inside_a_sheave_is_unexplained_and_breaks_nothing() -> None:
     weights = problem.weights.copy()
     problem.of_poses(weights)[4] = 0.0
     assert np.isfinite(projected(problem.derivatives(theta, poses, weights))[0]).all()
+
+
+def test_a_start_out_of_its_bounds_begins_at_their_edge() -> None:
+    """Home lengths, which no file has, start at 0: the answer is within the bounds, or is told to end there."""
+    made = simulate_calibration(WANG, 20, 1e-4, seed=1)
+    low, high = made.home_lengths.min() - 0.1, made.home_lengths.max() + 0.1
+    plan = CalibrationPlan(bounds=(Bound(name="length_offset", min=low, max=high),))
+    problem = CalibrationProblem.of(WANG, made.measured, plan)
+    found = fit(problem, problem.free, made.poses)
+    assert (found.theta >= problem.limits[0]).all()
+    assert (found.theta <= problem.limits[1]).all()
+
+
+def test_the_value_of_the_file_at_either_end_of_its_bounds_is_no_edge() -> None:
+    limits, start = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]), np.array([0.0, 1.0, np.nan])
+    for values in (start, np.array([0.0, 1.0, 0.5])):
+        assert not np.logical_or(*at_bound(values, limits, start)).any()
+    low, high = at_bound(np.array([1.0, 0.0, 1.0]), limits, start)
+    assert (low.tolist(), high.tolist()) == ([False, True, False], [True, False, True])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.halves import predicted_halves
-from cablewright.calibration.plan import CalibrationPlan, Point, Prior, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
@@ -205,3 +205,112 @@ def test_lengths_that_scatter_more_than_is_needed() -> None:
 def test_a_need_that_is_none(need: float) -> None:
     with pytest.raises(InputError, match="need"):
         calibrate(WANG, simulate_calibration(WANG, 20, 1e-4, seed=1).measured, need=need)
+
+
+def surveyed(off: float, rng: np.random.Generator, lines: int = 4) -> CalibrationPlan:
+    """A plan with exit points surveyed to 0.5 mm, the first of them wrong by *off*, m."""
+    at = TRUE[:lines] + rng.normal(0.0, 5e-4, (lines, 3))
+    at[0, 0] += off
+    pairs = zip(WANG.lines, at.tolist(), strict=False)
+    return CalibrationPlan(points=tuple(Point(line=line.name, at=tuple(p), deviation=5e-4) for line, p in pairs))
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("off", "verdict"), [(0.0, "good"), (0.03, "bad")])
+def test_a_surveyed_point_that_lengths_deny(off: float, verdict: str, seed: int) -> None:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
+    found = calibrate(WANG, made.measured, surveyed(off, np.random.default_rng(seed)))
+    assert found.verdict == verdict
+    told = [each for each in found.reasons if each.startswith("lengths alone fit to 0.")]
+    assert bool(told) == (verdict != "good")
+    assert all("together with the surveyed points to" in each for each in told)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_distance_and_counts_that_contradict_surveyed_points(seed: int) -> None:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
+    plan = surveyed(0.0, np.random.default_rng(seed), 3)
+    apart = float(np.linalg.norm(TRUE[0] - TRUE[3])) + 0.05
+    names = (WANG.lines[0].name, WANG.lines[3].name)
+    distance = MeasuredDistance(between=names, value=apart, deviation=5e-4)
+    longer = replace(made.measured, counted=made.measured.counted * 1.002)
+    for measured, used in (
+        (made.measured, plan.model_copy(update={"distances": (distance,)})),
+        (longer, surveyed(0.0, np.random.default_rng(seed))),
+    ):
+        found = calibrate(WANG, measured, used)
+        assert found.verdict != "good"
+        assert any("lengths alone fit to" in each for each in found.reasons)
+
+
+def test_what_is_too_few_to_test_the_encoders() -> None:
+    made = simulate_calibration(WANG, 14, 1e-4, seed=1)
+    found = calibrate(WANG, made.measured, surveyed(0.0, np.random.default_rng(1)))
+    assert found.verdict == "doubtful"
+    assert any("too few lengths are left over to test it: give sigma.encoder" in each for each in found.reasons)
+
+
+def test_surveyed_points_are_tested_where_the_encoders_are_known() -> None:
+    made = simulate_calibration(WANG, 40, 1e-4, seed=1)
+    plan = surveyed(0.03, np.random.default_rng(1)).model_copy(update={"sigma": Sigmas(encoder=1e-4)})
+    found = calibrate(WANG, made.measured, plan)
+    assert found.verdict != "good"
+    assert any("surveyed points and distances are" in each for each in found.reasons)
+
+
+def positioned(poses: int, seed: int, sigma: float = 1e-3) -> Measured:
+    made = simulate_calibration(WANG, poses, 1e-4, seed=seed)
+    guess = made.poses + np.random.default_rng(seed).normal(0.0, sigma, (poses, 3))
+    return replace(made.measured, guess=guess, pose_sigma=np.full((poses, 3), sigma))
+
+
+def test_no_redundancy_is_doubtful_whatever_is_known() -> None:
+    """Encoders' sigma is given, so every sigma is a number; still nothing tests the answer."""
+    made = simulate_calibration(WANG, 12, 1e-4, seed=1)
+    found = calibrate(WANG, made.measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), need=100.0)
+    assert found.posterior.redundancy == 0
+    assert found.verdict == "doubtful"
+    assert "no measurement is left over" in found.reasons[0]
+
+
+@pytest.mark.parametrize(("need", "verdict"), [(2e-3, "good"), (1e-6, "doubtful")])
+def test_home_lengths_are_judged_where_exit_points_are_known(need: float, verdict: str) -> None:
+    made = simulate_calibration(WANG, 30, 1e-4, seed=1)
+    plan = CalibrationPlan(unknowns=("length_offset",), sigma=Sigmas(encoder=1e-4))
+    found = calibrate(WANG, made.measured, plan, need=need)
+    assert found.verdict == verdict
+    assert verdict == "good" or "home length of" in found.reasons[0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_few_clean_rows_are_not_left_out(seed: int) -> None:
+    """Positions at 5 poses, or encoders alone at 13: noise of so few looks like gross errors."""
+    for measured in (positioned(5, seed), simulate_calibration(WANG, 13, 1e-4, seed=seed).measured):
+        found = calibrate(WANG, measured)
+        assert found.rejected == ()
+        assert found.verdict == "doubtful"
+
+
+def test_an_assumed_sigma_of_the_encoders_is_a_reason() -> None:
+    found = calibrate(WANG, positioned(5, 0), need=1.0)
+    assert found.verdict == "doubtful"
+    (reason,) = found.reasons
+    assert "0.1 mm is assumed" in reason
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_order_is_claimed_that_fits_worse(seed: int) -> None:
+    """Noise of centimetres: the residuals of no arrangement tell anything."""
+    found = calibrate(WANG, simulate_calibration(WANG, 20, 0.02, seed=seed).measured)
+    assert not any("would explain the data far better" in each for each in found.reasons)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_an_order_is_named_without_start_values_of_the_poses(seed: int) -> None:
+    """Counts of lines in another order fit as well, but with exit points far off: that alone is looked into."""
+    measured = Measured(ordered([1, 2, 3, 0], seed=seed).counted)
+    found = calibrate(WANG, measured, rough=5.0, need=10.0)
+    right = calibrate(WANG, Measured(ordered([0, 1, 2, 3], seed=seed).counted), rough=0.5, need=10.0)
+    assert found.verdict == "bad"
+    assert "would explain the data far better" in found.reasons[0]
+    assert right.verdict == "good"

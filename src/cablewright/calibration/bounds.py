@@ -65,7 +65,8 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
 def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:
     """Return which *values* (k,) are at their min and at their max in *limits* (2, k), if that is not their *start*.
 
-    A spool's build-up of nothing is where the file has it: the data then ask for no other.
+    A spool's build-up of nothing is where the file has it: the data then ask for no other. NaN: there is no start.
     """
     room = _AT * np.maximum(limits[1] - limits[0], 1e-300)
-    return (values <= limits[0] + room) & (start > limits[0] + room), (values >= limits[1] - room)
+    at_start = np.abs(start - limits) <= room
+    return (values <= limits[0] + room) & ~at_start[0], (values >= limits[1] - room) & ~at_start[1]

@@ -5,6 +5,7 @@ A row's leverage is the share of it that the fit takes as its own: rows of redun
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -29,6 +30,9 @@ NAMES: Final = {
     rows_of.REACH: "ranges",
 }
 """What people call the kinds of rows that belong to poses."""
+
+SURVEY: Final = "surveyed points and distances"
+"""What people call the rows that belong to no pose."""
 
 _RESISTING: Final = ("positions", "planes", "ranges")
 _HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % efficient where nothing is wrong
@@ -77,7 +81,21 @@ def kind_fits(problem: CalibrationProblem, found: PoseFit) -> tuple[KindFit, ...
         total = float(free[of].sum())
         ratio = float(np.sqrt(np.sum(residual[of] ** 2) / total)) if total > 0.0 else np.nan
         made.append(KindFit(name, ratio, total, int(of.sum())))
-    return tuple(made)
+    return (*made, *_of_no_pose(problem, found))
+
+
+def _of_no_pose(problem: CalibrationProblem, found: PoseFit) -> Iterator[KindFit]:
+    """Yield how well what was measured of exit points fits: points, distances and their level."""
+    measured = np.logical_not(problem.is_prior)
+    if not measured.any():
+        return
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
+    taken = np.einsum("gk,kl,gl->g", rows.others_by_unknown, covariance, rows.others_by_unknown)
+    total = float((1.0 - taken[measured].clip(0.0, 1.0)).sum())
+    if total > 0.0:
+        ratio = float(np.sqrt(np.sum(rows.others[measured] ** 2) / total))
+        yield KindFit(SURVEY, ratio, total, int(measured.sum()))
 
 
 def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:

@@ -13,7 +13,7 @@ from scipy import stats
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.checks import gauge_size
 from cablewright.calibration.kinds import idle
-from cablewright.calibration.observability import projected
+from cablewright.calibration.observability import information, projected
 from cablewright.calibration.pose_fit import QUICK, PoseFit, fit, fitted_poses
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.kernels.fitting import calibration_residuals
@@ -33,6 +33,8 @@ _EACH: Final = 4  # min poses of a group in a part: with three known places noth
 _LEFT_OVER: Final = 5  # redundant measurements in a part
 _NAMED: Final = 3.0  # max excess, over its limit, of a pose without the reading that is named
 _CONTACTS: Final = {calibration_residuals.PLANE: "plane", calibration_residuals.REACH: "range"}
+_TESTABLE: Final = 10  # min redundant measurements of a search: with fewer, noise looks like errors
+_TESTED: Final = 5  # min redundant measurements that are left after it
 _TOO_MANY: Final = 0.4  # share of rejected poses beyond which the model is wrong, not the data
 
 
@@ -63,7 +65,7 @@ def without_outliers(
     """Fit again without gross errors. *plain*: a fit of all rows; *start*: a start for fits of parts of them.
 
     The surplus of a pose, its rows less its freedoms, limits what can be found: with 1, that the pose has an error;
-    with more, in which line.
+    with more, in which line. With too few redundant measurements there is no search.
     """
     whole = problem
     vague = idle(problem, plain)
@@ -74,6 +76,8 @@ def without_outliers(
         full, plain = plain, replace(plain, weights=weights)
     else:
         full = plain
+    if _redundancy(problem, plain) < _TESTABLE:
+        return full, ()
     robust = _best_of_parts(problem, _reweighted(problem, plain), start, seed, progress)
     squares, surplus = _unexplained(problem, robust, robust.weights)
     spread = max(_spread(squares, surplus), _floor(problem))
@@ -91,11 +95,17 @@ def without_outliers(
         if np.array_equal(rejected, bad):
             break
         bad = rejected
+    if rows.any() and _redundancy(problem, found) < _TESTED:
+        return full, ()
     if not rows.any():  # all rows count in both fits: return the better one
         better = found.cost < plain.cost
         return (fit_of(whole, found, whole.weights) if better else full), ()
     found = fit_of(whole, found, _weights_without(whole, rows))
     return found, tuple(_rejected(whole, found, rows))
+
+
+def _redundancy(problem: CalibrationProblem, found: PoseFit) -> int:
+    return information(problem, found.theta, found.poses, found.weights, priors=True).redundancy
 
 
 def fit_of(problem: CalibrationProblem, found: PoseFit, weights: Array) -> PoseFit:

@@ -70,8 +70,11 @@ def fits(
     settings: StopRule = NEAR,
     rows: MeasurementRows | None = None,
 ) -> list[PoseFit]:
-    """Fit from each of B starts: free unknowns *theta* (B, k) and *poses* (B, N, n) or states (B, N, ..)."""
-    theta, poses = np.array(theta, order="C"), np.array(poses, order="C")
+    """Fit from each of B starts: free unknowns *theta* (B, k), and *poses* (B, N, n) or states (B, N, ..).
+
+    Starts out of the range of an unknown begin at its edge.
+    """
+    theta, poses = np.array(np.clip(theta, *problem.limits), order="C"), np.array(poses, order="C")
     used = problem.weights if weights is None else weights
     codes, steps, costs = problem.adjust(theta, poses, used, settings, rows)
     return [PoseFit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(len(theta))]

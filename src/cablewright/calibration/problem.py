@@ -297,6 +297,8 @@ def equations(
     start = np.array([each.entry.nominal or 0.0 for each in unknowns])
     start[target[target >= 0]] = lines[target >= 0]
     held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
+    if held.all():
+        raise InputError("datum: holds every unknown; nothing is left to calibrate")
     count, distances = len(measured.counted), _distances(robot, plan)
     blocks = list(_blocks(robot, measured, plan, elastic))
     per_pose = sum(block.values.shape[1] for block in blocks)

@@ -19,6 +19,8 @@ _ALL: Final = 4  # lines up to which every order is tried; with more: two exchan
 _BETTER: Final = 0.4  # max ratio of the residuals to those of the file's order
 _NEARER: Final = 0.5  # max ratio of the motion of exit points and poses, where residuals are alike
 _CLEARLY: Final = 0.05  # m: min difference of that motion
+_AS_WELL: Final = 1.5  # max ratio of the residuals of what is nearer: so much is noise
+_SENSIBLE: Final = 1e-3  # of the frame's diagonal: max residuals of what is nearer
 _ALIKE: Final = 2.0
 _NEAR: Final = 0.01  # m: arrangements as near as this are alike; the one that moves the fewest lines is named
 _EXACT: Final = 1e-9  # m: smaller residuals are alike
@@ -45,13 +47,13 @@ def better_arrangement(problem: CalibrationProblem, found: PoseFit, rough: float
     if problem.elastic:
         return ""
     given = min(_tried("", problem, problem.measured, rough), _told("", problem, found), key=lambda each: each.rms)
+    sensible = _SENSIBLE * math.dist(problem.robot.scene.frame_min, problem.robot.scene.frame_max)
     good = []
     for words, moved, measured in _arrangements(problem.measured, problem.robot.m):
         trial = _tried(words, problem, measured, rough)
         fits = trial.rms < _BETTER * given.rms - _EXACT and trial.motion <= max(rough, given.motion)
-        nearer = trial.rms <= _ALIKE * given.rms + _EXACT and trial.away < min(
-            _NEARER * given.away, given.away - _CLEARLY
-        )
+        as_well = trial.rms <= min(_AS_WELL * given.rms + _EXACT, sensible) and trial.motion <= rough
+        nearer = as_well and trial.away < min(_NEARER * given.away, given.away - _CLEARLY)
         if fits or nearer:
             good.append((moved, trial))
     if not good:
@@ -62,6 +64,10 @@ def better_arrangement(problem: CalibrationProblem, found: PoseFit, rough: float
     best = min((each for each in good if each[1].away <= _ALIKE * nearest + _NEAR), key=lambda each: each[0])[1]
     change = f"lengths fit to {1e3 * best.rms:.3g} mm instead of {1e3 * given.rms:.3g} mm"
     motion = f"exit points move by {best.motion:.3g} m instead of {given.motion:.3g} m"
+    if best.rms >= _BETTER * given.rms - _EXACT:  # what decides stands first
+        poses = f", poses are {best.stray:.3g} m from their start values instead of {given.stray:.3g} m"
+        told = problem.measured.guess is not None
+        return f"{best.words} would explain the data far better: {motion}{poses if told else ''}; {change}"
     return f"{best.words} would explain the data far better: {change}, {motion}"
 
 

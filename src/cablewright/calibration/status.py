@@ -46,7 +46,8 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
 def _at_bound(problem: CalibrationProblem, found: PoseFit) -> str:
     """Return which unknowns ended at the edge of their range; empty for none."""
     limits = problem.limits
-    ends = np.logical_or(*at_bound(found.theta, limits, problem.free))
+    in_file = np.where(problem.named("length_offset"), np.nan, problem.free)
+    ends = np.logical_or(*at_bound(found.theta, limits, in_file))
     where = np.flatnonzero(ends)
     if not len(where):
         return ""

@@ -11,6 +11,7 @@ from scipy import stats
 
 from cablewright.calibration.halves import predicted_halves
 from cablewright.calibration.kinds import estimates_encoders, kind_fits
+from cablewright.calibration.lengths_alone import others_of, together
 from cablewright.calibration.rearranged import better_arrangement, motion, stray
 from cablewright.calibration.result import Calibration
 
@@ -20,6 +21,7 @@ NEED: Final = 2e-3
 _BEYOND: Final = 5.0  # sigmas by which an exit point may be further off than it was said to be
 _PRIOR: Final = (4.0, 10.0)  # deviations of its prior by which an unknown moves: doubtful, bad
 _LEFT_OUT: Final = (0.1, 0.25)  # share of poses that do not fit: doubtful, bad
+_FEW: Final = 12  # poses of which a share that is left out may be chance
 _RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtful, bad
 _STRAY: Final = 0.05  # m: poses nearer to their start values are where they were said to be
 _LEVEL: Final = 1e-4  # probability of such residuals by chance
@@ -35,8 +37,8 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
     if found.status != "ok":
         other = better_arrangement(found.problem, found.fit, rough)
         return "bad", tuple(each for each in (other, found.reason) if each)
-    doubts = [*_moved(found, rough), *_left_out(found), *_unexplained(found, need), *_halves(found)]
-    if doubts or stray(found.problem, found.fit) > max(rough, _STRAY):
+    doubts = [*_moved(found, rough), *_left_out(found), *_together(found), *_unexplained(found, need), *_halves(found)]
+    if doubts or _elsewhere(found, rough):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
     doubts = sorted([*doubts, *_unknown(found, need)], key=lambda each: not each.fatal)
@@ -44,14 +46,27 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
     return verdict, tuple(each.sentence for each in doubts)
 
 
+def _elsewhere(found: Calibration, rough: float) -> bool:
+    """Whether poses, or without start values of them exit points, are so far off that lines may be in another order."""
+    if found.problem.measured.guess is not None:
+        return stray(found.problem, found.fit) > max(rough, _STRAY)
+    moved = float(np.abs(motion(found.problem, found.fit.theta)).max())
+    return moved > max(_STRAY, _BEYOND * float(np.nan_to_num(found.exit_sigma or 0.0)))
+
+
 def _unknown(found: Calibration, need: float) -> Iterator[_Reason]:
-    """Exit points that are known less well than printing needs."""
-    exits = np.array([each.name == "exit_point" for each in found.unknowns], dtype=bool)
-    sigma = found.sigma[exits]
-    if not len(sigma):
-        return
-    if not np.isfinite(sigma).all():
+    """Exit points, or else what other lengths are unknown, that are known less well than printing needs."""
+    if found.posterior.redundancy < 1:
         yield _Reason("no measurement is left over, so nothing tests the answer: measure more poses", False)
+    exits = np.array([each.name == "exit_point" for each in found.unknowns], dtype=bool)
+    if not exits.any():
+        exits = np.array([each.unit == "m" for each in found.unknowns], dtype=bool)
+    sigma = found.sigma[exits]
+    if not np.isfinite(sigma).all():
+        return
+    if not len(sigma):
+        names = ", ".join(found.problem.plan.unknowns)
+        yield _Reason(f"no length is among the unknowns ({names}), so how well they are known is not judged", False)
         return
     worst = int(np.argmax(sigma))
     if sigma[worst] > need:
@@ -92,7 +107,36 @@ def _left_out(found: Calibration) -> Iterator[_Reason]:
     count, poses = len({each.pose for each in found.rejected}), found.problem.poses
     if count > _LEFT_OUT[0] * poses:
         share = f"{count} of {poses} poses do not fit the others, {100 * count / poses:.0f} %"
-        yield _Reason(f"{share}, where at most {100 * _LEFT_OUT[0]:.0f} % is usual", count >= _LEFT_OUT[1] * poses)
+        fatal = count >= _LEFT_OUT[1] * poses and poses >= _FEW
+        yield _Reason(f"{share}, where at most {100 * _LEFT_OUT[0]:.0f} % is usual", fatal)
+
+
+def _together(found: Calibration) -> Iterator[_Reason]:
+    """Other rows that lengths alone deny: the encoders' sigma, where it is estimated, grows until all fits."""
+    problem = found.problem
+    if not estimates_encoders(problem):
+        return
+    if problem.found_encoder is None:
+        yield _Reason(
+            "no sigma.encoder is given and too few lengths are left over to estimate it: "
+            f"{_mm(problem.encoder_sigma)} is assumed; give it in the plan, or measure more poses",
+            False,
+        )
+        return
+    test = together(problem, found.fit)
+    others = others_of(problem)
+    if test is None:
+        yield _Reason(
+            f"sigma of the encoders is estimated together with {others}, and too few lengths are left over to test "
+            "it: give sigma.encoder in the plan, or measure more poses",
+            False,
+        )
+    elif test.growth > _RATIO[0] and test.probability < _LEVEL:
+        yield _Reason(
+            f"lengths alone fit to {_mm(test.alone)}, together with {others} to {_mm(test.joint)}: they contradict "
+            "each other, or their sigma is too small",
+            test.ratio > _RATIO[1],
+        )
 
 
 def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
@@ -104,8 +148,8 @@ def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
             f"lengths scatter by {_mm(found.encoder_sigma)} about the model, more than the {_mm(need)} that is needed",
             False,
         )
-    if not given and not problem.has_other_sensors:
-        return
+    if not given and problem.found_encoder is None:
+        return  # nothing says by how much: they scatter alone, or their sigma is assumed
     for kind in kind_fits(problem, found.fit):
         if kind.name == "lengths" and estimates_encoders(problem):
             continue

@@ -173,6 +173,20 @@ def test_a_bad_datum(cli, data: Path, datum: str, told: str) -> None:
     assert told in cli("calibrate", "wang2021", data, "--datum", datum).refusal
 
 
+def test_a_datum_that_holds_every_unknown(cli, data: Path, tmp_path: Path) -> None:
+    plan = tmp_path / "plan.toml"
+    names = [line.name for line in load("wang2021").lines]
+    plan.write_text(f'schema = 1\nunknowns = ["exit_point"]\ndatum = {json.dumps(names)}\n')
+    refusal = cli("calibrate", "wang2021", data, "--plan", plan).refusal
+    assert "datum: holds every unknown; nothing is left to calibrate" in refusal
+
+
+def test_the_report_does_not_take_the_place_of_the_robot(cli, data: Path, tmp_path: Path) -> None:
+    file = tmp_path / "mine.html"
+    assert "the file of the report too" in cli("calibrate", "wang2021", data, "--out", file, "--accept").refusal
+    assert not file.exists()
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [

@@ -77,6 +77,9 @@ class CalibrateCommand:
         from cablewright.calibration.solve import calibrate
         from cablewright.robot import file_text, load, update
 
+        page = self.report or (None if self.out is None else self.out.with_suffix(".html"))
+        if self.out is not None and page is not None and page.resolve() == self.out.resolve():
+            raise InputError(f"--out {self.out}: is the file of the report too; give a robot's, as FILE.toml")
         with progress() as show:
             found = calibrate(
                 load(self.robot),
