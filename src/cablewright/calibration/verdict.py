@@ -150,7 +150,7 @@ def _together(found: Calibration) -> Iterator[_Reason]:
     if test is None:
         yield _Reason(
             f"sigma of the encoders is estimated together with {others}, and too few lengths are left over to test "
-            "it: give sigma.encoder in the plan, or measure more poses",
+            f"it: give sigma.encoder in the plan{'' if problem.elastic else ', or measure more poses'}",
             False,
         )
     elif test.growth > _RATIO[0] and test.probability < _LEVEL:

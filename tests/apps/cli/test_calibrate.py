@@ -222,7 +222,8 @@ def test_what_cannot_be_calibrated_says_why_and_changes_nothing(cli, changed, tm
     out = tmp_path / "new.toml"
     answer = cli("calibrate", "wang2021", changed(shuffled), "--out", out, "--json")
     assert answer.no.startswith("not calibrated: ")
-    assert answer.json["status"] in ("not-converged", "inconsistent")
+    assert answer.json["status"] in ("not-converged", "inconsistent", "degenerate")
+    assert answer.json["verdict"] == "bad"
     assert answer.json["out"] is None
     assert not out.exists()
 
