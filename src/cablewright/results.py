@@ -30,6 +30,7 @@ class Figure:
     same ``along`` ("line") have one value for each and are columns of one table. ``parts`` are the figures of each row
     of a table, or of a part; with ``along`` too, of one beside others. Of a long table people see the first rows where
     it is ``ranked``. ``outward``: 1 or -1 rounds up or down what people read, for bounds that are proved.
+    ``sentences``: a list of them, of which people read one a line.
     """
 
     key: str
@@ -45,6 +46,7 @@ class Figure:
     detail: bool = False
     outward: int = 0
     ranked: bool = False
+    sentences: bool = False
 
     def of_part(self, part: str) -> Figure:
         """Return the same figure of a result of which it is read off a *part*."""

@@ -314,3 +314,14 @@ def test_an_order_is_named_without_start_values_of_the_poses(seed: int) -> None:
     assert found.verdict == "bad"
     assert "would explain the data far better" in found.reasons[0]
     assert right.verdict == "good"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_positions_whose_sigma_is_much_too_large_are_told(seed: int) -> None:
+    measured = positioned(40, seed, 0.02)
+    measured = replace(measured, pose_sigma=np.full((40, 3), 0.3))
+    found = calibrate(WANG, measured, need=10.0)
+    assert found.verdict == "doubtful"
+    assert any("residuals of the positions are 0.0" in each and "it is too large" in each for each in found.reasons)
+    right = calibrate(WANG, positioned(40, seed, 0.02), need=10.0)
+    assert not any("it is too large" in each for each in right.reasons)

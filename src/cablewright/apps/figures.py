@@ -105,6 +105,8 @@ def text(figure: Figure, value: Any) -> str:
     if figure.parts and value is not None and not isinstance(value, tuple | list):
         return ", ".join(" ".join(pair) for pair in pairs(figure.parts, value))
     value = plain(value)
+    if figure.sentences:
+        return "\n".join(value or ()) or NONE
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {text(figure, each)}" for key, each in value.items()) or NONE
     if figure.unit == "m, rad" and isinstance(value, list) and not isinstance(value[0], list):

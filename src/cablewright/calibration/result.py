@@ -44,7 +44,7 @@ def _rejected(found: Calibration) -> list[dict[str, Any]]:
 
 FIGURES = (
     Figure("verdict", "", "good, doubtful (to be accepted or not) or bad (there is no robot)."),
-    Figure("reasons", "", "Why it is not good: sentences with subject, value and limit."),
+    Figure("reasons", "", "Why it is not good: sentences with subject, value and limit.", sentences=True),
     Figure("exit_sigma", "m", "Largest standard deviation of a coordinate of an exit point; null if none is unknown.",
            name="exit points known to", digits=3, shown="mm"),
     Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent, degenerate."),

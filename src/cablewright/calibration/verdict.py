@@ -21,6 +21,7 @@ NEED: Final = 2e-3
 _BEYOND: Final = 5.0  # sigmas by which an exit point may be further off than it was said to be
 _PRIOR: Final = (4.0, 10.0)  # deviations of its prior by which an unknown moves: doubtful, bad
 _LEFT_OUT: Final = (0.1, 0.25)  # share of poses that do not fit: doubtful, bad
+_TOO_LARGE: Final = 1.0 / 3.0  # residuals of positions over their sigma: below, it is not theirs
 _FEW: Final = 12  # poses of which a share that is left out may be chance
 _RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtful, bad
 _STRAY: Final = 0.05  # m: poses nearer to their start values are where they were said to be
@@ -37,7 +38,8 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
     if found.status != "ok":
         other = better_arrangement(found.problem, found.fit, rough)
         return "bad", tuple(each for each in (other, found.reason) if each)
-    doubts = [*_moved(found, rough), *_left_out(found), *_together(found), *_unexplained(found, need), *_halves(found)]
+    doubts = [*_moved(found, rough), *_left_out(found), *_sigma_of_positions(found), *_together(found)]
+    doubts += [*_unexplained(found, need), *_halves(found)]
     if doubts or _elsewhere(found, rough):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
@@ -107,8 +109,28 @@ def _left_out(found: Calibration) -> Iterator[_Reason]:
     count, poses = len({each.pose for each in found.rejected}), found.problem.poses
     if count > _LEFT_OUT[0] * poses:
         share = f"{count} of {poses} poses do not fit the others, {100 * count / poses:.0f} %"
-        fatal = count >= _LEFT_OUT[1] * poses and poses >= _FEW
+        fatal = count >= _LEFT_OUT[1] * poses and poses >= _FEW and not _overstated(found)
         yield _Reason(f"{share}, where at most {100 * _LEFT_OUT[0]:.0f} % is usual", fatal)
+
+
+def _overstated(found: Calibration) -> float | None:
+    """Return the residuals of positions over their sigma, where that is much too large; None where it is not."""
+    for kind in kind_fits(found.problem, found.fit):
+        if kind.name == "positions" and kind.redundancy >= 1.0 and kind.ratio < _TOO_LARGE:
+            chance = stats.chi2.cdf(kind.ratio**2 * kind.redundancy, kind.redundancy)
+            return kind.ratio if chance < _LEVEL else None
+    return None
+
+
+def _sigma_of_positions(found: Calibration) -> Iterator[_Reason]:
+    """Positions whose sigma is overstated: rows that always fit hide how well the others do."""
+    ratio = _overstated(found)
+    if ratio is not None:
+        yield _Reason(
+            f"residuals of the positions are {ratio:.3g} times what their sigma explains, limit {_TOO_LARGE:.2g}: it "
+            "is too large, and makes the search for gross errors and the sigma of the encoders wrong",
+            False,
+        )
 
 
 def _together(found: Calibration) -> Iterator[_Reason]:
@@ -128,7 +150,7 @@ def _together(found: Calibration) -> Iterator[_Reason]:
     if test is None:
         yield _Reason(
             f"sigma of the encoders is estimated together with {others}, and too few lengths are left over to test "
-            "it: give sigma.encoder in the plan, or measure more poses",
+            f"it: give sigma.encoder in the plan{'' if problem.elastic else ', or measure more poses'}",
             False,
         )
     elif test.growth > _RATIO[0] and test.probability < _LEVEL:

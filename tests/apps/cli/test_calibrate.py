@@ -93,6 +93,18 @@ def test_text_for_people(cli, data: Path) -> None:
     assert "three exit points surveyed" in printed.out
 
 
+def test_each_reason_is_on_a_line_of_its_own(cli, data: Path, tmp_path: Path) -> None:
+    plan = tmp_path / "plan.toml"
+    plan.write_text('schema = 1\n[sigma]\nencoder = "0.02 mm"\n')
+    asked = ("calibrate", "wang2021", data, "--plan", plan)
+    reasons = cli(*asked, "--json").json["reasons"]
+    lines = [line.strip() for line in cli(*asked).out.splitlines()]
+    assert len(reasons) > 1
+    assert lines[1].startswith("reasons ")
+    assert lines[1].endswith(reasons[0])
+    assert lines[2 : len(reasons) + 1] == reasons[1:]
+
+
 def test_columns_in_mm_say_so(cli, data: Path, changed) -> None:
     def in_mm(rows: list[list[str]]) -> list[list[str]]:
         return [[f"{name} (mm)" for name in rows[0]], *([repr(1e3 * float(cell)) for cell in row] for row in rows[1:])]
@@ -210,7 +222,8 @@ def test_what_cannot_be_calibrated_says_why_and_changes_nothing(cli, changed, tm
     out = tmp_path / "new.toml"
     answer = cli("calibrate", "wang2021", changed(shuffled), "--out", out, "--json")
     assert answer.no.startswith("not calibrated: ")
-    assert answer.json["status"] in ("not-converged", "inconsistent")
+    assert answer.json["status"] in ("not-converged", "inconsistent", "degenerate")
+    assert answer.json["verdict"] == "bad"
     assert answer.json["out"] is None
     assert not out.exists()
 

@@ -75,9 +75,11 @@ def print_text(found: Result, files: Mapping[str, object]) -> None:
     if getattr(found, "verdict", "") == "doubtful":
         colour = typer.colors.YELLOW
     pasted = getattr(found, "PASTED", ())
+    listed = {each.label for each in found.figures if each.sentences}
     for label, value in rows:
         mark = label in ("status", "verdict", "feasible") and not os.environ.get("NO_COLOR")
-        shown = "\n".join(map(printable, value.split("\n"))) if label in pasted else printable(value)
+        lines = value.split("\n") if label in pasted or label in listed else [value]
+        shown = f"\n{' ' * (width + 2) if label in listed else ''}".join(map(printable, lines))
         typer.echo(f"{label:<{width}}  {typer.style(shown, fg=colour, bold=True) if mark else shown}")
     tables, written = list(sheets(found)), {what: file for what, file in files.items() if file is not None}
     for k, sheet in enumerate(tables):
