@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from cablewright.errors import InputError, UnknownName
 from cablewright.robot import Eyelet, Line, Swivel, UniversalJoint, library_names, library_text, load, loads
+from cablewright.solvers.inverse import inverse
 
 HOUSE = library_text("house-printer")
 BEAM = library_text("jung2020")
@@ -288,6 +289,9 @@ def test_the_examples_in_the_documentation() -> None:
     assert (rigid.m, rigid.n, [load.name for load in rigid.platform.loads]) == (8, 6, ["full", "windy"])
     assert (board.m, board.n, board.freedoms) == (4, 3, 2)
     assert rigid.retracted(1.1).lines[0].platform_point == pytest.approx((0.1, 0.1, 0.9))
+    held = inverse(board, [0.2, float("nan"), 0.6])
+    pose = ", ".join(f"{x:.7f}" for x in held.pose)
+    assert f"pose              {pose} m\nplane force       {held.plane_force:.2f} N" in page
     own = tomllib.loads(line)["lines"][0]
     up = Line(**own, cable=rigid.lines[0].cable, tension_limits=(1, 2))
     assert up.out_of_plane_by == "a swivel whose axis is not vertical"
