@@ -80,17 +80,23 @@ def times() -> dict[str, float]:
         places = np.random.default_rng(1).uniform(0.3 * high + 0.7 * low, 0.7 * high + 0.3 * low, (POSES, 3))
         held = cw.inverse(robot, places)
         held = held[held.ok]
-        solves: dict[str, Callable[[], Any]] = {
-            "inverse": lambda: cw.inverse(robot, places),  # noqa: B023
-            "forward": lambda: cw.forward(robot, held.lengths),  # noqa: B023
-            "forward, near": lambda: cw.forward(robot, held.lengths, guess=held.pose),  # noqa: B023
-            "linearise": lambda: cw.linearise(held),  # noqa: B023
-            "certify": lambda: cw.certify(held),  # noqa: B023
-        }
-        for solve, run in solves.items():
+        for solve, run in _solves(robot, places, held).items():
             run()
             found[f"{name}, {solve}"] = min(_seconds(run) for _ in range(REPEATS)) / POSES
     return found
+
+
+def _solves(robot: Any, places: Any, held: Any) -> dict[str, Callable[[], Any]]:
+    """The solves that are timed, by name: of *robot* at *places*, and from what it *held* there."""
+    import cablewright as cw
+
+    return {
+        "inverse": lambda: cw.inverse(robot, places),
+        "forward": lambda: cw.forward(robot, held.lengths),
+        "forward, near": lambda: cw.forward(robot, held.lengths, guess=held.pose),
+        "linearise": lambda: cw.linearise(held),
+        "certify": lambda: cw.certify(held),
+    }
 
 
 def _seconds(run: Callable[[], Any]) -> float:
