@@ -15,7 +15,7 @@ SHAPES = [(3, 1), (3, 3), (3, 4), (3, 5), (3, 9), (6, 4), (6, 6), (6, 7), (6, 8)
 
 def reduced(A: np.ndarray, w: np.ndarray, tracked: bool = False):
     n, m = A.shape
-    work = structure_scratch(m)
+    work = structure_scratch(None, m)
     work.table[:m, :n] = A.T
     work.table[m, :n] = -w
     if tracked:

@@ -29,12 +29,12 @@ def eight_lines(weight: float = 0.3, radius: float = 0.0) -> Packed:
     platform = np.zeros(layout.PLATFORM)
     platform[layout.PLATFORM_WEIGHT] = 98.1
     platform[layout.MASS_X : layout.MASS_Z + 1] = 0.01, -0.02, 0.03
-    return Packed(6, lines, platform)
+    return Packed(6, lines, platform, None)
 
 
 def batch(packed: Packed) -> Packed:
     """*packed* as one row for a whole batch."""
-    return Packed(packed.freedoms, packed.lines[None], packed.platform[None])
+    return packed._replace(lines=packed.lines[None], platform=packed.platform[None])
 
 
 def held(packed: Packed, count: int = 50) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

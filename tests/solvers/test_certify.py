@@ -52,7 +52,7 @@ class Exact:
 
     def __init__(self, row: Equilibrium) -> None:
         self.row, self.robot = row, row.model.robot
-        own = layout.Packed(row.packed.freedoms, row.packed.lines[0], row.packed.platform[0])
+        own = row.packed._replace(lines=row.packed.lines[0], platform=row.packed.platform[0])
         work = unfold(own, certificate_pool(own))
         kernel.certify(own, row.lengths, row.pose, row.states, 1.0, work)
         self.counts = own.lines[:, layout.UNKNOWNS].astype(int)
@@ -340,7 +340,7 @@ def test_the_machine_code_fuses_nothing_and_calls_no_libm() -> None:
         return kernel.certify(packed, lengths, pose, states, tolerance, work)
 
     row = cases.poses(HOUSE, 1)[0]
-    own = layout.Packed(row.packed.freedoms, row.packed.lines[0], row.packed.platform[0])
+    own = row.packed._replace(lines=row.packed.lines[0], platform=row.packed.platform[0])
     work = unfold(own, certificate_pool(own))
     assert whole(own, row.lengths, row.pose, row.states, 1e-9, work) == kernel.CERTIFIED
     code = "\n".join(whole.inspect_asm().values())

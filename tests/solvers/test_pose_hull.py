@@ -214,7 +214,7 @@ class SecondOrder:
 
     def __init__(self, found: Equilibrium, error: float) -> None:
         self.found, (n, lines, platform) = found, found.packed
-        self.packed = layout.Packed(n, lines[0], platform[0])
+        self.packed = layout.Packed(n, lines[0], platform[0], None)
         self.cert = unfold(self.packed, certificate_pool(self.packed))
         m, size = found.model.m, len(self.cert.step)
         self.work = branch_tube.tube_work(size, m, 0)

@@ -58,7 +58,7 @@ def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, p
     pivot = min_pivot(work.stiffness, packed.freedoms)
     code = judge_pivot(pivot)
     if code == OK:
-        code = judge(packed, states, work.planes, work.records)
+        code = judge(packed, states, work.planes, work.spatial)
     if code == OK and pivot < fold:
         code = FOLD
     if code == OK and tolerance > 0.0:

@@ -102,10 +102,11 @@ class Packed(NamedTuple):
     freedoms: int  # n: 3 or 6
     lines: NDArray[np.float64]  # (m, COLUMNS)
     platform: NDArray[np.float64]  # (PLATFORM,)
+    out_of_plane: bool | None  # True if a line is out of the plane; else None, for which kernels are compiled apart
 
 
 @jit(allocates=True)
 def robot_of(packed, j):
     """The robot of problem *j* of a batch."""
     row = j if packed.lines.shape[0] > 1 else 0
-    return Packed(packed.freedoms, packed.lines[row], packed.platform[row])
+    return Packed(packed.freedoms, packed.lines[row], packed.platform[row], packed.out_of_plane)

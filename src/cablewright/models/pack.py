@@ -34,7 +34,7 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
     platform = PlatformNumbers(np.zeros(layout.PLATFORM))
     _pack_platform(platform, robot.platform, robot.scene.gravity)
     platform.massless = (lines.weight == 0.0).any()
-    return Packed(robot.n, lines.array, platform.array)
+    return Packed(robot.n, lines.array, platform.array, True if lines.guide.any() else None)
 
 
 def pack_rows(
@@ -60,7 +60,7 @@ def pack_rows(
         lines.exit_point = exit_points
     if retraction is not None and len(retraction):
         _retract(robot, lines, retraction)
-    return Packed(packed.freedoms, lines.array, np.repeat(packed.platform[None], rows, axis=0))
+    return packed._replace(lines=lines.array, platform=np.repeat(packed.platform[None], rows, axis=0))
 
 
 def _retract(robot: Robot, lines: LineNumbers, lengths: Array) -> None:

@@ -105,7 +105,7 @@ def varied(
             lines[:, i, columns] = number.become(lines[:, i, columns], value[:, None], line)
             paid_out[:, i] *= number.factor(line, value)
             added[:, i] += value * number.added
-    return Packed(packed.freedoms, lines, platform), paid_out + added
+    return packed._replace(lines=lines, platform=platform), paid_out + added
 
 
 def lines_of(robot: Robot, parameter: Parameter) -> list[int]:

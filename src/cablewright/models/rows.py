@@ -66,7 +66,7 @@ def rows_of(packed: Packed, index: Any) -> Packed:
     lines, platform = packed.lines[index], packed.platform[index]
     if platform.ndim == 1:
         lines, platform = lines[None], platform[None]
-    return Packed(packed.freedoms, np.ascontiguousarray(lines), np.ascontiguousarray(platform))
+    return packed._replace(lines=np.ascontiguousarray(lines), platform=np.ascontiguousarray(platform))
 
 
 def _taken(value: Any, index: Any) -> Any:

@@ -23,7 +23,6 @@ import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, Status
-from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.stiffness import stiffness_rows
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
@@ -115,5 +114,5 @@ def _as_elastic(equilibrium: Equilibrium) -> Equilibrium:
     lines.compliances = model.lines.compliances
     states.free_length /= 1.0 + states.tension * model.lines.free_compliance
     states.dead_length /= 1.0 + states.tension * model.lines.dead_compliance
-    packed = Packed(equilibrium.packed.freedoms, lines.array, equilibrium.packed.platform)
+    packed = equilibrium.packed._replace(lines=lines.array)
     return replace(equilibrium, model=model, packed=packed, states=states.array)

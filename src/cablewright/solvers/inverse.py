@@ -86,6 +86,8 @@ def _draw_straight(model: Model, packed: Packed, poses: Array, lengths: Array) -
     if not len(rows):
         return
     drawn = np.empty((len(rows), model.m))
-    own = packed if len(packed.lines) == 1 else Packed(packed.freedoms, packed.lines[rows], packed.platform[rows])
+    own = (
+        packed if len(packed.lines) == 1 else packed._replace(lines=packed.lines[rows], platform=packed.platform[rows])
+    )
     batches.straight_rows(own, poses[rows], 1.0, drawn)
     lengths[rows] = np.where(model.lines.has_lever, np.nan, drawn)

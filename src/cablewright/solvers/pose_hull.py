@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.certificates import pose_hull as kernel
-from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.models.statics import Equilibrium
 from cablewright.progress import Progress
@@ -94,7 +93,8 @@ def enclose_poses(
     if not tolerance > 0.0:
         raise InputError(f"tolerance = {tolerance:g}: over 0 is expected, of the box's width")
     equilibrium.model.robot.require_plain("a box of poses")
-    packed = Packed(equilibrium.packed.freedoms, equilibrium.packed.lines[0], equilibrium.packed.platform[0])
+    batch = equilibrium.packed
+    packed = batch._replace(lines=batch.lines[0], platform=batch.platform[0])
     states = np.array(equilibrium.states, order="C")
     if any(is_slack(row, y) for row, y in zip(packed.lines, states, strict=True)):
         return _nothing(equilibrium, 0, 0, "no box: a massless line hangs slack and has no shape")

@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import batches
-from cablewright.kernels.layout import Code, Packed
+from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.inverse import stays
 from cablewright.kernels.statics.inverse_work import inverse_workspace
@@ -176,7 +176,7 @@ def _hold(
     platform.wrench[:, : model.n] += wrenches[:, : model.n]
     found, paid = blank_states(rows, len(taut)), np.zeros((rows, len(taut)))
     codes, violations = np.zeros(rows, dtype=np.int64), np.zeros(rows)
-    arrays = (Packed(model.n, lines, platform.array), pose, found, paid, codes, violations)
+    arrays = (packed._replace(lines=lines, platform=platform.array), pose, found, paid, codes, violations)
     run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, False)
     states[:, taut], lengths[:, taut] = found, paid
     return codes, violations
@@ -197,7 +197,7 @@ def _judge(
     for j in np.flatnonzero(np.isin(codes, (Code.OK, Code.UNSTABLE, Code.SINGULAR))):
         if np.isnan(states[j]).any():
             continue
-        codes[j] = judge(packed, states[j], planes[j], work.base.records)
+        codes[j] = judge(packed, states[j], planes[j], work.base.spatial)
         if codes[j] != Code.OK:
             continue
         over = [extremes(packed.lines[i], states[j, i])[1] - max_tensions[i] for i in slack]

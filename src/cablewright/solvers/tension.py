@@ -312,7 +312,7 @@ def _packed(model: Model, rows: int, wrench: ArrayLike | None, retraction: Array
     given = given_rows(wrench, rows, model.n, "wrench", "N and N m")
     platform = PlatformNumbers(np.repeat(packed.platform[:1], rows, axis=0))
     platform.wrench[:, : model.n] = given
-    return Packed(packed.freedoms, packed.lines, platform.array)
+    return packed._replace(platform=platform.array)
 
 
 def _swept(packed: Packed, poses: Array, method: int, curvature: Array, bias: Array) -> Found:

@@ -72,7 +72,7 @@ def moving_workspace(m):
         np.zeros(3),
         np.zeros(3),
     )
-    return workspace_of(3, m), swing
+    return workspace_of(None, 3, m), swing
 
 
 @jit

@@ -5,12 +5,11 @@ anywhere; for other robots it is a robust local minimisation. Line laws: SPRING,
 the line's stiffness, cheap and good for a first guess; SETTLED, the line itself.
 """
 
-from math import log, sqrt
+from math import sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
-    CONTACT,
     DEAD,
     DEAD_COMPLIANCE,
     DEAD_LENGTH,
@@ -19,10 +18,8 @@ from cablewright.kernels.layout import (
     FREE,
     FREE_COMPLIANCE,
     GUIDE,
-    PULLS,
     RADIUS,
     SPANS,
-    TAU,
     WEIGHT,
 )
 from cablewright.kernels.newton import copy, largest, largest_of_column, solve
@@ -31,16 +28,7 @@ from cablewright.kernels.statics.equilibrium import add_eliminated, draw_straigh
 from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
 from cablewright.kernels.statics.plane import hold, into_plane, keep_free_columns
 from cablewright.kernels.statics.sheave import straight, unstrain, whole_length, wrap
-from cablewright.kernels.statics.spatial import (
-    POSE,
-    SIZE,
-    guess_spatial,
-    settle_spatial,
-    spatial_system,
-    straight_length,
-    straight_spatial,
-)
-from cablewright.kernels.statics.spatial_wrench import add_spatial
+from cablewright.kernels.statics.spatial_lines import add_settled
 from cablewright.kernels.statics.wrench import AXIS_DISTANCE, add_line, load_scale, place, start_balance
 
 SPRING, SETTLED = 0, 1
@@ -127,7 +115,7 @@ def _evaluate(packed, lengths, pose, states, work, law):
             _add_spring(row, work.lengths[i], work.arms[i], plane, work.wrench, work.stiffness)
             continue
         if row[GUIDE] > 0.0:
-            if not _add_spatial_line(row, lengths[i], pose, states[i], i, work):
+            if not add_settled(row, lengths[i], pose, states[i], i, SPRING_TENSION, work, work.spatial):
                 return False
             continue
         steps, block, force = work.steps[i], work.blocks[i], work.forces[i]
@@ -137,35 +125,6 @@ def _evaluate(packed, lengths, pose, states, work, law):
         if found > 0:
             add_eliminated(row, states[i], force, steps, work.arms[i], plane, work.wrench, work.stiffness)
     hold(packed, work.wrench, work.stiffness)
-    return True
-
-
-@jit
-def _add_spatial_line(row, length, pose, y, i, work):
-    """Solve a line out of the plane at a fixed pose and add it; a slack massless one adds nothing. False if not."""
-    arm, turned = work.arms[i], work.rotation
-    record, block, rhs = work.records[i], work.spatial_blocks[i], work.spatial_steps[i]
-    if row[WEIGHT] == 0.0:
-        if not straight_spatial(row, y, pose, arm, turned, SLACK_TENSION, record, block, rhs):
-            return False
-        excess = straight_length(row, y) - length
-        if excess <= 0.0:
-            return True
-        compliance = row[SPANS] * y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE]
-        compliance += y[CONTACT] * row[ARC_COMPLIANCE]
-        y[TAU] = log(excess / compliance)
-        unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
-        solved = settle_spatial(row, y, pose, arm, turned, length, record, block, rhs)
-    else:
-        solved = settle_spatial(row, y, pose, arm, turned, length, record, block, rhs) or (
-            guess_spatial(row, y, pose, arm, turned, length, SPRING_TENSION, record, block, rhs)
-            and settle_spatial(row, y, pose, arm, turned, length, record, block, rhs)
-        )
-    if not (solved and spatial_system(row, y, pose, arm, turned, length, record, block, rhs)):
-        return False
-    if not solve(block, rhs, SIZE, POSE + pose.shape[0]):
-        return False
-    add_spatial(row, y, record, rhs, row[PULLS], work.change, work.wrench, work.stiffness)
     return True
 
 

@@ -1,6 +1,6 @@
 """All lines and the platform: Newton on F(x, y) = 0 with each line's block eliminated to an n x n system."""
 
-from math import cos, exp, log, nan, sqrt
+from math import cos, exp, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -41,21 +41,8 @@ from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
 from cablewright.kernels.statics.plane import hold, keep_free, keep_free_columns
 from cablewright.kernels.statics.sheave import straight, whole_length, wrap
-from cablewright.kernels.statics.spatial import (
-    COLUMNS,
-    END_FORCE,
-    POSE,
-    RECORD,
-    RESIDUAL,
-    SIZE,
-    advance_spatial,
-    is_on_axis,
-    is_unwound,
-    spatial_system,
-    straight_length,
-    straight_spatial,
-)
-from cablewright.kernels.statics.spatial_wrench import add_spatial, add_spatial_pull
+from cablewright.kernels.statics.spatial import SpatialWork, is_unwound, spatial_work
+from cablewright.kernels.statics.spatial_lines import condense_placed, draw_placed, evaluate_placed, step_placed
 from cablewright.kernels.statics.wrench import add_line, add_pull, has_plane, is_eyelet, place, start_balance
 
 NEWTON_STEPS = 60
@@ -84,21 +71,18 @@ class Work(NamedTuple):
     trial: NDArray[np.float64]  # (n,)
     forces: NDArray[np.float64]  # (m, 2): tension (h, v) where each free span starts
     lengths: NDArray[np.float64]  # (m,)
-    records: NDArray[np.float64]  # (m, RECORD): of lines out of the plane, see `spatial`
-    spatial_blocks: NDArray[np.float64]  # (m, 4, 4)
-    spatial_steps: NDArray[np.float64]  # (m, 4, 8)
-    change: NDArray[np.float64]  # (n,): of one line's wrench
+    spatial: SpatialWork | None
 
 
 @jit(allocates=True)
 def workspace(packed):
     """Scratch that fits *packed*."""
-    return workspace_of(packed.freedoms, packed.lines.shape[0])
+    return workspace_of(packed.out_of_plane, packed.freedoms, packed.lines.shape[0])
 
 
 @jit(allocates=True)
-def workspace_of(n, m):
-    """Scratch for *n* freedoms and *m* lines."""
+def workspace_of(out_of_plane, n, m):
+    """Scratch for *n* freedoms and *m* lines, of which some are *out_of_plane*, see `Packed`."""
     return Work(
         np.zeros((m, STATE, STATE)),
         np.zeros((m, STATE, 4)),
@@ -111,10 +95,7 @@ def workspace_of(n, m):
         np.zeros(n),
         np.zeros((m, 2)),
         np.zeros(m),
-        np.zeros((m, RECORD)),
-        np.zeros((m, SIZE, SIZE)),
-        np.zeros((m, SIZE, COLUMNS)),
-        np.zeros(n),
+        spatial_work(out_of_plane, n, m),
     )
 
 
@@ -141,7 +122,7 @@ def evaluate(packed, lengths, pose, states, work):
         if is_slack(row, y):
             continue
         if row[GUIDE] > 0.0:
-            size, force = _evaluate_spatial(row, y, lengths[i], i, pose, work)
+            size, force = evaluate_placed(row, y, lengths[i], pose, i, work, work.spatial)
             if size > worst or size != size:
                 worst = size
             scale = max(scale, force)
@@ -162,23 +143,6 @@ def evaluate(packed, lengths, pose, states, work):
 
 
 @jit
-def _evaluate_spatial(row, y, length, i, pose, work):
-    """As `evaluate`, of one line out of the plane. Returns its largest residual, m, and force, N."""
-    record, rhs = work.records[i], work.spatial_steps[i]
-    if not spatial_system(row, y, pose, work.arms[i], work.rotation, length, record, work.spatial_blocks[i], rhs):
-        return nan, 0.0
-    add_spatial_pull(record, row[PULLS], work.trial)
-    worst, force = 0.0, 0.0
-    for k in range(SIZE):
-        size = abs(rhs[k, RESIDUAL])
-        if size > worst or size != size:
-            worst = size
-    for k in range(3):
-        force = max(force, row[PULLS] * abs(record[END_FORCE + k]))
-    return worst, force
-
-
-@jit
 def condense(packed, states, work):
     """Eliminate the evaluated lines: leaves the balance after each line's own Newton step and the tangent stiffness.
 
@@ -189,10 +153,8 @@ def condense(packed, states, work):
         if is_slack(row, y):
             continue
         if row[GUIDE] > 0.0:
-            if not solve(work.spatial_blocks[i], work.spatial_steps[i], SIZE, POSE + packed.freedoms):
+            if not condense_placed(row, y, i, work, work.spatial):
                 return False
-            rows = work.spatial_steps[i]
-            add_spatial(row, y, work.records[i], rows, row[PULLS], work.change, work.wrench, work.stiffness)
             continue
         if not eliminate(row, work.blocks[i], steps, 3):
             return False
@@ -220,9 +182,7 @@ def draw_straight(row, y, pose, i, tension, work):
     Negative where the platform point lies inside a sheave.
     """
     if row[GUIDE] > 0.0:
-        record, block, rhs = work.records[i], work.spatial_blocks[i], work.spatial_steps[i]
-        found = straight_spatial(row, y, pose, work.arms[i], work.rotation, tension, record, block, rhs)
-        return straight_length(row, y) if found else -1.0
+        return draw_placed(row, y, pose, i, tension, work, work.spatial)
     plane = work.planes[i]
     return whole_length(row, y) if straight(row, plane[2], plane[3], tension, y) else -1.0
 
@@ -313,7 +273,7 @@ def newton_step(packed, pose, states, work):
         if is_slack(lines[i], states[i]):
             continue
         if lines[i, GUIDE] > 0.0:
-            full = _step_spatial(states[i], work.spatial_steps[i], work.move) and full
+            full = step_placed(states[i], i, work.move, work.spatial) and full
         else:
             full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
     return True, step, full
@@ -355,27 +315,16 @@ def step_line(row, y, steps, arm, plane, move):
 
 
 @jit
-def _step_spatial(y, steps, move):
-    """As `step_line`, of a line out of the plane."""
-    for k in range(SIZE):
-        for j in range(move.shape[0]):
-            steps[k, RESIDUAL] -= steps[k, POSE + j] * move[j, 0]
-    return advance_spatial(y, steps, RESIDUAL, 1.0)
-
-
-@jit
-def judge(packed, states, planes, records):
+def judge(packed, states, planes, spatial):
     """Code of a solved equilibrium: OK if the machine can have it; OVERSTRETCHED only if nothing else is wrong.
 
-    *planes* and *records*: of the lines as evaluated, see `Work`.
+    *planes* and *spatial*: of the lines as evaluated, see `Work`.
     """
     code = OK
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
         if row[GUIDE] > 0.0:
-            if is_on_axis(row, y):
-                return UNDER_EXIT
-            if is_unwound(row, records[i]):
+            if is_unwound(row, i, spatial):
                 return BAD_WRAP
             if extremes(row, y)[1] > row[BREAKING]:
                 code = OVERSTRETCHED

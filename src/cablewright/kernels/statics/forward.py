@@ -28,7 +28,7 @@ from cablewright.kernels.statics.equilibrium import (
     refine,
 )
 from cablewright.kernels.statics.line import SLACK_TENSION, guess
-from cablewright.kernels.statics.spatial import guess_spatial
+from cablewright.kernels.statics.spatial_lines import guess_placed
 from cablewright.kernels.statics.wrench import load_scale, place
 
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
@@ -56,7 +56,7 @@ def solve_warm(packed, lengths, pose, states, work):
             return code, iterations, residual
     code = judge_stability(packed, states, work)
     if code == OK:
-        code = judge(packed, states, work.planes, work.records)
+        code = judge(packed, states, work.planes, work.spatial)
     return code, iterations, residual
 
 
@@ -242,11 +242,10 @@ def guess_states(packed, lengths, pose, states, work, pull):
     if packed.freedoms == 6:
         matrix(pose[3:], work.rotation)
     for i in range(packed.lines.shape[0]):
-        row, y, plane, arm = packed.lines[i], states[i], work.planes[i], work.arms[i]
-        place(packed.lines, i, pose, work.rotation, arm, plane)
+        row, y, plane = packed.lines[i], states[i], work.planes[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
         if row[GUIDE] > 0.0:
-            record, block, rhs = work.records[i], work.spatial_blocks[i], work.spatial_steps[i]
-            if not guess_spatial(row, y, pose, arm, work.rotation, lengths[i], share, record, block, rhs):
+            if not guess_placed(row, y, pose, i, lengths[i], share, work, work.spatial):
                 return False
         elif not guess(row, plane[2], plane[3], lengths[i], share, y):
             return False

@@ -64,9 +64,14 @@ from cablewright.kernels.statics.line import (
 )
 from cablewright.kernels.statics.plane import keep_free
 from cablewright.kernels.statics.sheave import straight, unstrain
-from cablewright.kernels.statics.spatial import END_FORCE, GIVEN, advance_spatial
-from cablewright.kernels.statics.spatial_pull import TAUT, begin_spatial, settle_placed, spatial_column
-from cablewright.kernels.statics.spatial_wrench import add_spatial_pull
+from cablewright.kernels.statics.spatial_pull import (
+    TAUT,
+    add_placed,
+    begin_placed,
+    column_placed,
+    predict_placed,
+    settle_placed,
+)
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.statics.wrench import (
     NO_PLANE,
@@ -190,7 +195,7 @@ def none_rigid(packed, work):
     for i in range(packed.lines.shape[0]):
         copy(packed.lines[i], work.lines[i])
         work.lines[i, FREE_COMPLIANCE] = max(packed.lines[i, FREE_COMPLIANCE], STIFFEST)
-    return Packed(packed.freedoms, work.lines, packed.platform)
+    return Packed(packed.freedoms, work.lines, packed.platform, packed.out_of_plane)
 
 
 @jit
@@ -202,9 +207,7 @@ def balances(packed, states, work):
     for i in range(packed.lines.shape[0]):
         row = packed.lines[i]
         if row[GUIDE] > 0.0:
-            add_spatial_pull(base.records[i], row[PULLS], base.wrench)
-            for k in range(3):
-                scale = max(scale, row[PULLS] * abs(base.records[i, END_FORCE + k]))
+            scale = max(scale, add_placed(row, i, base.spatial, base.wrench))
             continue
         h, v = start_force(states[i])
         v += row[WEIGHT] * states[i, FREE]
@@ -239,7 +242,7 @@ def _distribute(packed, pose, states, work, slackest):
         if change < TENSION_TOLERANCE:
             if not (_settle_idle(packed, pose, states, work) and balances(packed, states, work)):
                 return NOT_CONVERGED
-            return judge(packed, states, work.base.planes, work.base.records)
+            return judge(packed, states, work.base.planes, work.base.spatial)
         # slack lines are nonlinear: shorten the steps where programs overshoot
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     return NOT_CONVERGED
@@ -255,7 +258,7 @@ def _settle_idle(packed, pose, states, work):
     for i in range(packed.lines.shape[0]):
         row, pull, plane = packed.lines[i], work.pulls[i], base.planes[i]
         if row[GUIDE] > 0.0:
-            if not settle_placed(row, states[i], i, pose, pull, base):
+            if not settle_placed(row, states[i], i, pose, pull, base, base.spatial):
                 return False
         elif abs(work.moves[i]) > PREDICTED * pull and not settle_at_pull(
             row, plane[2], plane[3], pull, states[i], base.blocks[i], base.steps[i]
@@ -312,7 +315,7 @@ def _begin(packed, pose, states, work, known):
         row, y, plane = packed.lines[i], states[i], base.planes[i]
         place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
         if row[GUIDE] > 0.0:
-            code, work.pulls[i] = begin_spatial(row, y, i, pose, base, known, share)
+            code, work.pulls[i] = begin_placed(row, y, i, pose, base, base.spatial, known, share)
             if code != OK:
                 return code
             continue
@@ -366,7 +369,7 @@ def _program(packed, pose, states, work, give, relax):
         grown = log(work.pulls[i] / pull)
         if abs(grown) < 0.1:  # predict the line's state along dy / dlog(pull), which saves it a Newton step
             if packed.lines[i, GUIDE] > 0.0:
-                advance_spatial(states[i], base.spatial_steps[i], GIVEN, -grown)
+                predict_placed(states[i], i, base.spatial, grown)
             else:
                 for k in range(int(packed.lines[i, UNKNOWNS])):
                     states[i, k] += grown * base.steps[i, k, 1]
@@ -384,7 +387,9 @@ def _linearise_line(packed, i, pose, y, work):
     """
     row, pull, base = packed.lines[i], work.pulls[i], work.base
     if row[GUIDE] > 0.0:
-        solved, dphi, dtau, dfree, ddead = spatial_column(row, y, i, pose, pull, base, work.column, work.load)
+        solved, dphi, dtau, dfree, ddead = column_placed(
+            row, y, i, pose, pull, base, base.spatial, work.column, work.load
+        )
         if not solved:
             return False, 0.0, 0.0, 0.0, 0.0
         keep_free(packed, work.column)

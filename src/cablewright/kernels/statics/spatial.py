@@ -9,11 +9,14 @@ Steps of the unknowns are s = df / |f| (3,) and that of the span's length: four 
 """
 
 from math import atan2, cos, exp, log, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
-    AXIS_X,
     AZIMUTH,
     CONTACT,
     DEAD,
@@ -21,10 +24,8 @@ from cablewright.kernels.layout import (
     END_AXIS_X,
     END_RADIUS,
     EXIT_X,
-    EYELET,
     FREE,
     FREE_COMPLIANCE,
-    GUIDE,
     INSIDE_SHEAVE,
     MEAN_RISE,
     NOT_CONVERGED,
@@ -44,7 +45,6 @@ from cablewright.kernels.statics.guides import (
     BY_FORCE,
     CONTACT_POINT,
     GUIDE_SIZE,
-    NO_PLANE,
     SPAN,
     SPAN_BY_FORCE,
     leave_frame,
@@ -71,6 +71,27 @@ STRAIGHT_STEP = 0.5  # largest turn of a straight line's direction in one step
 CLOSED = 1e-15  # m per m: a few roundings
 ON_AXIS = -1.0  # in place of a length: a sheave has no plane
 UNWOUND = 1e-12  # of a sheave's radius: contact below zero that is rounding
+
+
+class SpatialWork(NamedTuple):
+    """Scratch of lines out of the plane.
+
+    Robots without such lines have None in its place. Numba then leaves out what follows ``spatial is None``, so that
+    their kernels neither compile nor carry the code of these lines (docs/decisions/0014-lines-apart.md).
+    """
+
+    records: NDArray[np.float64]  # (m, RECORD)
+    blocks: NDArray[np.float64]  # (m, 4, 4)
+    steps: NDArray[np.float64]  # (m, 4, 8): right-hand sides
+    change: NDArray[np.float64]  # (n,): of one line's wrench
+
+
+@jit(allocates=True)
+def spatial_work(out_of_plane, n, m):
+    """Scratch for *m* lines of a robot with *n* freedoms; None where none is *out_of_plane*, see `Packed`."""
+    if out_of_plane is None:
+        return None
+    return SpatialWork(np.zeros((m, RECORD)), np.zeros((m, SIZE, SIZE)), np.zeros((m, SIZE, COLUMNS)), np.zeros(n))
 
 
 @jit
@@ -392,18 +413,9 @@ def guess_spatial(row, y, pose, arm, rotation, length, tension, record, block, r
 
 
 @jit
-def is_on_axis(row, y):
-    """Whether the span leaves the frame along the axis of its sheave, which then has no plane."""
-    if row[GUIDE] == EYELET:
+def is_unwound(row, i, spatial):
+    """Whether the cable of line *i* would leave a sheave before it meets it: an angle of contact is negative."""
+    if spatial is None:
         return False
-    c, ax, ay, az = cos(y[PHI]), row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2]
-    fx, fy, fz = c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI])
-    across = (fy * az - fz * ay) ** 2 + (fz * ax - fx * az) ** 2 + (fx * ay - fy * ax) ** 2
-    return across < NO_PLANE * NO_PLANE
-
-
-@jit
-def is_unwound(row, record):
-    """Whether the cable would leave a sheave before it meets it: an angle of contact of the placed line is negative."""
-    at_frame = record[FRAME + ARC] < -UNWOUND * row[RADIUS]
-    return at_frame or record[PLATFORM + ARC] < -UNWOUND * row[END_RADIUS]
+    at_frame = spatial.records[i, FRAME + ARC] < -UNWOUND * row[RADIUS]
+    return at_frame or spatial.records[i, PLATFORM + ARC] < -UNWOUND * row[END_RADIUS]

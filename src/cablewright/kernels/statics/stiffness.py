@@ -6,8 +6,7 @@ from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack, workspace
 from cablewright.kernels.statics.line import force_change, lengths_of, pull_of
 from cablewright.kernels.statics.plane import keep_free_part
-from cablewright.kernels.statics.spatial import ARM
-from cablewright.kernels.statics.spatial_wrench import stiffness_along
+from cablewright.kernels.statics.spatial_lines import write_stiffness
 
 
 @jit(allocates=True)
@@ -40,9 +39,7 @@ def _stiffness(packed, pose, states, work, tangent, chords, axial, arms):
             axial[i], chords[i, :] = 0.0, 0.0
             continue
         if row[GUIDE] > 0.0:
-            record = work.records[i]
-            axial[i] = row[PULLS] * stiffness_along(row, y, record, work.spatial_steps[i], chords[i])
-            arms[i, 0], arms[i, 1], arms[i, 2] = record[ARM], record[ARM + 1], record[ARM + 2]
+            axial[i] = write_stiffness(row, y, i, chords[i], arms[i], work.spatial)
             continue
         h, v = work.forces[i, 0], work.forces[i, 1]
         kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)

@@ -16,7 +16,6 @@ from cablewright.kernels.layout import (
     INFEASIBLE,
     NOT_CONVERGED,
     OK,
-    PULLS,
     TENSION_MAX,
     TENSION_MIN,
     UNKNOWNS,
@@ -26,15 +25,13 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import largest, largest_of_column, solve
 from cablewright.kernels.rotation import angle_of, left_jacobian, matrix
 from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
-from cablewright.kernels.statics.equilibrium import draw_straight, judge
+from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
 from cablewright.kernels.statics.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
 from cablewright.kernels.statics.plane import add_reactions, keep_free
 from cablewright.kernels.statics.sheave import straight, unstrain
-from cablewright.kernels.statics.spatial import GIVEN
-from cablewright.kernels.statics.spatial_pull import settle_placed
-from cablewright.kernels.statics.spatial_wrench import add_spatial_pull, add_spatial_stiffness, wrench_change
+from cablewright.kernels.statics.spatial_pull import add_hanging
 from cablewright.kernels.statics.wrench import add_line, add_pull, load_scale, place, start_balance
 
 MAX_PUSHING = 2  # number of the start from which on a line that would have to push ends the search
@@ -99,7 +96,7 @@ def _solve_from(packed, given, pose, states, work):
     code = stays(packed, pose, states, work)
     if code != OK:
         return code, 0.0
-    code = judge(packed, states, work.base.planes, work.base.records)
+    code = judge(packed, states, work.base.planes, work.base.spatial)
     violation = 0.0
     for i in range(packed.lines.shape[0]):
         low, high = extremes(packed.lines[i], states[i])
@@ -236,7 +233,7 @@ def _evaluate(packed, pose, states, work, restart):
         place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
         x, z, pull = plane[2], plane[3], work.pulls[i]
         if row[GUIDE] > 0.0:
-            if not _add_spatial(row, y, i, pose, work, restart):
+            if not add_hanging(row, y, i, pose, work, base.spatial, restart):
                 return False
             continue
         if restart or not settle_at_pull(row, x, z, pull, y, block, steps):
@@ -264,23 +261,4 @@ def _evaluate(packed, pose, states, work, restart):
         for k in range(packed.freedoms):
             work.structure[k, i] = work.column[k]
     keep_free(packed, base.wrench)
-    return True
-
-
-@jit
-def _add_spatial(row, y, i, pose, work, restart):
-    """As `_evaluate`, of one line out of the plane."""
-    base, pull = work.base, work.pulls[i]
-    if restart or not settle_placed(row, y, i, pose, pull, base):
-        if draw_straight(row, y, pose, i, pull, base) < 0.0:
-            return False
-        unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
-        if not settle_placed(row, y, i, pose, pull, base):
-            return False
-    record, steps = base.records[i], base.spatial_steps[i]
-    add_spatial_pull(record, row[PULLS], base.wrench)
-    add_spatial_stiffness(row, y, record, steps, row[PULLS], work.column, base.stiffness)
-    wrench_change(row, y, record, steps, GIVEN, -1, row[PULLS], work.column)
-    for k in range(pose.shape[0]):
-        work.structure[k, i] = work.column[k]
     return True

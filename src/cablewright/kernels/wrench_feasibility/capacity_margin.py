@@ -44,10 +44,11 @@ class Facets(NamedTuple):
 
 
 @jit(allocates=True)
-def facet_scratch(n, m):
-    """Scratch for *n* freedoms and *m* lines."""
+def facet_scratch(packed):
+    """Scratch that fits a batch."""
+    n, m = packed.freedoms, packed.lines.shape[1]
     return Facets(
-        structure_scratch(m),
+        structure_scratch(packed.out_of_plane, m),
         np.zeros((m, n)),
         np.zeros((n, n)),
         np.zeros(m + 1, np.int64),
@@ -250,7 +251,7 @@ def _distance(packed, n, m, held, work):
 @jit(allocates=True)
 def capacity_rows(packed, poses, half, length, margins, ranks, codes, first, last):
     """Capacity margins of rows *first* to *last* in place; see `capacity_sweep`."""
-    work = facet_scratch(packed.freedoms, packed.lines.shape[1])
+    work = facet_scratch(packed)
     _capacity_each(packed, poses, half, length, margins, ranks, codes, first, last, work)
 
 

@@ -36,11 +36,10 @@ from cablewright.kernels.statics.equilibrium import BACKWARDS
 from cablewright.kernels.statics.sheave import straight, wrap
 from cablewright.kernels.statics.spatial import (
     ARM,
-    COLUMNS,
     FORCE,
-    RECORD,
-    SIZE,
+    SpatialWork,
     is_unwound,
+    spatial_work,
     straight_spatial,
     why_not_straight,
 )
@@ -64,14 +63,12 @@ class StructureScratch(NamedTuple):
     arm: NDArray[np.float64]  # (3,)
     plane: NDArray[np.float64]  # (4,)
     state: NDArray[np.float64]  # (STATE,)
-    record: NDArray[np.float64]  # (RECORD,): of a line out of the plane, see `spatial`
-    block: NDArray[np.float64]  # (4, 4)
-    rhs: NDArray[np.float64]  # (4, 8)
+    spatial: SpatialWork | None  # for one line
 
 
 @jit(allocates=True)
-def structure_scratch(m):
-    """Scratch for *m* lines."""
+def structure_scratch(out_of_plane, m):
+    """Scratch for *m* lines, of which some are *out_of_plane*, see `Packed`."""
     return StructureScratch(
         np.zeros((m + 1 + WIDTH, WIDTH)),
         np.ones(WIDTH),
@@ -80,9 +77,7 @@ def structure_scratch(m):
         np.zeros(3),
         np.zeros(4),
         np.zeros(STATE),
-        np.zeros(RECORD),
-        np.zeros((SIZE, SIZE)),
-        np.zeros((SIZE, COLUMNS)),
+        spatial_work(out_of_plane, 6, 1),
     )
 
 
@@ -139,7 +134,7 @@ def _over_sheave(lines, i, pose, rotation, arm, work):
     place(lines, i, pose, rotation, arm, plane)
     tension = 0.5 * (row[TENSION_MIN] + row[TENSION_MAX])
     if row[GUIDE] > 0.0:
-        return _straight_spatial(row, pose, rotation, arm, tension, work)
+        return _straight_placed(row, pose, rotation, arm, tension, work.state, work.spatial)
     if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
     if not straight(row, plane[2], plane[3], tension, state):
@@ -154,12 +149,14 @@ def _over_sheave(lines, i, pose, rotation, arm, work):
 
 
 @jit
-def _straight_spatial(row, pose, rotation, arm, tension, work):
+def _straight_placed(row, pose, rotation, arm, tension, state, spatial):
     """As `_over_sheave`, of a line out of the plane; *arm* then reaches to where it leaves the platform."""
-    state, record = work.state, work.record
-    if not straight_spatial(row, state, pose, arm, rotation, tension, record, work.block, work.rhs):
+    if spatial is None:
+        return UNDER_EXIT, 0.0, 0.0, 0.0
+    record = spatial.records[0]
+    if not straight_spatial(row, state, pose, arm, rotation, tension, record, spatial.blocks[0], spatial.steps[0]):
         return why_not_straight(row, state, pose, arm), 0.0, 0.0, 0.0
-    if is_unwound(row, record):
+    if is_unwound(row, 0, spatial):
         return BAD_WRAP, 0.0, 0.0, 0.0
     arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
     return OK, -record[FORCE], -record[FORCE + 1], -record[FORCE + 2]

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
@@ -67,7 +66,7 @@ class Rig:
         hung = solve_forward(model, self.lengths, guess=start).checked()
         self.winches = Winches(self.robot, settings.winch, self.lengths, seed)
         shared = model.packed
-        self.packed = Packed(shared.freedoms, shared.lines.copy(), shared.platform.copy())
+        self.packed = shared._replace(lines=shared.lines.copy(), platform=shared.platform.copy())
         self.states = hung.states.copy()
         self.tensions = hung.tensions.copy()
         self.motion = np.zeros(dynamics.MOTION)
