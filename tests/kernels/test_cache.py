@@ -57,9 +57,9 @@ def folder(tmp_path: Path, monkeypatch) -> Path:
 
 def test_a_kernel_is_compiled_once(folder: Path) -> None:
     first, second = fresh(), fresh()
-    assert not is_compiled(first)
+    assert not is_compiled(first, POSE)
     assert first(POSE) == ANGLE
-    assert is_compiled(second)
+    assert is_compiled(second, POSE)
     assert second(POSE) == ANGLE
     assert (hits(first), hits(second)) == (0, 1)
     assert [file.parent.name for file in entries(folder)] == [f"{rotation.__name__}.angle_of"]
@@ -163,7 +163,7 @@ def test_without_a_folder_that_is_safe_and_writable_one_line_is_said(
     kernel = [fresh(), fresh()]
     assert [each(POSE) for each in kernel] == [ANGLE, ANGLE]
     assert sum(map(hits, kernel)) == 0
-    assert not is_compiled(fresh())
+    assert not is_compiled(fresh(), POSE)
     (said,) = caplog.messages
     assert "compiled anew in each process" in said
     assert not entries(folder)
@@ -291,7 +291,7 @@ def ended(process: subprocess.Popen[str], said: str = "", answered: str = "") ->
 
 
 DOUBLE = "from cablewright.kernels.caller import *; print(double(), hits(double))"
-TOTAL = "from cablewright.kernels.caller import *; print(is_compiled(total), total(8), hits(total))"
+TOTAL = "from cablewright.kernels.caller import *; print(is_compiled(total, 8), total(8), hits(total))"
 
 
 def test_an_edit_of_a_callee_in_another_folder_is_seen(tree: Path) -> None:

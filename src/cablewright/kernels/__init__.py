@@ -16,23 +16,36 @@ __all__ = ["is_compiled", "jit", "prange"]
 prange = numba.prange
 
 
-def jit(function: Callable[..., Any] | None = None, *, parallel: bool = False, allocates: bool = False) -> Any:
+def jit(
+    function: Callable[..., Any] | None = None,
+    *,
+    parallel: bool = False,
+    allocates: bool = False,
+    inline: bool = False,
+) -> Any:
     """Compile *function* with the package's options, and cache it if it is one of the package's kernels.
 
     *allocates*: the kernel creates arrays. All others are compiled without reference counting, which would cost more
-    per view of a row than the arithmetic on it.
+    per view of a row than the arithmetic on it. *inline*: the kernel is always made part of its callers. It is for
+    short ones on views of arrays, of which a call copies each size and stride: LLVM sees that cost only in part.
     """
     if function is None:
-        return lambda inner: jit(inner, parallel=parallel, allocates=allocates)
+        return lambda inner: jit(inner, parallel=parallel, allocates=allocates, inline=inline)
     options: dict[str, Any] = {"nopython": True, "error_model": "numpy", "parallel": parallel, "nogil": True}
-    dispatcher = numba.jit(_nrt=allocates or parallel, **options)(function)
+    dispatcher = numba.jit(_nrt=allocates or parallel, forceinline=inline, **options)(function)
     if not config.DISABLE_JIT and is_stamped(function):
         dispatcher._cache = KernelCache(function)
     return dispatcher
 
 
-def is_compiled(function: Any) -> bool:
-    """Whether *function*, made by `jit`, was compiled from the present sources by this process or an earlier one."""
-    if config.DISABLE_JIT or function.signatures:
+def is_compiled(function: Any, *arguments: Any) -> bool:
+    """Whether *function*, made by `jit`, was compiled for the types of *arguments*, by this process or an earlier one.
+
+    Kernels of earlier processes count if they are of the present sources.
+    """
+    if config.DISABLE_JIT:
         return True
-    return isinstance(function._cache, KernelCache) and function._cache.holds_any()
+    signature = tuple(map(numba.typeof, arguments))
+    if signature in function.overloads:
+        return True
+    return isinstance(function._cache, KernelCache) and function._cache.holds(signature, function.targetctx.codegen())

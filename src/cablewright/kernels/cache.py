@@ -93,10 +93,10 @@ class KernelCache(NullCache):  # type: ignore[misc]
         except OSError as reason:
             _warn_once(reason)
 
-    def holds_any(self) -> bool:
-        """Whether some signature of the function is saved."""
+    def holds(self, signature: Any, codegen: Any) -> bool:
+        """Whether the function is saved as compiled for *signature*."""
         folder = open_folder()
-        return folder is not None and any((folder / self._folder).glob("*"))
+        return folder is not None and (folder / self._file(self._key(signature, codegen))).exists()
 
     def _key(self, signature: Any, codegen: Any) -> tuple[Any, ...]:
         return STAMP, self._name, self._line, signature, codegen.magic_tuple()

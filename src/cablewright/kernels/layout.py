@@ -96,17 +96,19 @@ PLATFORM = 16
 class Packed(NamedTuple):
     """A robot under one fidelity, as arrays: the first argument of most kernels.
 
-    In batches *lines* and *platform* have a leading axis: one row for all problems, or one for each.
+    In batches *lines* and *platform* have a leading axis: one row for all problems, or one for each. Kernels are
+    compiled apart where *general* is None: Numba leaves out what a function does otherwise, so that a plain robot
+    neither compiles nor carries it (docs/decisions/0014-plain-robots-apart.md).
     """
 
     freedoms: int  # n: 3 or 6
     lines: NDArray[np.float64]  # (m, COLUMNS)
     platform: NDArray[np.float64]  # (PLATFORM,)
-    out_of_plane: bool | None  # True if a line is out of the plane; else None, for which kernels are compiled apart
+    general: bool | None  # True if a line is out of the plane or the platform has a plane; else None
 
 
 @jit(allocates=True)
 def robot_of(packed, j):
     """The robot of problem *j* of a batch."""
     row = j if packed.lines.shape[0] > 1 else 0
-    return Packed(packed.freedoms, packed.lines[row], packed.platform[row], packed.out_of_plane)
+    return Packed(packed.freedoms, packed.lines[row], packed.platform[row], packed.general)

@@ -34,7 +34,8 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
     platform = PlatformNumbers(np.zeros(layout.PLATFORM))
     _pack_platform(platform, robot.platform, robot.scene.gravity)
     platform.massless = (lines.weight == 0.0).any()
-    return Packed(robot.n, lines.array, platform.array, True if lines.guide.any() else None)
+    general = robot.platform.plane is not None or bool(lines.guide.any())
+    return Packed(robot.n, lines.array, platform.array, general or None)
 
 
 def pack_rows(

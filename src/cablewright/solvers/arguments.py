@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import is_compiled
+from cablewright.kernels.layout import Packed
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.plane import projected
 from cablewright.models.rotation import shortest
@@ -213,6 +214,9 @@ def _say_compiling() -> None:
     log.info("compiling kernels (once, up to a minute)")
 
 
+_ready: set[tuple[Any, bool | None]] = set()  # kernels of which this process knows that they are compiled, by variant
+
+
 def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
     """Run the serial kernel on few rows, the parallel one on many, and nothing on none.
 
@@ -221,11 +225,15 @@ def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], row
     if not rows:
         return
     serial = rows < SERIAL_BELOW or _Threads.lost
-    if not is_compiled(rows_kernel if serial else sweep_kernel):
-        _say_compiling()
+    kernel, given = (rows_kernel, (*arguments, 0, rows)) if serial else (sweep_kernel, arguments)
+    variant = kernel, next((each.general for each in arguments if isinstance(each, Packed)), None)
+    if variant not in _ready:
+        if not is_compiled(kernel, *given):
+            _say_compiling()
+        _ready.add(variant)
     if serial:
-        rows_kernel(*arguments, 0, rows)
+        kernel(*given)
         return
     with _Threads.lock:
         _Threads.begun = True
-        sweep_kernel(*arguments)
+        kernel(*given)

@@ -128,7 +128,7 @@ def _evaluate(packed, lengths, pose, states, work, law):
     return True
 
 
-@jit
+@jit(inline=True)
 def _add_spring(row, length, arm, plane, wrench, stiffness):
     """Add a unilateral spring of unstrained *length* from the exit point."""
     x, z = plane[2], plane[3]

@@ -77,12 +77,12 @@ class Work(NamedTuple):
 @jit(allocates=True)
 def workspace(packed):
     """Scratch that fits *packed*."""
-    return workspace_of(packed.out_of_plane, packed.freedoms, packed.lines.shape[0])
+    return workspace_of(packed.general, packed.freedoms, packed.lines.shape[0])
 
 
 @jit(allocates=True)
-def workspace_of(out_of_plane, n, m):
-    """Scratch for *n* freedoms and *m* lines, of which some are *out_of_plane*, see `Packed`."""
+def workspace_of(general, n, m):
+    """Scratch for *n* freedoms and *m* lines; *general*: see `Packed`."""
     return Work(
         np.zeros((m, STATE, STATE)),
         np.zeros((m, STATE, 4)),
@@ -95,7 +95,7 @@ def workspace_of(out_of_plane, n, m):
         np.zeros(n),
         np.zeros((m, 2)),
         np.zeros(m),
-        spatial_work(out_of_plane, n, m),
+        spatial_work(general, n, m),
     )
 
 

@@ -5,7 +5,6 @@ from math import pi
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     GUIDE,
-    HELD,
     LEVER_UNSTABLE,
     MASSLESS,
     NORMAL,
@@ -28,6 +27,7 @@ from cablewright.kernels.statics.equilibrium import (
     refine,
 )
 from cablewright.kernels.statics.line import SLACK_TENSION, guess
+from cablewright.kernels.statics.plane import is_held
 from cablewright.kernels.statics.spatial_lines import guess_placed
 from cablewright.kernels.statics.wrench import load_scale, place
 
@@ -143,7 +143,7 @@ def turn_to_start(packed, pose, start):
     In a plane only the normal is an axis.
     """
     pose[3:] = 0.0
-    if packed.platform[HELD] > 0.0:
+    if is_held(packed.general, packed.platform):
         turn = (start + 1) // 2 * (IN_PLANE if start % 2 else -IN_PLANE)
         for k in range(3):
             pose[3 + k] = turn * packed.platform[NORMAL + k]

@@ -195,7 +195,7 @@ def none_rigid(packed, work):
     for i in range(packed.lines.shape[0]):
         copy(packed.lines[i], work.lines[i])
         work.lines[i, FREE_COMPLIANCE] = max(packed.lines[i, FREE_COMPLIANCE], STIFFEST)
-    return Packed(packed.freedoms, work.lines, packed.platform, packed.out_of_plane)
+    return Packed(packed.freedoms, work.lines, packed.platform, packed.general)
 
 
 @jit

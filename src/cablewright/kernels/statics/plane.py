@@ -18,6 +18,14 @@ from cablewright.kernels.layout import (
 )
 
 
+@jit(inline=True)
+def is_held(general, platform):
+    """Whether a plane carries the platform; *general*: see `Packed`."""
+    if general is None:
+        return False
+    return platform[HELD] > 0.0
+
+
 @jit
 def _normal(packed):
     """The unit vector across the plane."""
@@ -28,7 +36,7 @@ def _normal(packed):
 @jit
 def keep_free(packed, wrench):
     """Take from *wrench* (n,) what the plane carries."""
-    if packed.platform[HELD] == 0.0:
+    if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
     along = x * wrench[0] + y * wrench[1] + z * wrench[2]
@@ -43,7 +51,7 @@ def keep_free(packed, wrench):
 @jit
 def keep_free_columns(packed, columns):
     """As `keep_free`, of each column of a matrix (n, k). Of moves it takes what rounding left across the plane."""
-    if packed.platform[HELD] == 0.0:
+    if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
     for j in range(columns.shape[1]):
@@ -59,7 +67,7 @@ def keep_free_columns(packed, columns):
 @jit
 def keep_free_part(packed, stiffness):
     """Replace the *stiffness* (n, n) by P K P."""
-    if packed.platform[HELD] == 0.0:
+    if not is_held(packed.general, packed.platform):
         return
     keep_free_columns(packed, stiffness)
     for i in range(stiffness.shape[0]):
@@ -69,7 +77,7 @@ def keep_free_part(packed, stiffness):
 @jit
 def hold(packed, wrench, stiffness):
     """Leave the balance in the free directions; the others become as stiff as these, so that nothing moves there."""
-    if packed.platform[HELD] == 0.0:
+    if not is_held(packed.general, packed.platform):
         return
     keep_free(packed, wrench)
     keep_free_part(packed, stiffness)
@@ -91,7 +99,7 @@ def hold(packed, wrench, stiffness):
 @jit
 def into_plane(packed, pose):
     """Move the position of *pose* into the plane."""
-    if packed.platform[HELD] == 0.0:
+    if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
     off = x * pose[0] + y * pose[1] + z * pose[2] - packed.platform[PLANE_DISTANCE]
@@ -138,7 +146,7 @@ def free_rows(packed, table, scale, rows):
     Forces along both axes of the plane, and of a body the moment about the normal; *scale* (n,) alike.
     """
     n = packed.freedoms
-    if packed.platform[HELD] == 0.0:
+    if not is_held(packed.general, packed.platform):
         return n
     x, y, z = _normal(packed)
     a, b, c, d, e, f = axes(packed)
@@ -156,7 +164,7 @@ def free_rows(packed, table, scale, rows):
 @jit
 def free_side(packed, half, k):
     """Entry *k* of the half sides (n,) of a box of wrenches, in the free directions; exact in a plane along axes."""
-    if packed.platform[HELD] == 0.0:
+    if not is_held(packed.general, packed.platform):
         return half[k]
     a, b, c, d, e, f = axes(packed)
     if k == 0:
@@ -170,7 +178,7 @@ def free_side(packed, half, k):
 @jit
 def add_reactions(packed, matrix, column):
     """Append columns of the plane's own force and moments to the square *matrix* (n, n), from *column* on."""
-    if packed.platform[HELD] == 0.0:
+    if not is_held(packed.general, packed.platform):
         return
     n = packed.freedoms
     x, y, z = _normal(packed)

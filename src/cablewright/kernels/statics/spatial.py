@@ -76,8 +76,7 @@ UNWOUND = 1e-12  # of a sheave's radius: contact below zero that is rounding
 class SpatialWork(NamedTuple):
     """Scratch of lines out of the plane.
 
-    Robots without such lines have None in its place. Numba then leaves out what follows ``spatial is None``, so that
-    their kernels neither compile nor carry the code of these lines (docs/decisions/0014-lines-apart.md).
+    A robot that is not general has None in its place: see `Packed`.
     """
 
     records: NDArray[np.float64]  # (m, RECORD)
@@ -87,9 +86,9 @@ class SpatialWork(NamedTuple):
 
 
 @jit(allocates=True)
-def spatial_work(out_of_plane, n, m):
-    """Scratch for *m* lines of a robot with *n* freedoms; None where none is *out_of_plane*, see `Packed`."""
-    if out_of_plane is None:
+def spatial_work(general, n, m):
+    """Scratch for *m* lines of a robot with *n* freedoms; None unless it is *general*, see `Packed`."""
+    if general is None:
         return None
     return SpatialWork(np.zeros((m, RECORD)), np.zeros((m, SIZE, SIZE)), np.zeros((m, SIZE, COLUMNS)), np.zeros(n))
 

@@ -1,6 +1,6 @@
 """Lines out of the plane in the solves of a whole robot, each at index *i* of the robot's scratch.
 
-*spatial* is `Work.spatial`: None for a robot without such lines, for which nothing here is compiled, see `SpatialWork`.
+*spatial* is `Work.spatial`: None for a robot that is not general, for which nothing here is compiled, see `Packed`.
 """
 
 from math import log, nan

@@ -58,7 +58,7 @@ from cablewright.kernels.statics.spatial_wrench import wrench_change
 
 @jit(allocates=True)
 def parameter_scratch(spatial):
-    """Scratch for one line's *changes*; None for a robot without lines out of the plane, see `SpatialWork`."""
+    """Scratch for one line's *changes*; None where *spatial* is."""
     if spatial is None:
         return None
     return np.zeros((SIZE, PARAMETERS))

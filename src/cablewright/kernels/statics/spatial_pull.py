@@ -1,6 +1,6 @@
 """One line out of the plane in the inverse problem: its first guess, its state at a pull, and its column per pull.
 
-*base* is the scratch of the equilibrium and *spatial* its part for such lines, None without them: see `SpatialWork`.
+*base* is the scratch of the equilibrium and *spatial* its part for such lines, None as in `spatial_lines`.
 """
 
 from math import cos, exp, log, sin

@@ -6,7 +6,6 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     EXIT_X,
     GUIDE,
-    HELD,
     LEVER,
     MASS_X,
     PLATFORM_WEIGHT,
@@ -17,14 +16,14 @@ from cablewright.kernels.layout import (
     WRENCH,
 )
 from cablewright.kernels.rotation import rotate
-from cablewright.kernels.statics.plane import load_in_plane
+from cablewright.kernels.statics.plane import is_held, load_in_plane
 
 AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point the direction of a plane is arbitrary
 NO_PLANE = 1e-9  # m: nearer to the vertical through its exit point a line over a sheave has no plane
 STRAIGHT_DOWN = 1e-7  # m: nearer to it the line from an eyelet is as stiff sideways as in its plane
 
 
-@jit
+@jit(inline=True)
 def place(lines, i, pose, rotation, arm, plane):
     """Write the arm (3,) of line *i*, from the platform's origin to its point, world, and its plane (4,).
 
@@ -44,13 +43,13 @@ def place(lines, i, pose, rotation, arm, plane):
     plane[3] = pose[2] + arm[2] - lines[i, EXIT_X + 2]
 
 
-@jit
+@jit(inline=True)
 def is_eyelet(row):
     """Whether a line bends at one point and ends at another, without sheaves or a lever."""
     return row[RADIUS] == 0.0 and row[LEVER] == 0.0 and row[GUIDE] == 0.0
 
 
-@jit
+@jit(inline=True)
 def has_plane(row, plane):
     """Whether a line has a plane: not on the axis of its sheave, nor in its eyelet. From an eyelet any will do."""
     if plane[2] > NO_PLANE:
@@ -58,7 +57,7 @@ def has_plane(row, plane):
     return is_eyelet(row) and abs(plane[3]) > NO_PLANE
 
 
-@jit
+@jit(inline=True)
 def sideways(row, x, h, kxx):
     """Stiffness of a line across its plane: h / x, as the plane turns about the vertical through the exit point.
 
@@ -76,7 +75,7 @@ def load_scale(packed):
     Without gravity the external force takes its place, and without one too the largest minimum tension, or 1 N.
     """
     platform = packed.platform
-    if platform[HELD] > 0.0:
+    if is_held(packed.general, platform):
         return load_in_plane(packed)
     if platform[PLATFORM_WEIGHT] > 0.0:
         return platform[PLATFORM_WEIGHT]
@@ -106,7 +105,7 @@ def start_balance(packed, rotation, wrench, stiffness):
         _add_turning(stiffness, rx, ry, rz, 0.0, 0.0, -weight)
 
 
-@jit
+@jit(inline=True)
 def add_line(row, arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
     """Add one line with the tension (h, v) at the end of a span and its derivatives by (x, z), in the line's plane."""
     ex, ey, pulls = plane[0], plane[1], row[PULLS]
@@ -133,14 +132,14 @@ def add_line(row, arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
         _add_lever(stiffness, rx, ry, rz, xx, xy, xz, xy, yy, yz, zx, zy, kzz)
 
 
-@jit
+@jit(inline=True)
 def add_pull(row, arm, plane, h, v, wrench):
     """Add the force with which a line pulls at *arm* to *wrench* (n,); (h, v): tension at the end of one span, N."""
     h, v = row[PULLS] * h, row[PULLS] * v
     add_force(arm, -h * plane[0], -h * plane[1], -v, wrench)
 
 
-@jit
+@jit(inline=True)
 def add_force(arm, fx, fy, fz, wrench):
     """Add a force at *arm* to *wrench* (n,)."""
     wrench[0] += fx

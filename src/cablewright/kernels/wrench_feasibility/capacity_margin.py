@@ -48,7 +48,7 @@ def facet_scratch(packed):
     """Scratch that fits a batch."""
     n, m = packed.freedoms, packed.lines.shape[1]
     return Facets(
-        structure_scratch(packed.out_of_plane, m),
+        structure_scratch(packed.general, m),
         np.zeros((m, n)),
         np.zeros((n, n)),
         np.zeros(m + 1, np.int64),

@@ -52,7 +52,7 @@ def distributing_scratch(packed):
     """Scratch that fits a batch."""
     n, m = packed.freedoms, packed.lines.shape[1]
     return Distributing(
-        structure_scratch(packed.out_of_plane, m),
+        structure_scratch(packed.general, m),
         exchange_scratch(m),
         np.zeros((m, m)),
         np.zeros((m, m)),
@@ -317,7 +317,7 @@ def distribute_sweep(packed, poses, method, curvature, bias, tensions, margins, 
 @jit(allocates=True)
 def structure_rows(packed, poses, structures, wrenches, codes):
     """Write structure matrices (N, n, m) and the platform's own wrenches (N, n) at *poses*; NaN where undefined."""
-    work = structure_scratch(packed.out_of_plane, packed.lines.shape[1])
+    work = structure_scratch(packed.general, packed.lines.shape[1])
     _structure_each(packed, poses, structures, wrenches, codes, work)
 
 
@@ -340,4 +340,4 @@ def robot_view(packed, j):
     """The robot of problem *j*; to be called only from kernels without reference counting."""
     line = j if packed.lines.shape[0] > 1 else 0
     platform = j if packed.platform.shape[0] > 1 else 0
-    return Packed(packed.freedoms, packed.lines[line], packed.platform[platform], packed.out_of_plane)
+    return Packed(packed.freedoms, packed.lines[line], packed.platform[platform], packed.general)

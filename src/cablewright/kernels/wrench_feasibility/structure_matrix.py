@@ -67,8 +67,8 @@ class StructureScratch(NamedTuple):
 
 
 @jit(allocates=True)
-def structure_scratch(out_of_plane, m):
-    """Scratch for *m* lines, of which some are *out_of_plane*, see `Packed`."""
+def structure_scratch(general, m):
+    """Scratch for *m* lines; *general*: see `Packed`."""
     return StructureScratch(
         np.zeros((m + 1 + WIDTH, WIDTH)),
         np.ones(WIDTH),
@@ -77,7 +77,7 @@ def structure_scratch(out_of_plane, m):
         np.zeros(3),
         np.zeros(4),
         np.zeros(STATE),
-        spatial_work(out_of_plane, 6, 1),
+        spatial_work(general, 6, 1),
     )
 
 
