@@ -37,7 +37,7 @@ from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack
 from cablewright.kernels.statics.line import force_change, system
 from cablewright.kernels.statics.plane import keep_free_columns, keep_free_part
 from cablewright.kernels.statics.sheave import wrap
-from cablewright.kernels.statics.spatial_parameters import parameter_scratch, write_parameters, write_tension_changes
+from cablewright.kernels.statics.spatial_parameters import write_parameters, write_tension_changes
 from cablewright.kernels.statics.wrench import add_force, sideways
 
 OWN = (LENGTH, MODULUS, EXIT + 2, SHEAVE, WEIGHT_FACTOR)  # those whose effect stays in the line's plane
@@ -58,7 +58,7 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
         return SINGULAR
     stiffness[:, :] = work.stiffness[:n, :n]
     keep_free_part(packed, stiffness)
-    changes, own = np.zeros((STATE, len(OWN))), parameter_scratch(work.spatial)
+    changes = np.zeros((STATE, len(OWN)))
     right = motion.reshape((n, m * PARAMETERS))
     for i in range(m):
         row, y = packed.lines[i], states[i]
@@ -66,7 +66,7 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
         if is_slack(row, y):
             continue
         if row[GUIDE] > 0.0:
-            if not write_parameters(row, y, lengths[i], i, pose, work, work.spatial, own, right):
+            if not write_parameters(row, y, lengths[i], i, pose, work, work.spatial, right):
                 return SINGULAR
             continue
         if not _add_own(row, y, lengths[i], i, work, changes, right):
@@ -89,14 +89,14 @@ def tension_changes(packed, lengths, pose, states, work, own, by_pose):
     evaluate(packed, lengths, pose, states, work)
     if not condense(packed, states, work):
         return SINGULAR
-    changes, others = np.zeros((STATE, len(OWN))), parameter_scratch(work.spatial)
+    changes = np.zeros((STATE, len(OWN)))
     for i in range(packed.lines.shape[0]):
         row, y, plane, steps = packed.lines[i], states[i], work.planes[i], work.steps[i]
         own[i, :], by_pose[i, :] = 0.0, 0.0
         if is_slack(row, y):
             continue
         if row[GUIDE] > 0.0:
-            if not write_tension_changes(row, y, lengths[i], i, pose, work, work.spatial, others, own[i], by_pose[i]):
+            if not write_tension_changes(row, y, lengths[i], i, pose, work, work.spatial, own[i], by_pose[i]):
                 return SINGULAR
             continue
         if not _own_changes(row, y, lengths[i], i, work, changes):

@@ -12,6 +12,8 @@ from math import atan2, cos, exp, log, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
+from numba.extending import overload
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
@@ -29,6 +31,7 @@ from cablewright.kernels.layout import (
     INSIDE_SHEAVE,
     MEAN_RISE,
     NOT_CONVERGED,
+    PARAMETERS,
     PHI,
     RADIUS,
     SPANS,
@@ -83,14 +86,32 @@ class SpatialWork(NamedTuple):
     blocks: NDArray[np.float64]  # (m, 4, 4)
     steps: NDArray[np.float64]  # (m, 4, 8): right-hand sides
     change: NDArray[np.float64]  # (n,): of one line's wrench
+    parameters: NDArray[np.float64]  # (4, PARAMETERS): one line's steps of the unknowns by its parameters
+
+
+def spatial_work(general, n, m):
+    """Scratch for *m* lines of a robot with *n* freedoms; None unless it is *general*, see `Packed`."""
+    return None if general is None else _room(n, m)
+
+
+@overload(spatial_work)
+def _spatial_work(general, n, m):  # noqa: ARG001  (an overload has the arguments of its function)
+    """As two functions, since one that returned None or not would have the type of both."""
+    return _without_room if isinstance(general, types.NoneType) else _with_room
+
+
+def _without_room(general, n, m):  # noqa: ARG001
+    return None
+
+
+def _with_room(general, n, m):  # noqa: ARG001
+    return _room(n, m)
 
 
 @jit(allocates=True)
-def spatial_work(general, n, m):
-    """Scratch for *m* lines of a robot with *n* freedoms; None unless it is *general*, see `Packed`."""
-    if general is None:
-        return None
-    return SpatialWork(np.zeros((m, RECORD)), np.zeros((m, SIZE, SIZE)), np.zeros((m, SIZE, COLUMNS)), np.zeros(n))
+def _room(n, m):
+    blocks, steps = np.zeros((m, SIZE, SIZE)), np.zeros((m, SIZE, COLUMNS))
+    return SpatialWork(np.zeros((m, RECORD)), blocks, steps, np.zeros(n), np.zeros((SIZE, PARAMETERS)))
 
 
 @jit

@@ -5,8 +5,6 @@ The winch exit follows the exit point altogether; the arc on a pulley begins in 
 
 from math import cos, exp
 
-import numpy as np
-
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
@@ -56,47 +54,39 @@ from cablewright.kernels.statics.spatial import (
 from cablewright.kernels.statics.spatial_wrench import wrench_change
 
 
-@jit(allocates=True)
-def parameter_scratch(spatial):
-    """Scratch for one line's *changes*; None where *spatial* is."""
-    if spatial is None:
-        return None
-    return np.zeros((SIZE, PARAMETERS))
-
-
 @jit
-def write_parameters(row, y, length, i, pose, work, spatial, changes, right):
+def write_parameters(row, y, length, i, pose, work, spatial, right):
     """Write the columns of line *i*'s parameters in `linearise`, the wrench's changes, to *right* (n, 10 m)."""
     if spatial is None:
         return False
-    if not _parameter_changes(row, y, length, i, pose, work, spatial, changes):
+    if not _parameter_changes(row, y, length, i, pose, work, spatial):
         return False
     for k in range(PARAMETERS):
-        _write_parameter(row, y, i, work, spatial, changes, k, spatial.change)
+        _write_parameter(row, y, i, work, spatial, k, spatial.change)
         for j in range(right.shape[0]):
             right[j, i * PARAMETERS + k] = spatial.change[j]
     return True
 
 
 @jit
-def write_tension_changes(row, y, length, i, pose, work, spatial, changes, own, by_pose):
+def write_tension_changes(row, y, length, i, pose, work, spatial, own, by_pose):
     """Write the rows *own* (10,) and *by_pose* (n,) of line *i* in `linearise.tension_changes`."""
     if spatial is None:
         return False
     record = spatial.records[i]
     for k in range(by_pose.shape[0]):
         by_pose[k] = _tension_change(record, y, spatial.steps[i], POSE + k)
-    if not _parameter_changes(row, y, length, i, pose, work, spatial, changes):
+    if not _parameter_changes(row, y, length, i, pose, work, spatial):
         return False
     for k in range(PARAMETERS):
-        own[k] = -_tension_change(record, y, changes, k)
+        own[k] = -_tension_change(record, y, spatial.parameters, k)
     return True
 
 
 @jit
-def _parameter_changes(row, y, length, i, pose, work, spatial, changes):
-    """Write minus the derivatives of the line's unknowns by its parameters, its ends held, to *changes* (4, 10)."""
-    record, block = spatial.records[i], spatial.blocks[i]
+def _parameter_changes(row, y, length, i, pose, work, spatial):
+    """Write minus the derivatives of line *i*'s unknowns by its parameters, its ends held, to *spatial*."""
+    record, block, changes = spatial.records[i], spatial.blocks[i], spatial.parameters
     if not spatial_system(row, y, pose, work.arms[i], work.rotation, length, record, block, spatial.steps[i]):
         return False
     changes[:, :] = 0.0
@@ -155,10 +145,10 @@ def _by_dead_span(row, y, record, taken, changes):
 
 
 @jit
-def _write_parameter(row, y, i, work, spatial, changes, parameter, out):
+def _write_parameter(row, y, i, work, spatial, parameter, out):
     """Write the wrench's change per *parameter* (0 to 9) of `_parameter_changes`, the platform held, to *out* (n,)."""
     record, pulls = spatial.records[i], row[PULLS]
-    wrench_change(row, y, record, changes, parameter, -1, -pulls, out)
+    wrench_change(row, y, record, spatial.parameters, parameter, -1, -pulls, out)
     gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
     bx, by, bz, heavier = 0.0, 0.0, 0.0, 0.0
     if parameter == WEIGHT_FACTOR:
