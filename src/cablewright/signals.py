@@ -20,7 +20,10 @@ from cablewright.arrays import Array, Mask
 
 _Kind = TypeVar("_Kind")
 
-SOURCES = ("north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier")
+SOURCES = (
+    "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier",
+    "load_cells", "motor_torques", "drives", "inputs",
+)  # fmt: skip
 """Names of the sensors; the first three are lidars."""
 
 
@@ -41,6 +44,11 @@ class Condition(StrEnum):
     SILENT = "nothing came over the wireless link for longer than it should"
     NO_EQUILIBRIUM = "the plant found no equilibrium and stayed where it was"
     CLOCK_BACK = "the clock jumped back; what was told meanwhile is left out"
+    OVERRUN = "a step came later than it was due"
+    DRIVE_FAULT = "a winch's drive reports a fault"
+    BUS_SILENT = "a winch's drive does not answer"
+    ESTOP = "the emergency-stop chain is open"
+    BRAKE = "a brake is not as it was commanded"
 
 
 @dataclass(frozen=True)
@@ -137,7 +145,49 @@ class Scan:
         return np.asarray(self.ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-Reading = Encoders | Inertial | LineAngles | Distance | Climate | Barrier | Scan
+@dataclass(frozen=True, eq=False)
+class Tensions:
+    """Measured tensions of the lines, from ``load_cells`` or from ``motor_torques``."""
+
+    source: str
+    time: float  # s
+    tensions: Array  # (m,) N, at the sheaves; NaN: not measured
+
+
+class DriveState(StrEnum):
+    """State of a winch's drive."""
+
+    OFF = "off"
+    READY = "ready"
+    ENABLED = "enabled"
+    FAULT = "fault"
+
+
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """What the winches' drives report. Angles are of the winch drums; paying cable out is positive."""
+
+    time: float  # s
+    states: tuple[DriveState, ...]  # (m,)
+    positions: Array  # (m,) rad; NaN: not measured, as in the others
+    velocities: Array  # (m,) rad/s
+    torques: Array  # (m,) N m
+    following_errors: Array  # (m,) rad, commanded less measured
+    faults: tuple[str, ...]  # (m,) text of each drive's fault; empty: none
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """Inputs of the machine that concern its safety. The chain itself stops the machine; this only shows it."""
+
+    time: float  # s
+    chain_closed: bool  # the emergency-stop chain
+    torque_off: bool  # safe torque off is active
+    enabling: bool  # an enabling switch is pressed; true where there is none
+    brakes_closed: tuple[bool, ...]  # (m,) as the brakes' own contacts say; none without such contacts
+
+
+Reading = Encoders | Inertial | LineAngles | Distance | Climate | Barrier | Scan | Tensions | Drives | Inputs
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,13 +207,60 @@ class SensorFrame:
         return tuple(reading for reading in self.readings if isinstance(reading, kind))
 
 
+class WinchMode(StrEnum):
+    """What a winch is to do."""
+
+    OFF = "off"  # brake closed, no torque
+    HOLD = "hold"  # stand still under torque
+    VELOCITY = "velocity"
+    TENSION = "tension"
+
+
 @dataclass(frozen=True, eq=False)
 class Command:
-    """Command to the machine, valid until the next one."""
+    """Command to the machine, valid until the next one. A winch that is off or holds has a speed of 0."""
 
     time: float  # s
     winch_speeds: Array  # (m,) rad/s of the winch drums, not the motors; positive pays cable out
     valve: float = 0.0  # opening of the powder's valve, 0 to 1
+    modes: tuple[WinchMode, ...] = ()  # (m,); empty: all `VELOCITY`
+    tensions: Array | None = None  # (m,) N, of the winches in mode `TENSION`; NaN: of the others. None: of none
+    outputs: Mapping[str, float] = field(default_factory=dict)  # further outputs of the machine by name
+
+
+class OrderKind(StrEnum):
+    """Orders of an operator."""
+
+    ENABLE = "enable"
+    TAKE_UP = "take up"
+    HOME = "home"
+    RELEASE = "release"
+    JOG = "jog"
+    GO_TO = "go to"
+    PARK = "park"
+    START = "start"
+    PAUSE = "pause"
+    RESUME = "resume"
+    OVERRIDE = "override"
+    REFILLED = "refilled"
+    STOP = "stop"
+    EMERGENCY = "emergency stop"
+    RESET = "reset"
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """An order, and who gave it.
+
+    ``arguments``: of `JOG` the platform's ``velocity`` (3,), m/s, for `control.manual.LEASE`; of `GO_TO` the
+    ``position`` (3,), m; of `OVERRIDE` the ``share`` of the planned speed, 0 to 1.
+    """
+
+    kind: OrderKind
+    by: str = ""
+    time: float = 0.0  # s, by the machine's clock
+    arguments: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    refusal: str = ""  # why it was not obeyed; known afterwards
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,8 +315,12 @@ class Estimate:
 
 
 class PrintState(StrEnum):
-    """State of a print."""
+    """State of a print, and of the machine before and between prints."""
 
+    OFF = "off"
+    TENSIONING = "tensioning"
+    HOMING = "homing"
+    MANUAL = "manual"
     IDLE = "idle"
     READY = "ready"
     PRINTING = "printing"
@@ -245,6 +346,8 @@ class Progress:
 PER_LINE: Final[Mapping[type, tuple[str, ...]]] = MappingProxyType({
     Encoders: ("counts",),
     LineAngles: ("angles",),
+    Tensions: ("tensions",),
+    Drives: ("states", "positions", "velocities", "torques", "following_errors", "faults"),
     Command: ("winch_speeds",),
     Truth: ("lengths", "tensions", "excess", "radii"),
     Estimate: ("lengths", "excess", "slack", "radii"),

@@ -109,14 +109,14 @@ class GuideState:
     height_offset: float = 0.0  # m, of the platform over the path
 
 
-def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) -> Target:
-    """Return the target for the next *dt* (s) in a *mode*; *state* changes in place.
+def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: float = 1.0) -> Target:
+    """Return the target for the next *dt* (s) in a *mode*, at a *share* of the planned speed; *state* changes in place.
 
     Off the path (`state.position`), `GuideMode.APPROACH` leads back to it along a straight line.
     """
     if state.position is not None:
         return _approach(path, state, dt, mode)
-    state.speed_factor = _speed_factor(path, state, dt, 1.0 if mode is GuideMode.FOLLOW else 0.0)
+    state.speed_factor = _speed_factor(path, state, dt, share if mode is GuideMode.FOLLOW else 0.0)
     now = path.distance(state.path_time)
     state.path_time = min(state.path_time + state.speed_factor * dt, path.duration)
     then = path.distance(state.path_time)

@@ -1,51 +1,43 @@
-"""State machine of a print: its states, their transitions, and the limits that stop the machine.
+"""Supervision of a machine and its print: states, limits by the estimate, and orders.
 
-    idle -start-> ready -at the path-> printing -end of path-> idle
-    printing -barrier, pause, no position-> paused -resume, barrier clear-> ready
-    printing -powder low or out-> refilling -refilled, barrier clear-> ready
-    any -a soft limit, stop-> stopped -resume-> ready          any -a hard limit, emergency stop-> fault -reset-> idle
-
-A controlled stop slows down along the path and then holds the winches, so that all lines keep their tension. An
-emergency stop and every hard limit hold the winches at once. No state in which a person may be near the machine ends by
-itself: resuming needs an order. Only a stop for a lost position ends when the position is valid again.
+The transitions are in `transitions`; what stops the machine by what it measures is in `guard`. A controlled stop slows
+down along the path and then holds the winches, so that all lines keep their tension. An emergency stop, the guard and
+every hard limit end in `PrintState.FAULT`, from which only a reset leads, once its cause is gone.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
-from enum import Enum
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.control.guard import Cause
 from cablewright.control.guide import GuideMode, Target
+from cablewright.control.transitions import TRANSITIONS, Event, Happening
 from cablewright.errors import InputError, require_positive
-from cablewright.signals import Barrier, Condition, Encoders, Estimate, PrintState, SensorFrame
+from cablewright.signals import (
+    Barrier,
+    Condition,
+    Estimate,
+    Order,
+    OrderKind,
+    PrintState,
+    SensorFrame,
+)
 
-
-class Order(Enum):
-    """Orders of the operator."""
-
-    START = "start"
-    PAUSE = "pause"
-    RESUME = "resume"
-    STOP = "stop"
-    REFILLED = "refilled"
-    EMERGENCY = "emergency stop"
-    RESET = "reset"
+NOT_RESET: Final = "not reset since it was started"
 
 
 @dataclass(frozen=True, eq=False)
 class SupervisorSettings:
-    """Limits. Lengths in m, times in s.
+    """Limits by the estimate. Lengths in m, times in s.
 
-    ``min_position``, ``max_position``: (3,) of the platform. ``max_speed``: m/s, of the platform. ``max_tensions``:
-    (m,) N, at the sheaves, from the estimated lengths. ``max_excess``: m, of any line. ``max_error``: m, from the
-    target. ``barrier_timeout``: s without a reading of the light barrier; None: no barrier. ``encoder_timeout``: s
-    without counts. ``settling_time``: s for which the position must be valid before the platform moves.
+    ``min_position``, ``max_position``: (3,) of the platform. ``max_speed``: m/s, of the platform. ``max_excess``: m, of
+    any line. ``max_error``: m, from the target. ``barrier_timeout``: s without a reading of the light barrier; None: no
+    barrier. ``settling_time``: s for which the position must be valid before the platform moves.
     ``position_timeout``: s without a valid position before a fault. ``refill_mass``: kg of powder at which to refill.
     ``stall_timeout``: s for which a motor may fail to pull its load.
     """
@@ -53,11 +45,9 @@ class SupervisorSettings:
     min_position: tuple[float, float, float]
     max_position: tuple[float, float, float]
     max_speed: float
-    max_tensions: Array
     max_excess: float = 0.3
     max_error: float = 0.15
     barrier_timeout: float | None = None
-    encoder_timeout: float = 0.5
     settling_time: float = 3.0
     position_timeout: float = 60.0
     refill_mass: float = 0.2
@@ -65,7 +55,7 @@ class SupervisorSettings:
 
     def __post_init__(self) -> None:
         """Raise `InputError` for limits that are not positive and finite, and for an empty range of positions."""
-        timeouts = ("encoder_timeout", "settling_time", "position_timeout", "stall_timeout")
+        timeouts = ("settling_time", "position_timeout", "stall_timeout")
         require_positive(**{name: getattr(self, name) for name in ("max_speed", "max_excess", "max_error", *timeouts)})
         if not all(low < high for low, high in zip(self.min_position, self.max_position, strict=True)):
             raise InputError(f"limits of the position: {self.min_position} to {self.max_position} m is empty")
@@ -73,22 +63,25 @@ class SupervisorSettings:
 
 @dataclass(eq=False)
 class SupervisorState:
-    """Changed in place by `step`."""
+    """Changed in place by `step`. It begins with a fault: nothing moves that nobody has reset."""
 
-    state: PrintState = PrintState.IDLE
-    reason: str = ""
-    state_start: float = 0.0  # s
-    first_frame_time: float = math.inf  # s
+    state: PrintState = PrintState.FAULT
+    reason: str = NOT_RESET
+    state_start: float = -math.inf  # s
     finished: bool = False
     valid_since: float = math.nan  # s: start of the valid position; NaN: not valid
     last_valid_time: float = -math.inf  # s: of the last valid position
-    last_encoder_time: float = -math.inf
     last_barrier_time: float = -math.inf
     barrier_broken: bool = False
     stalled_since: float = math.nan
     resume_ordered: bool = False  # pending until the barrier is clear
     barrier_stops: int = 0
     refills: int = 0
+
+    @property
+    def is_new(self) -> bool:
+        """Whether it has never been reset."""
+        return self.state is PrintState.FAULT and self.reason == NOT_RESET
 
 
 class Verdict(NamedTuple):
@@ -97,17 +90,20 @@ class Verdict(NamedTuple):
     state: PrintState
     reason: str
     guide_mode: GuideMode
-    hold_winches: bool  # at once, overriding the controller
+    hold_winches: bool  # overriding the controller
     valve_allowed: bool  # whether the valve may be open
+    orders: tuple[Order, ...]  # those given, with why one was refused
+    at_once: bool  # in a fault: the winches are held without a ramp
 
 
 class _Inputs(NamedTuple):
     now: float
     estimate: Estimate
     target: Target | None
-    tensions: Array | None
     powder: float
     conditions: frozenset[Condition]
+    cause: Cause | None
+    standing: bool
 
 
 def step(
@@ -116,45 +112,52 @@ def step(
     frame: SensorFrame,
     estimate: Estimate,
     *,
+    cause: Cause | None = None,
+    standing: bool = True,
     target: Target | None = None,
-    tensions: Array | None = None,
     powder: float = math.inf,
     orders: Iterable[Order] = (),
 ) -> Verdict:
     """Return the verdict for one step; *state* changes in place.
 
-    *target*: of the last step. *tensions* (m,), N, and *powder*, kg: estimates.
+    *cause*: of the guard, to stop. *standing*: whether the winches are commanded to stand. *target*: of the last step.
+    *powder*, kg: estimate.
     """
     now = frame.time
     _update_readings(state, frame, estimate)
     conditions = frozenset(notice.condition for notice in frame.notices)
-    inputs = _Inputs(now, estimate, target, tensions, powder, conditions)
-    for order in orders:
-        _apply_order(state, order, now)
-    hard = _hard_limit(settings, state, inputs)
-    if hard and state.state not in (PrintState.FAULT, PrintState.IDLE):
-        _enter(state, PrintState.FAULT, now, hard)
-    elif state.state in (PrintState.READY, PrintState.PRINTING):
+    inputs = _Inputs(now, estimate, target, powder, conditions, cause, standing)
+    answered = tuple(replace(order, refusal=_apply_order(state, order, inputs)) for order in orders)
+    danger = cause or _hard_limit(settings, state, inputs)
+    at_once = danger is not None and danger.at_once
+    if danger is not None:
+        if state.state is not PrintState.FAULT:
+            _happen(state, Happening.DANGER, now, danger.reason)
+    elif state.state in _RUNNING:
         _check_running(settings, state, inputs)
+    elif state.state in _HANDLED:
+        _check_handled(settings, state, inputs)
     _advance(settings, state, inputs)
     at_rest = target is None or (target.path_speed == 0.0 and not target.velocity.any())
     mode = _MODES.get(state.state, GuideMode.HOLD)
     if state.state is PrintState.READY and not _is_settled(settings, state, now):
         mode = GuideMode.HOLD
-    hold = state.state is PrintState.FAULT or (mode is GuideMode.HOLD and at_rest)
-    valve = state.state is not PrintState.FAULT and state.state is not PrintState.READY
-    return Verdict(state.state, state.reason, mode, hold, valve)
+    off = state.state in (PrintState.FAULT, PrintState.OFF)
+    hold = off or (mode is GuideMode.HOLD and at_rest and state.state not in _HANDLED)
+    valve = state.state not in _SHUT
+    return Verdict(state.state, state.reason, mode, hold, valve, answered, at_once)
 
 
+_RUNNING: Final = (PrintState.READY, PrintState.PRINTING)
+_HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
+_SHUT: Final = (PrintState.FAULT, PrintState.READY, PrintState.OFF, *_HANDLED)
+_LIMITED: Final = (*_RUNNING, PrintState.PAUSED, PrintState.REFILLING, PrintState.STOPPED)
 _MODES = {PrintState.PRINTING: GuideMode.FOLLOW, PrintState.READY: GuideMode.APPROACH}
 
 
 def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estimate) -> None:
-    state.first_frame_time = min(state.first_frame_time, frame.time)
     for reading in frame.readings:
-        if isinstance(reading, Encoders):
-            state.last_encoder_time = frame.time
-        elif isinstance(reading, Barrier):
+        if isinstance(reading, Barrier):
             state.last_barrier_time, state.barrier_broken = frame.time, reading.broken
     if estimate.valid:
         state.last_valid_time = frame.time
@@ -169,72 +172,112 @@ def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estim
         state.stalled_since = frame.time
 
 
-def _apply_order(state: SupervisorState, order: Order, now: float) -> None:
-    """Apply an order; one that does not fit the state has no effect."""
-    current = state.state
-    if order is Order.EMERGENCY:
-        _enter(state, PrintState.FAULT, now, "emergency stop")
-    elif order is Order.RESET and current is PrintState.FAULT:
-        _enter(state, PrintState.IDLE, now, "reset")
-    elif order is Order.START and current is PrintState.IDLE:
-        state.finished = False
-        _enter(state, PrintState.READY, now, "")
-    elif order is Order.PAUSE and current in (PrintState.READY, PrintState.PRINTING):
-        _enter(state, PrintState.PAUSED, now, "paused by order")
-    elif order is Order.STOP and current not in (PrintState.IDLE, PrintState.FAULT):
-        _enter(state, PrintState.STOPPED, now, "stopped by order")
-    elif (order is Order.RESUME and current in (PrintState.PAUSED, PrintState.STOPPED)) or (
-        order is Order.REFILLED and current is PrintState.REFILLING
-    ):
+def _apply_order(state: SupervisorState, order: Order, inputs: _Inputs) -> str:
+    """Apply an order. Returns why it is refused; an empty text: it is obeyed."""
+    current, kind, now = state.state, order.kind, inputs.now
+    if kind is OrderKind.OVERRIDE:
+        return ""  # changes no state
+    if kind is OrderKind.RESET and current is PrintState.FAULT and (why := _no_reset(state, inputs)):
+        return f"reset: {why}"
+    waits = kind is OrderKind.RESUME and current in (PrintState.PAUSED, PrintState.STOPPED)
+    if waits or (kind is OrderKind.REFILLED and current is PrintState.REFILLING):
         state.resume_ordered = True
+        return ""
+    if (current, kind) not in TRANSITIONS:
+        return f"{kind}: has no effect while the state is {current}"
+    if kind is OrderKind.START:
+        state.finished = False
+    _happen(state, kind, now, _REASONS.get(kind, ""))
+    return ""
 
 
-def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> str:
-    """Return the reason to stop the machine at once, or an empty text."""
+_REASONS: Final = {
+    OrderKind.EMERGENCY: "emergency stop",
+    OrderKind.RESET: "reset",
+    OrderKind.PAUSE: "paused by order",
+    OrderKind.STOP: "stopped by order",
+}
+
+
+def _no_reset(state: SupervisorState, inputs: _Inputs) -> str:
+    """Why a fault cannot be reset now: its cause, or another one, stands; or the stop is not at its end."""
+    if inputs.cause is not None:
+        return inputs.cause.reason
+    if not inputs.standing:
+        return "the winches have not come to rest"
+    return "" if inputs.now > state.state_start else "it is to be ordered after the stop"
+
+
+def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> Cause | None:
+    """Return the reason to stop the machine by the estimate, in states in which it could move; or None."""
+    if state.state not in _LIMITED:
+        return None
     now, estimate = inputs.now, inputs.estimate
-    if now - max(state.last_encoder_time, state.first_frame_time) > settings.encoder_timeout:
-        return f"no reading of the encoders for over {settings.encoder_timeout:g} s"
-    if Condition.NO_EQUILIBRIUM in inputs.conditions:
-        return "the platform is in no equilibrium"
     if not estimate.valid:
         waited = now - max(state.last_valid_time, state.state_start)
         if state.state is not PrintState.REFILLING and waited > settings.position_timeout:
-            return f"the position has not been known for over {settings.position_timeout:g} s"
-        return ""
+            return _stop(f"the position has not been known for over {settings.position_timeout:g} s")
+        return None
     x = estimate.position.tolist()
     for axis, low, at, high in zip("xyz", settings.min_position, x, settings.max_position, strict=True):
         if not low <= at <= high:
-            return f"{axis} = {at:.3f} m is outside {low:g} to {high:g} m"
+            return _stop(f"{axis} = {at:.3f} m is outside {low:g} to {high:g} m")
     speed = math.sqrt(float(estimate.velocity @ estimate.velocity))
     if speed > settings.max_speed:
-        return f"the platform moves at {speed:.3f} m/s; at most {settings.max_speed:g} is allowed"
-    if inputs.tensions is not None and (inputs.tensions > settings.max_tensions).any():
-        worst = int(np.argmax(inputs.tensions / settings.max_tensions))
-        tension, limit = inputs.tensions[worst], settings.max_tensions[worst]
-        return f"line {worst + 1} pulls {tension:.0f} N; at most {limit:.0f} is allowed"
-    return ""
+        return _stop(f"the platform moves at {speed:.3f} m/s; at most {settings.max_speed:g} is allowed")
+    return None
+
+
+def _stop(reason: str) -> Cause:
+    return Cause(reason, at_once=False)
+
+
+def _person(settings: SupervisorSettings, state: SupervisorState, now: float) -> str:
+    """Whether the light barrier forbids motion: the reason, or an empty text."""
+    if settings.barrier_timeout is None:
+        return ""
+    if state.barrier_broken:
+        return "somebody is in the light barrier"
+    timed_out = now - max(state.last_barrier_time, state.state_start) > settings.barrier_timeout
+    return "no reading of the light barrier" if timed_out else ""
 
 
 def _check_running(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
     """Leave a state in which the machine moves if there is a reason to stop."""
     now = inputs.now
-    if settings.barrier_timeout is not None:
-        timed_out = now - max(state.last_barrier_time, state.state_start) > settings.barrier_timeout
-        if state.barrier_broken or timed_out:
-            state.barrier_stops += 1
-            reason = "somebody is in the light barrier" if state.barrier_broken else "no reading of the light barrier"
-            _enter(state, PrintState.PAUSED, now, reason)
-            return
+    if reason := _person(settings, state, now):
+        state.barrier_stops += 1
+        _happen(state, Happening.PERSON, now, reason)
+        return
     if not inputs.estimate.valid and state.state is PrintState.PRINTING:
-        _enter(state, PrintState.PAUSED, now, _POSITION_LOST)
+        _happen(state, Happening.POSITION_LOST, now, _POSITION_LOST)
         return
     if inputs.powder <= settings.refill_mass or Condition.POWDER_OUT in inputs.conditions:
         state.refills += 1
         reason = "no powder is left" if Condition.POWDER_OUT in inputs.conditions else "little powder is left"
-        _enter(state, PrintState.REFILLING, now, reason)
+        _happen(state, Happening.POWDER_LOW, now, reason)
         return
     if reason := _soft_limit(settings, state, inputs):
-        _enter(state, PrintState.STOPPED, now, reason)
+        _happen(state, Happening.SOFT_LIMIT, now, reason)
+
+
+def _check_handled(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
+    """Leave a procedure, or a motion by hand, if there is a reason to stop."""
+    now, estimate, target = inputs.now, inputs.estimate, inputs.target
+    if reason := _person(settings, state, now):
+        _happen(state, Happening.PERSON, now, reason)
+    elif reason := _winch_limit(settings, state, inputs):
+        _happen(state, Happening.SOFT_LIMIT, now, reason)
+    elif state.state is PrintState.MANUAL and not estimate.valid:
+        _happen(state, Happening.POSITION_LOST, now, _POSITION_LOST)
+    elif state.state is PrintState.MANUAL and target is not None:
+        limits = zip(settings.min_position, settings.max_position, strict=True)
+        for axis, (low, high) in enumerate(limits):
+            at, velocity = float(estimate.position[axis]), float(target.velocity[axis])
+            if (at < low and velocity < 0.0) or (at > high and velocity > 0.0):
+                reason = f"{'xyz'[axis]} = {at:.3f} m is outside {low:g} to {high:g} m"
+                _happen(state, Happening.SOFT_LIMIT, now, reason)
+                return
 
 
 _POSITION_LOST = "the position is not known"
@@ -242,10 +285,8 @@ _POSITION_LOST = "the position is not known"
 
 def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> str:
     """Return the reason for a controlled stop, or an empty text."""
-    if inputs.now - state.stalled_since > settings.stall_timeout:
-        return f"a motor cannot pull its load for over {settings.stall_timeout:g} s"
-    if Condition.DRUM_END in inputs.conditions:
-        return "a winch drum is empty or full"
+    if reason := _winch_limit(settings, state, inputs):
+        return reason
     if inputs.target is not None and inputs.estimate.valid:
         error = inputs.target.position - inputs.estimate.position
         distance = math.sqrt(float(error @ error))
@@ -257,6 +298,13 @@ def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
     return ""
 
 
+def _winch_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> str:
+    """Return what keeps a winch from moving on, or an empty text."""
+    if inputs.now - state.stalled_since > settings.stall_timeout:
+        return f"a motor cannot pull its load for over {settings.stall_timeout:g} s"
+    return "a winch drum is empty or full" if Condition.DRUM_END in inputs.conditions else ""
+
+
 def _is_settled(settings: SupervisorSettings, state: SupervisorState, now: float) -> bool:
     return now - state.valid_since >= settings.settling_time
 
@@ -265,14 +313,22 @@ def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inpu
     """Leave a state whose condition is met."""
     now, target = inputs.now, inputs.target
     if state.state is PrintState.READY and target is not None and target.arrived and _is_settled(settings, state, now):
-        _enter(state, PrintState.PRINTING, now, "")
+        _happen(state, Happening.ARRIVED, now, "")
     elif state.state is PrintState.PRINTING and target is not None and target.finished:
         state.finished = True
-        _enter(state, PrintState.IDLE, now, "finished")
+        _happen(state, Happening.PATH_END, now, "finished")
     found = state.state is PrintState.PAUSED and state.reason == _POSITION_LOST and _is_settled(settings, state, now)
     if found or (state.resume_ordered and not (settings.barrier_timeout is not None and state.barrier_broken)):
-        _enter(state, PrintState.READY, now, "")
+        _happen(state, Happening.MAY_RESUME, now, "")
 
 
-def _enter(state: SupervisorState, new: PrintState, now: float, reason: str) -> None:
-    state.state, state.reason, state.state_start, state.resume_ordered = new, reason, now, False
+def end_procedure(state: SupervisorState, now: float, failure: str = "") -> None:
+    """Take note that a procedure, or a motion by hand, is done, or why it failed."""
+    _happen(state, Happening.FAILED if failure else Happening.DONE, now, failure)
+
+
+def _happen(state: SupervisorState, event: Event, now: float, reason: str) -> None:
+    """Enter the state that follows an event, if the table has one."""
+    then = TRANSITIONS.get((state.state, event))
+    if then is not None:
+        state.state, state.reason, state.state_start, state.resume_ordered = then, reason, now, False

@@ -10,12 +10,15 @@ from cablewright.signals import (
     Barrier,
     Climate,
     Distance,
+    Drives,
     Encoders,
     Fault,
     Inertial,
+    Inputs,
     LineAngles,
     Reading,
     Scan,
+    Tensions,
 )
 
 _Kind = TypeVar("_Kind", bound=Reading)
@@ -24,8 +27,10 @@ _SOURCES: dict[type, str] = {
     Barrier: "barrier",
     Climate: "climate",
     Distance: "distance",
+    Drives: "drives",
     Encoders: "encoders",
     Inertial: "inertial",
+    Inputs: "inputs",
     LineAngles: "line_angles",
 }
 _CLOCK_TOLERANCE = 1e-6  # s by which a reading may be ahead of its frame
@@ -54,7 +59,7 @@ class FaultMonitor:
     def accepted(self, readings: Iterable[_Kind], now: float) -> Iterator[_Kind]:
         """Yield the *readings* that are not ahead of *now*, s, and newer than the last one of their source."""
         for reading in readings:
-            source = reading.source if isinstance(reading, Scan) else _SOURCES[type(reading)]
+            source = reading.source if isinstance(reading, Scan | Tensions) else _SOURCES[type(reading)]
             self._now = now
             if not reading.time <= now + _CLOCK_TOLERANCE:
                 self.report(source, "clock", f"a reading of {reading.time:g} s arrived at {now:g} s: not used")

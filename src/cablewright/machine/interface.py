@@ -2,21 +2,112 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
 
-from cablewright.signals import Command, SensorFrame
+import numpy as np
+
+from cablewright.errors import InputError
+from cablewright.signals import Command, SensorFrame, Truth, WinchMode
+
+
+@dataclass(frozen=True)
+class Abilities:
+    """What a machine has and can do.
+
+    ``winches``: their number. ``sensors``: sources of its readings, see `cablewright.signals.SOURCES`. ``modes``: of
+    its winches. ``outputs``: names of further outputs. ``brakes``: whether its winches have brakes. ``real_time``:
+    whether a step takes its time. ``truth``, ``snapshot`` and ``refill`` (kg of powder) are of a simulation: None
+    without.
+    """
+
+    winches: int
+    sensors: frozenset[str] = frozenset()
+    modes: frozenset[WinchMode] = frozenset({WinchMode.VELOCITY})
+    outputs: frozenset[str] = frozenset()
+    brakes: bool = False
+    real_time: bool = True
+    truth: Callable[[], Truth] | None = None
+    snapshot: Callable[[], Any] | None = None
+    refill: Callable[[float], None] | None = None
 
 
 class Machine(Protocol):
-    """A machine with m winches. Its clock starts at 0 and advances by ``period`` with each step."""
+    """A machine with m winches. Its clock starts at 0, or where it was left, and goes on with each step."""
 
     @property
     def period(self) -> float:
-        """Time of one step, s."""
+        """Time of one step, s, as planned. What has elapsed is told by the frames."""
+
+    @property
+    def abilities(self) -> Abilities:
+        """What it has and can do."""
+
+    def open(self) -> None:
+        """Connect to it. Raises `EnvironmentFault` where it does not answer."""
 
     def step(self, command: Command) -> SensorFrame:
-        """Apply *command* for one period. Returns the readings that arrived.
+        """Send *command*, wait until the step is due, and return the readings that arrived.
 
-        Raises `InputError` for an invalid command: of another number of winches, not finite, older than the last.
+        What goes wrong on the way is a notice of the frame, not an error. Raises `InputError` for an invalid command:
+        of another number of winches, not finite, older than the last, of a mode or output that it does not have.
         Raises `StopIteration` when a replayed machine's log is over.
         """
+
+    def stop(self) -> None:
+        """Hold all winches now, by the shortest way there is; of an open machine this raises nothing."""
+
+    def close(self) -> None:
+        """Disconnect; winches are held first."""
+
+
+def require_abilities(
+    abilities: Abilities,
+    winches: int,
+    sensors: frozenset[str] = frozenset(),
+    modes: frozenset[WinchMode] = frozenset({WinchMode.VELOCITY}),
+    outputs: frozenset[str] = frozenset(),
+) -> None:
+    """Raise `InputError`, before anything moves, for what the machine lacks."""
+    if abilities.winches != winches:
+        raise InputError(f"the machine has {abilities.winches} winches, the robot {winches} lines")
+    for what, asked, given in (
+        ("sensor", sensors, abilities.sensors),
+        ("winch mode", modes, abilities.modes),
+        ("output", outputs, abilities.outputs),
+    ):
+        if missing := sorted(asked - given):
+            known = ", ".join(sorted(given)) or "none"
+            raise InputError(f"the plan needs the {what} {missing[0]!r}, which the machine lacks; it has {known}")
+
+
+def check_command(abilities: Abilities, command: Command, last_time: float) -> None:
+    """Raise `InputError` for a command that a machine with *abilities* cannot take; *last_time*: of the last, s."""
+    m, given = abilities.winches, np.asarray(command.winch_speeds, dtype=np.float64)
+    speeds = given.tolist()
+    if given.shape != (m,) or not all(map(math.isfinite, speeds)):
+        raise InputError(f"command.winch_speeds: {m} finite numbers are expected, rad/s; got {speeds}")
+    if not 0.0 <= command.valve <= 1.0:
+        raise InputError(f"command.valve = {command.valve:g}: must be from 0 (shut) to 1 (open)")
+    if not command.time >= last_time:
+        raise InputError(f"command.time = {command.time:g} s: the clock jumped back, from {last_time:g} s")
+    if command.modes:
+        _check_modes(abilities, command, speeds)
+    if unknown := sorted(command.outputs.keys() - abilities.outputs):
+        raise InputError(f"command.outputs: {unknown[0]!r}: the machine has no such output")
+
+
+def _check_modes(abilities: Abilities, command: Command, speeds: list[float]) -> None:
+    m, modes = abilities.winches, command.modes
+    if len(modes) != m:
+        raise InputError(f"command.modes: {m} are expected; got {len(modes)}")
+    for i, (mode, speed) in enumerate(zip(modes, speeds, strict=True)):
+        if mode not in abilities.modes:
+            known = ", ".join(sorted(abilities.modes))
+            raise InputError(f"command.modes: {mode.value!r} of winch {i + 1}: the machine has {known}")
+        if mode in (WinchMode.OFF, WinchMode.HOLD) and speed != 0.0:
+            raise InputError(f"command.winch_speeds: {speed:g} rad/s of winch {i + 1}, which is {mode.value!r}")
+    if WinchMode.TENSION in modes and (command.tensions is None or len(command.tensions) != m):
+        raise InputError(f"command.tensions: {m} are expected with the mode 'tension'")

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.signals import Condition, Fault, Notice, PrintState, frozen
+from cablewright.signals import Condition, DriveState, Fault, Notice, OrderKind, PrintState, WinchMode, frozen
 
 _MAX_NUMBERS: Final = 100_000  # in one array of a message
 _MAX_TEXT: Final = 300  # letters
+_MAX_ARGUMENTS: Final = 100  # of an order or a command
 _COVARIANCE: Final = 9  # rows of an estimate's covariance
 
 
@@ -28,7 +30,10 @@ def array_schema(of: Any) -> dict[str, Any]:
 
 
 class Kind(NamedTuple):
-    """A kind of value. ``read`` takes what JSON holds, None for a missing key; it raises `ValueError`, a sentence."""
+    """A kind of value. ``read`` takes what JSON holds, None for a missing key; it raises `ValueError`, a sentence.
+
+    ``write`` returns None for a value that leaves its key out.
+    """
 
     schema: dict[str, Any]
     read: Callable[[Any], Any]
@@ -76,10 +81,36 @@ def _text(value: Any) -> str:
     return value
 
 
-def _state(value: Any) -> PrintState:
-    if _text(value) not in PrintState.__members__.values():
-        raise ValueError(f"unknown state {value[:60]!r}")
-    return PrintState(value)
+def _choice(choices: type[StrEnum], what: str) -> Kind:
+    """Return the kind of one of the *choices*, by its value."""
+
+    def read(value: Any) -> Any:
+        if _text(value) not in choices.__members__.values():
+            raise ValueError(f"unknown {what} {value[:60]!r}")
+        return choices(value)
+
+    return Kind({"type": "string"}, read)
+
+
+def _tuple_of(kind: Kind, what: str, *, optional: bool = False) -> Kind:
+    """Return the kind of a tuple of values of one *kind*; an *optional* empty one is left out."""
+
+    def read(values: Any) -> tuple[Any, ...]:
+        return () if optional and values is None else tuple(map(kind.read, _list(values, (str, bool), what)))
+
+    return Kind(array_schema(kind.schema), read, lambda values: list(values) if values or not optional else None)
+
+
+def _arguments(value: Any) -> dict[str, tuple[float, ...]]:
+    if not isinstance(value, dict) or len(value) > _MAX_ARGUMENTS:
+        raise ValueError("an object of lists of numbers is expected")
+    return {_text(key): tuple(_numbers(each).tolist()) for key, each in value.items()}
+
+
+def _outputs(value: Any) -> dict[str, float]:
+    if value is not None and (not isinstance(value, dict) or len(value) > _MAX_ARGUMENTS):
+        raise ValueError("an object of numbers is expected")
+    return {_text(key): _number(each) for key, each in (value or {}).items()}
 
 
 def _list(value: Any, types: Iterable[type], what: str) -> list[Any]:
@@ -153,9 +184,23 @@ NUMBER_OR_NAN: Final = Kind({"type": ["number", "null"]}, lambda value: math.nan
 WHOLE_NUMBER: Final = Kind({"type": "integer"}, _of(int, "a whole number"))
 FLAG: Final = Kind({"type": "boolean"}, _of(bool, "true or false"))
 TEXT: Final = Kind({"type": "string"}, _text)
-STATE: Final = Kind(TEXT.schema, _state)
+STATE: Final = _choice(PrintState, "state")
+ORDER: Final = _choice(OrderKind, "order")
+ARGUMENTS: Final = Kind(
+    {"type": "object"}, _arguments, lambda values: {key: list(numbers) for key, numbers in values.items()}
+)
+OUTPUTS: Final = Kind({"type": "object"}, _outputs, lambda values: dict(values) or None)
+MODES: Final = _tuple_of(_choice(WinchMode, "winch mode"), "winch modes", optional=True)
+DRIVE_STATES: Final = _tuple_of(_choice(DriveState, "state of a drive"), "states of drives")
 NUMBERS: Final = Kind(array_schema(NUMBER.schema), _numbers, _listed)
 NUMBERS_OR_NAN: Final = Kind(array_schema(NUMBER_OR_NAN.schema), _numbers_or_nan, _listed)
+NUMBERS_OR_NONE: Final = Kind(
+    NUMBERS_OR_NAN.schema,
+    lambda value: None if value is None else _numbers_or_nan(value),
+    lambda values: None if values is None else _listed(values),
+)
+TEXTS: Final = _tuple_of(TEXT, "texts")
+CLOSED: Final = _tuple_of(FLAG, "true or false")
 PLACE: Final = Kind(NUMBERS.schema, _place, _listed)
 COUNTS: Final = Kind(array_schema(WHOLE_NUMBER.schema), _counts, _listed)
 FLAGS: Final = Kind(

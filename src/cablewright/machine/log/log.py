@@ -22,7 +22,18 @@ from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
 from cablewright.machine.simulated.settings import MachineSettings
 from cablewright.robot import Robot
-from cablewright.signals import PER_LINE, Command, Condition, Estimate, Notice, Progress, Reading, SensorFrame, Truth
+from cablewright.signals import (
+    PER_LINE,
+    Command,
+    Condition,
+    Estimate,
+    Notice,
+    Order,
+    Progress,
+    Reading,
+    SensorFrame,
+    Truth,
+)
 
 NEWEST_SCHEMA: Final = 1
 _CHUNK: Final = 256 << 10  # bytes: a second or two
@@ -53,6 +64,7 @@ class Entry:
     truth: Truth | None
     estimate: Estimate | None = None
     progress: Progress | None = None
+    orders: tuple[Order, ...] = ()
 
 
 class LogWriter:
@@ -88,11 +100,12 @@ class LogWriter:
         truth: Truth | None = None,
         estimate: Estimate | None = None,
         progress: Progress | None = None,
+        orders: Sequence[Order] = (),
     ) -> None:
-        """Write one step: its command, its readings, and the truth, estimate and progress at its end."""
+        """Write one step: its command, readings and orders, and the truth, estimate and progress at its end."""
         now = round(frame.time * 1e9)
         counts = self.head.settings.winch.counts
-        signals: tuple[Signal | None, ...] = (command, *frame.readings, truth, estimate, progress)
+        signals: tuple[Signal | None, ...] = (command, *frame.readings, *orders, truth, estimate, progress)
         with self._writing():
             for signal in signals:
                 if signal is not None:
@@ -242,7 +255,8 @@ def _entry(time: float, notices: tuple[Notice, ...], signals: Sequence[Signal | 
     """Return the step with these *signals*."""
     readings = tuple(each for each in signals if isinstance(each, Reading))
     others = (_last(signals, Command), _last(signals, Truth), _last(signals, Estimate), _last(signals, Progress))
-    return Entry(SensorFrame(time, readings, notices), *others)
+    orders = tuple(each for each in signals if isinstance(each, Order))
+    return Entry(SensorFrame(time, readings, notices), *others, orders)
 
 
 def _require_lines(signal: object, lines: int, origin: str) -> None:

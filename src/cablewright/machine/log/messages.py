@@ -14,8 +14,8 @@ from pydantic_core import from_json, to_json
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.machine.log.fields import NOTICES, XYZ, XYZW, read_object
-from cablewright.machine.log.topics import TOPICS, Signal
-from cablewright.signals import Encoders, Inertial, Scan, SensorFrame, frozen
+from cablewright.machine.log.topics import TOPICS, Signal, Topic
+from cablewright.signals import Encoders, Inertial, Scan, SensorFrame, Tensions, frozen
 
 _BY_NAME: Final = {each.topic: each for each in TOPICS}
 _BY_SIGNAL: Final = {each.signal: each for each in TOPICS}
@@ -27,6 +27,8 @@ _NOT_TURNED: Final = XYZW.write((0.0, 0.0, 0.0, 1.0))
 def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[str, bytes]:
     """Return topic and JSON of one signal. *lines* names the lines; *counts_per_turn* is of a motor's encoder."""
     match signal:
+        case Tensions():
+            return f"/tensions/{signal.source}", _dump(_plain(signal, _BY_NAME[f"/tensions/{signal.source}"]))
         case Scan():
             return f"/scan/{signal.source}", _scan(signal)
         case Inertial():
@@ -34,7 +36,13 @@ def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[
         case Encoders():
             return "/encoders", _dump(_joints(signal, lines, counts_per_turn))
     topic = _BY_SIGNAL[type(signal)]
-    return topic.topic, _dump({key: kind.write(getattr(signal, key)) for key, kind in topic.kinds.items()})
+    return topic.topic, _dump(_plain(signal, topic))
+
+
+def _plain(signal: Signal, topic: Topic) -> dict[str, Any]:
+    """The signal's attributes by the topic's kinds, without those that are left out."""
+    written = {key: kind.write(getattr(signal, topic.renamed.get(key, key))) for key, kind in topic.kinds.items()}
+    return {key: value for key, value in written.items() if value is not None}
 
 
 def encode_frame(frame: SensorFrame) -> tuple[str, bytes]:
@@ -64,6 +72,8 @@ def decode(name: str, data: bytes, origin: str) -> Signal | SensorFrame | None:
             "source": name.rpartition("/")[2],
             "ranges": frozen(np.where(found["ranges"], found["ranges"], np.nan)),
         }
+    elif topic.signal is Tensions:
+        found |= {"source": name.rpartition("/")[2]}
     return topic.signal(**{topic.renamed.get(key, key): value for key, value in found.items()})
 
 

@@ -10,19 +10,27 @@ from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
 from cablewright.machine.log.fields import (
+    ARGUMENTS,
+    CLOSED,
     COUNTS,
     COVARIANCE,
+    DRIVE_STATES,
     FAULTS,
     FLAG,
     FLAGS,
+    MODES,
     NOTICES,
     NUMBER,
     NUMBER_OR_NAN,
     NUMBERS,
     NUMBERS_OR_NAN,
+    NUMBERS_OR_NONE,
+    ORDER,
+    OUTPUTS,
     PLACE,
     STATE,
     TEXT,
+    TEXTS,
     WHOLE_NUMBER,
     XYZ,
     XYZW,
@@ -35,18 +43,22 @@ from cablewright.signals import (
     Climate,
     Command,
     Distance,
+    Drives,
     Encoders,
     Estimate,
     Inertial,
+    Inputs,
     LineAngles,
+    Order,
     Progress,
     Reading,
     Scan,
     SensorFrame,
+    Tensions,
     Truth,
 )
 
-Signal = Reading | Command | Truth | Estimate | Progress
+Signal = Reading | Command | Order | Truth | Estimate | Progress
 """Types with a message of their own."""
 
 
@@ -61,11 +73,13 @@ class Topic(NamedTuple):
     renamed: Mapping[str, str] = {}  # attributes whose name differs from the key
 
 
-def _plain(topic: str, signal: type[Signal], kinds: Mapping[str, Kind]) -> Topic:
+def _plain(
+    topic: str, signal: type[Signal], kinds: Mapping[str, Kind], renamed: Mapping[str, str] | None = None
+) -> Topic:
     """Return the topic of a signal whose message holds its attributes alone, and its time."""
     kinds = {"time": NUMBER, **kinds}
     content = object_schema(**{key: kind.schema for key, kind in kinds.items()})
-    return Topic(topic, f"cablewright.{signal.__name__}", content, signal, kinds)
+    return Topic(topic, f"cablewright.{signal.__name__}", content, signal, kinds, renamed or {})
 
 
 _STAMP: Final = object_schema(sec=WHOLE_NUMBER.schema, nanosec=WHOLE_NUMBER.schema)
@@ -122,7 +136,32 @@ TOPICS: Final = (
     _plain("/distance", Distance, {"distance": NUMBER_OR_NAN}),
     _plain("/climate", Climate, {"temperature": NUMBER, "humidity": NUMBER}),
     _plain("/barrier", Barrier, {"broken": FLAG}),
-    _plain("/command", Command, {"winch_speeds": NUMBERS, "valve": NUMBER}),
+    *(_plain(f"/tensions/{name}", Tensions, {"tensions": NUMBERS_OR_NAN}) for name in ("load_cells", "motor_torques")),
+    _plain(
+        "/drives",
+        Drives,
+        {
+            "states": DRIVE_STATES,
+            **dict.fromkeys(("positions", "velocities", "torques", "following_errors"), NUMBERS_OR_NAN),
+            "faults": TEXTS,
+        },
+    ),
+    _plain(
+        "/inputs",
+        Inputs,
+        {**dict.fromkeys(("chain_closed", "torque_off", "enabling"), FLAG), "brakes_closed": CLOSED},
+    ),
+    _plain(
+        "/command",
+        Command,
+        {"winch_speeds": NUMBERS, "valve": NUMBER, "modes": MODES, "tensions": NUMBERS_OR_NONE, "outputs": OUTPUTS},
+    ),
+    _plain(
+        "/order",
+        Order,
+        {"order": ORDER, "by": TEXT, "arguments": ARGUMENTS, "refusal": TEXT},
+        {"order": "kind"},
+    ),
     _plain(
         "/truth",
         Truth,

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from cablewright.arrays import Array
 from cablewright.choices import PlantName
 from cablewright.errors import InputError, UnknownName
+from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.distance_sensor import Rangefinder
 from cablewright.machine.simulated.encoders import EncoderReader, Thermometer
@@ -38,6 +39,7 @@ from cablewright.signals import (
     Scan,
     SensorFrame,
     Truth,
+    WinchMode,
 )
 
 PLANTS: Final = get_args(PlantName)
@@ -98,6 +100,7 @@ class SimulatedMachine:
         self._wireless = any(self._channels[source] is self._wifi for source in self._sensors)
         self._faults = {source: [f for f in settings.faults if f.source == source] for source in SOURCES}
         self._held_readings: dict[FaultPlan, Reading] = {}
+        self._abilities = self._able()
         self._steps, self._last_command_time = 0, -np.inf
         self._rig_state = self.rig.observe(0.0)
         for sensor in self._sensors.values():
@@ -108,6 +111,20 @@ class SimulatedMachine:
     def period(self) -> float:
         """Time of one step, s."""
         return self._plant.period
+
+    @property
+    def abilities(self) -> Abilities:
+        """Those of the simulation, which takes no time and can tell the truth."""
+        return self._abilities
+
+    def open(self) -> None:
+        """As `Machine`: a simulation is always there."""
+
+    def stop(self) -> None:
+        """As `Machine`: its winches stand between two steps."""
+
+    def close(self) -> None:
+        """As `Machine`."""
 
     @property
     def time(self) -> float:
@@ -200,17 +217,20 @@ class SimulatedMachine:
 
     def _checked(self, command: Command) -> Array:
         """Return the speeds of a valid command, else raise `InputError`."""
-        speeds, m = np.array(command.winch_speeds, dtype=np.float64), self.rig.robot.m
-        if speeds.shape != (m,) or not np.isfinite(speeds).all():
-            raise InputError(f"command.winch_speeds: {m} finite numbers are expected, rad/s; got {speeds.tolist()}")
-        if not 0.0 <= command.valve <= 1.0:
-            raise InputError(f"command.valve = {command.valve:g}: must be from 0 (shut) to 1 (open)")
-        if not command.time >= self._last_command_time:
-            raise InputError(
-                f"command.time = {command.time:g} s: the clock jumped back, from {self._last_command_time:g} s"
-            )
+        check_command(self._abilities, command, self._last_command_time)
         self._last_command_time = command.time
-        return speeds
+        return np.array(command.winch_speeds, dtype=np.float64)
+
+    def _able(self) -> Abilities:
+        return Abilities(
+            self.rig.robot.m,
+            frozenset(self._sensors),
+            frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY}),
+            real_time=False,
+            truth=lambda: self.truth,
+            snapshot=self.snapshot,
+            refill=self.refill,
+        )
 
     def _mount(self, seed: int) -> Iterator[tuple[str, _Sensor]]:
         """Yield all sensors by source, each with its own random generator, so that leaving one out changes no other."""

@@ -11,8 +11,10 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.choices import HeightRule, LawName, PlantName
+from cablewright.control.guard import GuardSettings
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
+from cablewright.control.manual import ManualSettings
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import LAWS, VelocitySettings
 from cablewright.errors import AnswerError, InputError, UnknownName
@@ -38,6 +40,8 @@ HEIGHTS: Final = get_args(HeightRule)
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
+_DRUM_SPEED: Final = 1.2  # of a winch's own limit: where the machine stops
+_RAMP_TIMES: Final = (0.05, 0.5)  # s: shortest and longest ramp of a stop
 _LOAD_SHARE: Final = 0.5  # share of a line's breaking load at which the machine stops
 _MAX_INTRUSIONS: Final = 1000
 _FINEST_CELL: Final = 1e-3  # m
@@ -162,10 +166,8 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
         scene.frame_min,
         scene.frame_max,
         _SPEED_FACTOR * fastest + _SWING_SPEED,
-        _max_tensions(robot),
         max_error=max(0.15, fastest),
         barrier_timeout=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * _period(twin)),
-        encoder_timeout=max(0.5, 2.5 * _period(twin)),
     )
     velocity = VelocitySettings(
         model,
@@ -178,9 +180,25 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
         path,
         velocity,
         limits,
+        _guard(twin, fastest),
+        ManualSettings(scene.frame_min, scene.frame_max, path.acceleration),
         HeightControl(float(begin[2]) - scene.frame_min[2]) if rule == "structure" else None,
         drum.flow if drum.capacity else 0.0,
         drum.powder if drum.capacity else math.inf,
+        frozenset({"encoders"}),
+    )
+
+
+def _guard(twin: MachineTwin, fastest: float) -> GuardSettings:
+    """Limits of what is measured. A ramp takes as long as the path's acceleration needs from its *fastest*, m/s."""
+    winch, path = twin.settings.winch, twin.path
+    low, high = _RAMP_TIMES
+    return GuardSettings(
+        _max_tensions(twin.robot),
+        max_drum_speed=_DRUM_SPEED * winch.max_speed,
+        counts_per_radian=winch.counts * winch.ratio / math.tau,
+        encoder_timeout=max(0.5, 2.5 * _period(twin)),
+        ramp_time=min(max(fastest / path.acceleration, low), high),
     )
 
 

@@ -10,76 +10,38 @@ from __future__ import annotations
 import gc
 import json
 import time
-from array import array
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 from filelock import FileLock, Timeout
 
 from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, is_unfinished, write_whole
-from cablewright.machine.log.log import LogHead, LogWriter, read_log, write_log
+from cablewright.machine.log.log import LogHead, read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
+from cablewright.machine.paced import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Archive, Snapshot, read_snapshots, write_snapshots
+from cablewright.machine.simulated.snapshot import Archive, read_snapshots, write_snapshots
 from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.progress import Progress
 from cablewright.signals import Estimate, PrintState, Scan, Truth
 from cablewright.studies.estimators import Estimator, estimator
-from cablewright.studies.prints.loop import Attendant, Printer, PrintPlan
+from cablewright.studies.prints import loop
+from cablewright.studies.prints.attendant import Attendant
+from cablewright.studies.prints.loop import Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, plan_print
+from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing, checkpoint_of
 from cablewright.studies.store import MANIFEST, manifest_of, read_manifest
 from cablewright.studies.user_key import is_signed, signature
 
 CHECKPOINT: Final = "checkpoint.bin"
 LOCK: Final = "lock"
 
-_CHECKPOINT_INTERVAL: Final = 0.5  # s, by the wall clock
-_PROGRESS_STEPS: Final = 50  # between progress messages
-_COLLECT_STEPS: Final = 100  # between garbage collections of a real-time print
-_SPIN_TIME: Final = 0.02  # s of busy waiting before a real-time step: after sleeping it takes half as long again
 _BEGUN_LOG: Final = 1024  # bytes; the head of a log has more, so that a smaller one holds no step
-_MAX_STEPS: Final = 100_000_000
-
-
-@dataclass
-class Timing:
-    """Durations of the control steps, s: from the arrival of a frame until its command is computed and logged."""
-
-    period: float  # s, limit of a step
-    wall: array[float] = field(default_factory=lambda: array("d"))
-    processor: array[float] = field(default_factory=lambda: array("d"))
-    lateness: array[float] = field(default_factory=lambda: array("d"))  # of a real-time print; negative: early
-
-    def statistics(self) -> dict[str, float | int]:
-        """Return statistics of the durations, s: by wall clock, and by processor time (``processor_``).
-
-        ``over``: number of steps longer than the period by the wall clock; ``over_by_itself``: by processor time. A
-        real-time print also has ``late``, the number of steps that ended late, and ``latest``, the largest delay, s.
-        """
-        if not self.wall:
-            return {"count": 0}
-        wall, processor = np.array(self.wall), np.array(self.processor)
-        times: dict[str, float | int] = {
-            "count": len(wall),
-            "mean": float(wall.mean()),
-            "p99": float(np.percentile(wall, 99.0)),
-            "max": float(wall.max()),
-            "processor_mean": float(processor.mean()),
-            "processor_p99": float(np.percentile(processor, 99.0)),
-            "processor_max": float(processor.max()),
-            "over": int(np.count_nonzero(wall > self.period)),
-            "over_by_itself": int(np.count_nonzero(processor > self.period)),
-        }
-        if self.lateness:
-            late = np.array(self.lateness)
-            times |= {"late": int(np.count_nonzero(late > 0.0)), "latest": float(late.max())}
-        return times
 
 
 @dataclass(eq=False)
@@ -153,20 +115,29 @@ def run_print(
             head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone
-                write_snapshots(folder / CHECKPOINT, _state(run), sign=signature)
+                write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
             with (
-                write_log(path, head, flush_every=_CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
+                write_log(path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
                 SnapshotWriter(folder / CHECKPOINT, signature) as writer,
             ):
-                gc.freeze()  # objects that live as long as the print need not be traversed again
-                if real_time:
-                    gc.disable()  # `_run_steps` collects between steps
-                try:
-                    _run_steps(run, log, writer, real_time, progress)
-                finally:
-                    gc.enable()
-                    gc.unfreeze()
+                _run(run, FolderRecorder(log, writer, run.timing, progress), real_time)
         return run
+
+
+def _run(run: PrintRun, recorder: FolderRecorder, real_time: bool) -> None:
+    """Run steps until the print ends, with a simulated attendant."""
+    machine, printer = run.machine, run.printer
+    paced = Paced(machine) if real_time else None
+    if paced is not None:
+        printer.machine, run.timing.lateness = paced, paced.lateness
+    gc.freeze()  # objects that live as long as the print need not be traversed again
+    if real_time:
+        gc.disable()  # the loop collects between steps
+    try:
+        run.steps = loop.run(printer, Attendant(lambda: machine.refill(printer.plan.powder)), recorder)
+    finally:
+        gc.enable()
+        gc.unfreeze()
 
 
 @contextmanager
@@ -186,48 +157,6 @@ def alone_in(folder: Path) -> Iterator[None]:
         yield
     finally:
         lock.release()
-
-
-def _run_steps(
-    run: PrintRun, log: LogWriter, writer: SnapshotWriter, real_time: bool, progress: Progress | None
-) -> None:
-    """Run steps until the print ends."""
-    machine, printer, timing = run.machine, run.printer, run.timing
-    attendant = Attendant(lambda: machine.refill(printer.plan.powder))
-    length = round(1e3 * printer.plan.path.track.length)
-    saved = start = time.monotonic()
-    for run.steps in range(1, _MAX_STEPS):
-        orders = attendant.orders(printer, machine.time)
-        step = printer.step(orders)
-        log.write(step.frame, step.command, machine.truth, step.estimate, step.progress)
-        wall, processor = printer.frame_times
-        timing.wall.append(time.perf_counter() - wall)
-        timing.processor.append(time.thread_time() - processor)
-        over = printer.finished or run.state in (PrintState.STOPPED, PrintState.FAULT)
-        now = time.monotonic()
-        if over or now - saved >= _CHECKPOINT_INTERVAL:
-            saved = now
-            log.flush()
-            writer.put(_state(run))
-        if progress is not None and run.steps % _PROGRESS_STEPS == 0:
-            progress("printing, mm", round(1e3 * step.progress.distance), length)
-        if over:
-            return
-        if real_time:
-            if run.steps % _COLLECT_STEPS == 0:
-                gc.collect(1)
-            due = start + run.steps * machine.period
-            timing.lateness.append(time.monotonic() - due)
-            time.sleep(max(0.0, due - time.monotonic() - _SPIN_TIME))
-            while time.monotonic() < due:
-                pass
-
-
-def _state(run: PrintRun) -> dict[str, Snapshot]:
-    """Machine and print at one time."""
-    archive = Archive()
-    run.printer.archive_state(archive)
-    return {"machine": run.machine.snapshot(), "print": archive.snapshot}
 
 
 def _begun(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:

@@ -1,0 +1,119 @@
+"""Motion of the platform by hand: a jog, held to run, or a straight line to a place."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.errors import InputError
+from cablewright.signals import Order, OrderKind
+
+LEASE: Final = 0.2
+"""Time for which one order to jog is obeyed, s: whoever holds a button repeats it, and whoever is gone does not."""
+
+MAX_SPEED: Final = 0.25
+"""Largest speed by hand, m/s (ISO 10218-1 for manual operation at reduced speed)."""
+
+_AT: Final = 1e-6  # m from a place that counts as there
+
+
+@dataclass(frozen=True)
+class ManualSettings:
+    """Limits of motions by hand. ``acceleration``: m/s^2. ``park``: (3,) m, the parking place; None: there is none."""
+
+    min_position: tuple[float, float, float]
+    max_position: tuple[float, float, float]
+    acceleration: float
+    park: tuple[float, float, float] | None = None
+
+
+@dataclass(eq=False)
+class ManualState:
+    """Changed in place."""
+
+    position: Array = field(default_factory=lambda: np.zeros(3))  # m, of the target
+    velocity: Array = field(default_factory=lambda: np.zeros(3))  # m/s
+    goal: Array | None = None  # m; None: a jog
+    wish: Array = field(default_factory=lambda: np.zeros(3))  # m/s, of a jog
+    lease_end: float = -math.inf  # s
+
+
+class Motion(NamedTuple):
+    """Place and velocity of the target over the next step, and whether it has come to rest where it should."""
+
+    position: Array  # (3,) m
+    velocity: Array  # (3,) m/s
+    done: bool
+
+
+def refusal(settings: ManualSettings, order: Order) -> str:
+    """Return why a motion by hand is not begun; an empty text: it may be."""
+    try:
+        if order.kind is OrderKind.JOG:
+            speed = float(np.linalg.norm(_vector(order, "velocity")))
+            if speed > MAX_SPEED:
+                return f"jog: velocity: {speed:g} m/s; at most {MAX_SPEED:g} is allowed by hand"
+            return ""
+        goal = _goal(settings, order)
+    except InputError as error:
+        return str(error)
+    for axis, low, at, high in zip("xyz", settings.min_position, goal.tolist(), settings.max_position, strict=True):
+        if not low <= at <= high:
+            return f"{order.kind}: {axis} = {at:g} m is outside {low:g} to {high:g} m"
+    return ""
+
+
+def begin(settings: ManualSettings, state: ManualState, order: Order, now: float, place: Array | None) -> None:
+    """Take an order that `refusal` lets pass. *place* (3,), m: where the platform is; None: it moves already."""
+    if place is not None:
+        state.position, state.velocity = place.copy(), np.zeros(3)
+    if order.kind is OrderKind.JOG:
+        state.goal, state.wish, state.lease_end = None, _vector(order, "velocity"), now + LEASE
+    else:
+        state.goal = _goal(settings, order)
+
+
+def step(settings: ManualSettings, state: ManualState, now: float, dt: float) -> Motion:
+    """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place."""
+    change = settings.acceleration * dt
+    wish = _towards(settings, state, dt) if state.goal is not None else state.wish * float(now < state.lease_end)
+    more = wish - state.velocity
+    size = float(np.linalg.norm(more))
+    state.velocity = wish if size <= change else state.velocity + more * (change / size)
+    here = state.position
+    state.position = here + dt * state.velocity
+    still = not state.velocity.any()
+    there = state.goal is None or float(np.linalg.norm(state.goal - state.position)) <= _AT
+    return Motion(here, state.velocity, still and (there if state.goal is not None else now >= state.lease_end))
+
+
+def _towards(settings: ManualSettings, state: ManualState, dt: float) -> Array:
+    """Velocity (3,), m/s, towards the goal, from which it can still stop there, in whole steps."""
+    assert state.goal is not None
+    way = state.goal - state.position
+    left = float(np.linalg.norm(way))
+    if left <= _AT:
+        return np.zeros(3)
+    change = settings.acceleration * dt
+    stopping = math.sqrt(change * change + 2.0 * settings.acceleration * left) - change
+    return np.asarray(way * (min(MAX_SPEED, max(stopping, _AT / dt), left / dt) / left))
+
+
+def _goal(settings: ManualSettings, order: Order) -> Array:
+    if order.kind is OrderKind.PARK:
+        if settings.park is None:
+            raise InputError("park: the machine has no parking place")
+        return np.array(settings.park)
+    return _vector(order, "position")
+
+
+def _vector(order: Order, key: str) -> Array:
+    """A vector of an order's arguments. Raises `InputError` unless it has three finite numbers."""
+    values = order.arguments.get(key, ())
+    if len(values) != 3 or not all(map(math.isfinite, values)):
+        raise InputError(f"{order.kind}: {key} = {values}: three finite numbers are expected")
+    return np.array(values, dtype=np.float64)
