@@ -90,7 +90,7 @@ def test_a_print_begins_again_where_that_is_wanted(cli, copied: tuple[Path, Path
 def test_a_restart_that_is_killed_at_once_resumes_as_itself(cli, copied: tuple[Path, Path]) -> None:
     """Nothing of the earlier print is left that would be taken for its end."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("cablewright.studies.prints.run._run_steps", killed)
+        patch.setattr("cablewright.studies.prints.run._run", killed)
         assert again(cli, *copied, "--restart").code == 130
     found = again(cli, *copied, "--resume")
     assert found.json["status"] == "finished"

@@ -3,28 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from cablewright.control import supervisor
+from cablewright.control.guard import Cause
 from cablewright.control.guide import GuideMode, Target
-from cablewright.control.supervisor import Order, SupervisorSettings, SupervisorState, Verdict
+from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
+from cablewright.control.transitions import TRANSITIONS, Happening, table
 from cablewright.errors import InputError
 from cablewright.signals import (
     Barrier,
     Condition,
-    Encoders,
     Estimate,
     Notice,
+    Order,
+    OrderKind,
     PrintState,
     Reading,
     SensorFrame,
     frozen,
 )
 
-LIMITS = SupervisorSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.2, np.full(4, 1000.0), barrier_timeout=0.5)
+LIMITS = SupervisorSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.2, barrier_timeout=0.5)
+OVER = Cause("line 2 pulls 1200 N; at most 1000 is allowed", at_once=True)
+SWITCHED_ON = (OrderKind.RESET, OrderKind.ENABLE)
 PLACE = np.array([0.1, 0.2, 1.0])
 DT = 0.1
 
@@ -48,17 +54,17 @@ class Floor:
         self.settings, self.state, self.now, self.broken = settings, SupervisorState(), 0.0, False
         self.pace = 0.03
 
-    def go(self, steps: int = 1, *orders: Order, quiet: bool = False, dark: bool = False, **changes: Any) -> Verdict:
+    def go(self, steps: int = 1, *orders: OrderKind, dark: bool = False, **changes: Any) -> Verdict:
         for _ in range(steps):
             self.now += DT
-            readings: list[Reading] = [] if quiet else [Encoders(self.now, np.zeros(4, dtype=np.int64))]
-            readings += [] if dark else [Barrier(self.now, self.broken)]
+            readings: list[Reading] = [] if dark else [Barrier(self.now, self.broken)]
             notices = tuple(Notice(each) for each in changes.get("conditions", ()))
             estimate = believed(self.now, **changes.get("estimate", {}))
-            given = {key: changes[key] for key in ("tensions", "powder") if key in changes}
+            given = {key: changes[key] for key in ("cause", "powder", "standing") if key in changes}
             given["target"] = changes.get("target", aimed(path_speed=self.pace))
             frame = SensorFrame(self.now, tuple(readings), notices)
-            verdict = supervisor.step(self.settings, self.state, frame, estimate, orders=orders, **given)
+            told = [Order(each, "anna", self.now) for each in orders]
+            verdict = supervisor.step(self.settings, self.state, frame, estimate, orders=told, **given)
             orders = ()
         return verdict
 
@@ -67,18 +73,20 @@ class Floor:
 def floor() -> Floor:
     """One that prints."""
     made = Floor()
-    made.go(1, Order.START)
+    made.go(1, *SWITCHED_ON, OrderKind.START)
     assert made.go(40).state is PrintState.PRINTING
     return made
 
 
-def test_it_begins_idle_and_moves_only_once_the_position_is_known() -> None:
+def test_it_begins_with_a_fault_and_moves_only_once_the_position_is_known() -> None:
     made = Floor()
-    idle = made.go(50)
-    assert (idle.state, idle.guide_mode) == (PrintState.IDLE, GuideMode.HOLD)
-    made = Floor()
+    new = made.go(50)
+    assert (new.state, new.guide_mode, new.hold_winches) == (PrintState.FAULT, GuideMode.HOLD, True)
+    assert "not reset" in new.reason
+    assert made.go(1, OrderKind.START).orders[0].refusal == "start: has no effect while the state is fault"
+    assert made.go(1, *SWITCHED_ON).state is PrintState.IDLE
     lost = {"estimate": {"valid": False}}
-    waiting = made.go(20, Order.START, **lost)
+    waiting = made.go(20, OrderKind.START, **lost)
     assert (waiting.state, waiting.guide_mode) == (PrintState.READY, GuideMode.HOLD)
     assert made.go(20, target=aimed(arrived=False)).guide_mode is GuideMode.HOLD
     assert made.go(20, target=aimed(arrived=False)).guide_mode is GuideMode.APPROACH
@@ -91,7 +99,7 @@ def test_a_broken_barrier_pauses_until_it_is_clear_and_somebody_orders_it(floor:
     assert (paused.state, paused.guide_mode, paused.hold_winches) == (PrintState.PAUSED, GuideMode.HOLD, False)
     floor.pace = 0.0
     assert floor.go(target=aimed(path_speed=0.0)).hold_winches
-    assert floor.go(1, Order.RESUME).state is PrintState.PAUSED
+    assert floor.go(1, OrderKind.RESUME).state is PrintState.PAUSED
     assert floor.go(10).state is PrintState.PAUSED
     floor.broken = False
     assert floor.go().state is PrintState.READY  # the order was given
@@ -117,7 +125,7 @@ def test_a_drum_that_is_empty_is_refilled(floor: Floor, powder: float, condition
     assert floor.go(powder=powder, conditions=conditions).state is PrintState.REFILLING
     floor.broken = True  # who refills it is in the way
     assert floor.go(100, powder=powder).state is PrintState.REFILLING
-    assert floor.go(1, Order.REFILLED).state is PrintState.REFILLING
+    assert floor.go(1, OrderKind.REFILLED).state is PrintState.REFILLING
     floor.broken = False
     assert floor.go().state is PrintState.READY
     assert floor.state.refills == 1
@@ -139,8 +147,7 @@ def test_a_position_that_stays_lost_is_a_fault(floor: Floor) -> None:
 HARD = {
     "outside": {"estimate": {"position": frozen([1.5, 0.0, 1.0])}},
     "moves at": {"estimate": {"velocity": frozen([0.0, 0.3, 0.0])}},
-    "pulls": {"tensions": np.array([0.0, 1200.0, 0.0, 0.0])},
-    "in no equilibrium": {"conditions": (Condition.NO_EQUILIBRIUM,)},
+    "pulls": {"cause": OVER},
 }
 
 
@@ -151,14 +158,87 @@ def test_a_hard_limit_stops_at_once_and_stays(floor: Floor, says: str) -> None:
     assert verdict.hold_winches
     assert not verdict.valve_allowed
     assert says in verdict.reason
-    assert floor.go(50, Order.RESUME).state is PrintState.FAULT
-    assert floor.go(1, Order.RESET).state is PrintState.IDLE
+    assert verdict.at_once == (says == "pulls")
+    assert floor.go(50, OrderKind.RESUME).state is PrintState.FAULT
+    assert floor.go(1, OrderKind.RESET).state is PrintState.OFF
+    assert floor.go(1, OrderKind.ENABLE).state is PrintState.IDLE
 
 
-def test_encoders_that_fall_silent_are_a_fault(floor: Floor) -> None:
-    verdict = floor.go(8, quiet=True)
-    assert verdict.state is PrintState.FAULT
-    assert "encoders" in verdict.reason
+def test_a_fault_is_reset_only_without_its_cause_and_after_the_stop(floor: Floor) -> None:
+    """The guard's cause stands, the winches still turn, and an order that comes with the stop itself is too early."""
+    assert floor.go(1, OrderKind.EMERGENCY, OrderKind.RESET).state is PrintState.FAULT
+    for changes, why in (({"cause": OVER}, "pulls 1200 N"), ({"standing": False}, "have not come to rest")):
+        refused = floor.go(1, OrderKind.RESET, **changes)
+        assert refused.state is PrintState.FAULT
+        assert why in refused.orders[0].refusal
+    assert floor.go(1, OrderKind.RESET).state is PrintState.OFF
+
+
+@pytest.mark.parametrize("state", PrintState)
+def test_the_guard_is_heard_in_every_state(state: PrintState) -> None:
+    made = Floor()
+    made.state.state, made.state.reason = state, "told"
+    verdict = made.go(1, cause=OVER, estimate={"valid": False})
+    assert (verdict.state, verdict.hold_winches) == (PrintState.FAULT, True)
+    assert verdict.reason == ("told" if state is PrintState.FAULT else OVER.reason)
+
+
+@pytest.mark.parametrize("order", OrderKind)
+@pytest.mark.parametrize("state", PrintState)
+def test_each_order_in_each_state_leads_where_the_table_says(state: PrintState, order: OrderKind) -> None:
+    made = Floor()
+    made.state.state = state
+    quiet = aimed(arrived=False)  # nothing else happens
+    verdict = made.go(1, order, target=quiet)
+    then = TRANSITIONS.get((state, order), state)
+    if (state, order) in WAITING:
+        assert (verdict.state, verdict.orders[0].refusal) == (PrintState.READY, "")  # nobody is in the way
+        return
+    assert verdict.state is then
+    known = (state, order) in TRANSITIONS or order is OrderKind.OVERRIDE
+    assert verdict.orders[0].refusal == ("" if known else f"{order}: has no effect while the state is {state}")
+
+
+WAITING = (
+    (PrintState.PAUSED, OrderKind.RESUME),
+    (PrintState.STOPPED, OrderKind.RESUME),
+    (PrintState.REFILLING, OrderKind.REFILLED),
+)
+
+HAPPENS: dict[Happening, dict[str, Any]] = {
+    Happening.DANGER: {"cause": OVER},
+    Happening.SOFT_LIMIT: {"conditions": (Condition.DRUM_END,)},
+    Happening.PERSON: {"broken": True},
+    Happening.POSITION_LOST: {"estimate": {"valid": False}},
+    Happening.POWDER_LOW: {"powder": 0.1},
+    Happening.ARRIVED: {"target": aimed()},
+    Happening.PATH_END: {"target": aimed(arrived=False, finished=True)},
+    Happening.MAY_RESUME: {"resume": True},
+    Happening.DONE: {"done": ""},
+    Happening.FAILED: {"done": "line 2 does not come"},
+}
+
+
+@pytest.mark.parametrize("happening", Happening)
+@pytest.mark.parametrize("state", PrintState)
+def test_each_happening_in_each_state_leads_where_the_table_says(state: PrintState, happening: Happening) -> None:
+    made = Floor()
+    made.go(40)  # the position has settled
+    made.state.state, made.state.reason = state, ""
+    given = {"target": aimed(arrived=False)} | HAPPENS[happening]
+    made.broken = given.pop("broken", False)
+    made.state.resume_ordered = given.pop("resume", False)
+    if "done" in given:
+        supervisor.end_procedure(made.state, made.now, given["done"])
+        then = made.state.state
+    else:
+        then = made.go(1, **given).state
+    assert then is TRANSITIONS.get((state, happening), state)
+
+
+def test_the_docs_have_the_table() -> None:
+    page = Path(__file__).parents[2] / "docs" / "print.md"
+    assert table() in page.read_text("utf-8")
 
 
 SOFT = {
@@ -176,7 +256,7 @@ def test_a_soft_limit_is_a_controlled_stop(floor: Floor, says: str) -> None:
     assert not verdict.hold_winches
     assert says in verdict.reason
     assert floor.go(100).state is PrintState.STOPPED
-    assert floor.go(1, Order.RESUME).state is PrintState.READY
+    assert floor.go(1, OrderKind.RESUME).state is PrintState.READY
 
 
 def test_a_motor_may_stall_for_a_moment(floor: Floor) -> None:
@@ -189,15 +269,16 @@ def test_a_motor_may_stall_for_a_moment(floor: Floor) -> None:
 def test_an_emergency_stop_works_in_every_state(state: PrintState) -> None:
     made = Floor()
     made.state.state = state
-    verdict = made.go(1, Order.EMERGENCY)
+    verdict = made.go(1, OrderKind.EMERGENCY)
     assert (verdict.state, verdict.hold_winches, verdict.reason) == (PrintState.FAULT, True, "emergency stop")
+    assert not verdict.at_once  # all winches come to rest together
 
 
 def test_orders_that_do_not_fit_do_nothing(floor: Floor) -> None:
-    for order in (Order.START, Order.RESUME, Order.REFILLED, Order.RESET):
+    for order in (OrderKind.START, OrderKind.RESUME, OrderKind.REFILLED, OrderKind.RESET):
         assert floor.go(1, order).state is PrintState.PRINTING
-    assert floor.go(1, Order.PAUSE).reason == "paused by order"
-    assert floor.go(1, Order.STOP).reason == "stopped by order"
+    assert floor.go(1, OrderKind.PAUSE).reason == "paused by order"
+    assert floor.go(1, OrderKind.STOP).reason == "stopped by order"
 
 
 def test_the_end_of_the_path_is_the_end(floor: Floor) -> None:

@@ -13,7 +13,8 @@ from cablewright.printing.job import load_job
 from cablewright.robot import load
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import estimator
-from cablewright.studies.prints.loop import Attendant, Printer
+from cablewright.studies.prints.attendant import Attendant
+from cablewright.studies.prints.loop import Printer
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 
 JOB = load_job(Path(__file__).parents[2] / "examples" / "house.toml")

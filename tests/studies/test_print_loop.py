@@ -16,7 +16,8 @@ from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 from cablewright.signals import PrintState
 from cablewright.studies.estimators import estimator
-from cablewright.studies.prints.loop import Attendant, Printer, Step
+from cablewright.studies.prints.attendant import Attendant
+from cablewright.studies.prints.loop import Printer, Step
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 
 ROBOT = load("merlet2023")

@@ -9,8 +9,9 @@ and the drives' own limits are the builder's.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -36,7 +37,11 @@ _AT_ONCE: Final = {
     Condition.DRIVE_FAULT: str(Condition.DRIVE_FAULT),
     Condition.BRAKE: str(Condition.BRAKE),
 }
-_BY_RAMP: Final = {Condition.BUS_SILENT: str(Condition.BUS_SILENT), Condition.ESTOP: str(Condition.ESTOP)}
+_BY_RAMP: Final = {
+    Condition.BUS_SILENT: str(Condition.BUS_SILENT),
+    Condition.ESTOP: str(Condition.ESTOP),
+    Condition.CLOCK_BACK: "the machine's clock jumped back",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +50,8 @@ class GuardSettings:
 
     ``max_tensions``: (m,) N at the sheaves. ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of
     a winch drum. ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
-    drum; None: speeds are judged by the drives alone. ``encoder_timeout``: s without counts. ``ramp_time``: s in which
-    the winches come to rest together. ``hold_time``: s for which they are then held before brakes close.
+    drum; None: speeds are judged by the drives alone. ``timeouts``: s without a reading, by source. ``ramp_time``: s in
+    which the winches come to rest together. ``hold_time``: s for which they are then held before brakes close.
     """
 
     max_tensions: Array
@@ -54,7 +59,7 @@ class GuardSettings:
     max_drum_speed: float | None = None
     max_following_error: float | None = None
     counts_per_radian: float | None = None
-    encoder_timeout: float = 0.5
+    timeouts: Mapping[str, float] = field(default_factory=lambda: {"encoders": 0.5})
     ramp_time: float = 0.3
     hold_time: float = 0.5
 
@@ -62,9 +67,7 @@ class GuardSettings:
         """Raise `InputError` for limits that are not positive and finite."""
         names = ("max_drum_speed", "max_following_error", "counts_per_radian")
         given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-        require_positive(
-            **given, **{name: getattr(self, name) for name in ("encoder_timeout", "ramp_time", "hold_time")}
-        )
+        require_positive(**given, **self.timeouts, ramp_time=self.ramp_time, hold_time=self.hold_time)
         for values in (self.max_tensions, self.max_torques):
             if values is not None and not (values > 0.0).all():
                 raise InputError(f"limits of the guard: {values.tolist()}: each must be over 0")
@@ -79,11 +82,12 @@ class Cause(NamedTuple):
 
 @dataclass(eq=False)
 class GuardState:
-    """Changed in place by `judge`. ``over``: readings in a row over a limit, by what was over it."""
+    """Changed in place by `judge`. What a source has told holds until it tells otherwise."""
 
-    first_frame_time: float = math.inf  # s
-    last_encoder_time: float = -math.inf
-    over: dict[tuple[str, int], int] = field(default_factory=dict)
+    start_time: float = math.inf  # s, of the first frame
+    last_times: dict[str, float] = field(default_factory=dict)  # s, of the frame with each source's last reading
+    causes: dict[str, list[Cause]] = field(default_factory=dict)  # by source
+    over: dict[tuple[str, int], int] = field(default_factory=dict)  # readings in a row over a limit
     last_tensions: dict[str, Array] = field(default_factory=dict)  # N, by source
     last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
 
@@ -95,23 +99,29 @@ def judge(
 
     *inferred* (m,): tensions by the lengths, N; None, or NaN: not known.
     """
-    state.first_frame_time = min(state.first_frame_time, frame.time)
-    causes = [*_conditions(frame)]
+    state.start_time = min(state.start_time, frame.time)
     for reading in frame.readings:
+        source, causes = "", []
         if isinstance(reading, Tensions):
-            causes += _measured_tensions(settings, state, reading)
+            source, causes = reading.source, [*_measured_tensions(settings, state, reading)]
         elif isinstance(reading, Encoders):
-            causes += _encoder_speeds(settings, state, reading)
-            state.last_encoder_time = frame.time
+            source, causes = "encoders", [*_encoder_speeds(settings, state, reading)]
         elif isinstance(reading, Drives):
-            causes += _drives(settings, state, reading)
+            source, causes = "drives", [*_drives(settings, state, reading)]
         elif isinstance(reading, Inputs):
-            causes += _inputs(reading)
+            source, causes = "inputs", [*_inputs(reading)]
+        if source:
+            state.causes[source], state.last_times[source] = causes, frame.time
+    found = [*_conditions(frame), *chain.from_iterable(state.causes.values()), *_silences(settings, state, frame.time)]
     if inferred is not None:
-        causes += _inferred_tensions(settings, inferred)
-    if frame.time - max(state.last_encoder_time, state.first_frame_time) > settings.encoder_timeout:
-        causes.append(Cause(f"no reading of the encoders for over {settings.encoder_timeout:g} s", at_once=False))
-    return max(causes, key=lambda cause: cause.at_once, default=None)
+        found += _inferred_tensions(settings, inferred)
+    return max(found, key=lambda cause: cause.at_once, default=None)
+
+
+def _silences(settings: GuardSettings, state: GuardState, now: float) -> Iterable[Cause]:
+    for source, timeout in settings.timeouts.items():
+        if now - state.last_times.get(source, state.start_time) > timeout:
+            yield Cause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s", at_once=False)
 
 
 def _conditions(frame: SensorFrame) -> Iterable[Cause]:

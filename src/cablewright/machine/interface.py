@@ -80,7 +80,7 @@ def require_abilities(
     ):
         if missing := sorted(asked - given):
             known = ", ".join(sorted(given)) or "none"
-            raise InputError(f"the plan needs the {what} {missing[0]!r}, which the machine lacks; it has {known}")
+            raise InputError(f"the plan needs the {what} {str(missing[0])!r}, which the machine lacks; it has {known}")
 
 
 def check_command(abilities: Abilities, command: Command, last_time: float) -> None:

@@ -124,6 +124,11 @@ class Printer:
         """The machine's time at the last frame, s."""
         return self._now
 
+    @property
+    def command(self) -> Command:
+        """The command of the next step."""
+        return self._command
+
     def archive_state(self, archive: Archive) -> None:
         """Save or load the progress of the print."""
         path, supervised = self.guide, self.supervisor
@@ -208,13 +213,17 @@ class Printer:
 
     def _on_transition(self, previous: PrintState, verdict: Verdict, command: Command) -> None:
         """Set where the target continues, and how the winches stop, after a change of state."""
-        if verdict.state is PrintState.FAULT and (self._ramp is None or (verdict.at_once and not self._ramp.at_once)):
+        faulted, worse = verdict.state is PrintState.FAULT, verdict.at_once and not (self._ramp and self._ramp.at_once)
+        interrupted = previous in _HANDLED and verdict.state is PrintState.IDLE
+        if (faulted and (self._ramp is None or worse)) or interrupted:
             at_once = verdict.at_once or self.machine.period >= self.plan.guard.ramp_time
             self._ramp = RampState(self._now, command.winch_speeds, at_once)
+        elif verdict.state is not previous:
+            self._ramp = None
         if verdict.state is previous:
             return
-        if verdict.state is not PrintState.FAULT:
-            self._ramp = None
+        if faulted:  # the target stands with the machine
+            self.guide.speed_factor, self.guide.speed = 0.0, 0.0
         if verdict.state is PrintState.REFILLING and self.powder > self.plan.supervisor.refill_mass:
             self._powder_out_time = self.guide.path_time  # earlier than estimated: the path will continue from here
         if verdict.state is PrintState.READY:
@@ -248,9 +257,9 @@ class Printer:
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         now, m = frame.time, self.plan.velocity.model.m
-        if verdict.state is PrintState.FAULT and self._ramp is not None:
+        if self._ramp is not None:
             speeds, braked = guard.ramp(self.plan.guard, self._ramp, now)
-            return self._standing(now, frozen(speeds), braked)
+            return self._standing(now, frozen(speeds), braked and verdict.state is PrintState.FAULT)
         if verdict.state is PrintState.OFF:
             return self._standing(now, frozen(np.zeros(m)), True)
         if verdict.state in self.plan.procedures:
@@ -283,6 +292,7 @@ class Printer:
         )
 
 
+_HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 _BY_HAND: Final = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK)
 _PROCEDURES: Final = {OrderKind.TAKE_UP: PrintState.TENSIONING, OrderKind.HOME: PrintState.HOMING}
 
@@ -297,14 +307,14 @@ class Operator(Protocol):
         """Whether the run ends here."""
 
 
-class Recorder(Protocol):
+class StepRecorder(Protocol):
     """Whoever keeps what happens."""
 
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
         """Keep one step; *last*: of this run."""
 
 
-def run(printer: Printer, operator: Operator, recorder: Recorder) -> int:
+def run(printer: Printer, operator: Operator, recorder: StepRecorder) -> int:
     """Run until the operator ends it; return the number of steps.
 
     The machine is opened before and closed after, whatever happens; an error on the way stops it first.

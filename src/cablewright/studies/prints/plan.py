@@ -197,7 +197,7 @@ def _guard(twin: MachineTwin, fastest: float) -> GuardSettings:
         _max_tensions(twin.robot),
         max_drum_speed=_DRUM_SPEED * winch.max_speed,
         counts_per_radian=winch.counts * winch.ratio / math.tau,
-        encoder_timeout=max(0.5, 2.5 * _period(twin)),
+        timeouts={"encoders": max(0.5, 2.5 * _period(twin))},
         ramp_time=min(max(fastest / path.acceleration, low), high),
     )
 

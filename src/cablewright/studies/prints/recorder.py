@@ -58,7 +58,7 @@ class Timing:
 
 @dataclass
 class FolderRecorder:
-    """A `Recorder`: each step in the log, a checkpoint at most half a second old, and progress."""
+    """A `StepRecorder`: each step in the log, a checkpoint at most half a second old, and progress."""
 
     log: LogWriter
     writer: SnapshotWriter

@@ -1,0 +1,76 @@
+"""By hand the platform goes where it is told, no faster than allowed, and stops when nobody asks any more."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cablewright.control import manual
+from cablewright.control.manual import LEASE, MAX_SPEED, ManualSettings, ManualState, Motion
+from cablewright.signals import Order, OrderKind
+
+LIMITS = ManualSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.5, park=(0.0, 0.0, 1.5))
+DT = 0.01
+
+
+def moved(order: Order, *, again: float = 0.0, seconds: float = 20.0) -> list[Motion]:
+    """All steps until it is done; a jog is ordered *again* and again for so many seconds."""
+    state, steps = ManualState(), []
+    manual.begin(LIMITS, state, order, 0.0, np.array([0.0, 0.0, 1.0]))
+    for k in range(round(seconds / DT)):
+        if k * DT < again:
+            manual.begin(LIMITS, state, order, k * DT, None)
+        steps.append(manual.step(LIMITS, state, k * DT, DT))
+        if steps[-1].done:
+            return steps
+    raise AssertionError("it does not come to an end")
+
+
+def changes(steps: list[Motion]) -> np.ndarray:
+    velocities = np.array([np.zeros(3), *(step.velocity for step in steps)])
+    return np.linalg.norm(np.diff(velocities, axis=0), axis=1) / DT
+
+
+@pytest.mark.parametrize("goal", [(0.5, -0.2, 1.4), (0.0, 0.0, 1.001), (-1.0, 1.0, 0.0)])
+def test_it_arrives_at_rest_within_its_limits(goal: tuple[float, float, float]) -> None:
+    steps = moved(Order(OrderKind.GO_TO, arguments={"position": goal}))
+    speeds = np.array([np.linalg.norm(step.velocity) for step in steps])
+    assert speeds.max() <= MAX_SPEED * (1.0 + 1e-12)
+    assert speeds[-1] == 0.0
+    assert changes(steps).max() <= 0.5 * (1.0 + 1e-9) + 1e-4  # and the last micrometre
+    np.testing.assert_allclose(steps[-1].position, goal, atol=2e-6)
+    far = math.dist(goal, (0.0, 0.0, 1.0))
+    if far > MAX_SPEED**2 / 0.5:
+        assert len(steps) * DT == pytest.approx(far / MAX_SPEED + MAX_SPEED / 0.5, abs=0.15)
+
+
+def test_a_jog_ends_when_nobody_repeats_it() -> None:
+    order = Order(OrderKind.JOG, arguments={"velocity": (0.0, 0.2, 0.0)})
+    steps = moved(order, again=1.0)
+    assert steps[60].velocity == pytest.approx([0.0, 0.2, 0.0])
+    assert len(steps) * DT == pytest.approx(1.0 + LEASE + 0.2 / 0.5, abs=0.03)
+    alone = moved(order)
+    assert len(alone) * DT == pytest.approx(LEASE + LEASE, abs=0.03)  # it never came to full speed
+    assert changes(steps).max() <= 0.5 * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("order", "says"),
+    [
+        (Order(OrderKind.JOG, arguments={"velocity": (0.2, 0.2, 0.0)}), "at most 0.25"),
+        (Order(OrderKind.JOG, arguments={"velocity": (0.2, math.nan, 0.0)}), "three finite numbers"),
+        (Order(OrderKind.JOG), "three finite numbers"),
+        (Order(OrderKind.GO_TO, arguments={"position": (0.0, 0.0)}), "three finite numbers"),
+        (Order(OrderKind.GO_TO, arguments={"position": (0.0, 1.5, 1.0)}), "y = 1.5 m is outside -1 to 1 m"),
+        (Order(OrderKind.PARK), ""),
+    ],
+)
+def test_what_cannot_be_obeyed_is_refused(order: Order, says: str) -> None:
+    assert says in manual.refusal(LIMITS, order)
+    assert bool(manual.refusal(LIMITS, order)) == bool(says)
+
+
+def test_without_a_parking_place_nobody_parks() -> None:
+    assert "no parking place" in manual.refusal(ManualSettings((0.0,) * 3, (1.0,) * 3, 0.5), Order(OrderKind.PARK))
