@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import Row, best, installed
+from cablewright.control.guard import GuardSettings, GuardState, judge
 from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line import settle
@@ -23,6 +24,7 @@ from cablewright.machine.simulated.settings import MachineSettings, load_machine
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
+from cablewright.signals import Drives, DriveState, Encoders, Inputs, SensorFrame, Tensions
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 
@@ -51,12 +53,50 @@ def rows(seconds: dict[PlantName, float]) -> Iterator[Row]:
         aim = AIMS[plant] if what == ("alone" if plant == "quasi-static" else "with all sensors") else None
         told = "" if aim is None else f">= {aim:.0f}"
         yield Row(f"merlet2023: {plant} plant, {what}", ratio, "x real", told, None if aim is None else ratio >= aim)
+    guarded = guard_time()
+    yield Row(
+        "the guard, a step: 8 lines, encoders, load cells, drives", 1e6 * guarded, "us", "<= 20", guarded <= 20e-6
+    )
     each = step_time(full)
     yield Row("merlet2023: a dynamic step of 2 ms", 1e6 * each, "us")
     if installed("mujoco"):
         theirs = mujoco_time(load("merlet2023"), full.substep)
         name = "merlet2023: MuJoCo's step, tendons without weight"
         yield Row(name, 1e6 * theirs, "us", peer="ours", ratio=theirs / each)
+
+
+def guard_time() -> float:
+    """Seconds of one step of the guard on a machine with 8 lines and all that it reads."""
+    m, state = 8, GuardState()
+    limits = GuardSettings(
+        np.full(m, 900.0),
+        max_torques=np.full(m, 50.0),
+        max_drum_speed=20.0,
+        max_following_error=0.1,
+        counts_per_radian=1e4,
+        timeouts={"encoders": 0.5, "load_cells": 0.1, "drives": 0.1},
+    )
+    quiet = np.zeros(m)
+    drives = Drives(0.0, (DriveState.ENABLED,) * m, quiet, quiet, quiet, quiet, ("",) * m)
+    frames = [
+        SensorFrame(
+            0.01 * k,
+            (
+                Encoders(0.01 * k, np.full(m, k, dtype=np.int64)),
+                Tensions("load_cells", 0.01 * k, np.full(m, 300.0)),
+                drives,
+                Inputs(0.01 * k, chain_closed=True, torque_off=False, enabling=True, brakes_closed=()),
+            ),
+        )
+        for k in range(1, 2001)
+    ]
+    inferred = np.full(m, 300.0)
+
+    def run() -> None:
+        for frame in frames:
+            assert judge(limits, state, frame, inferred) is None
+
+    return best(run) / len(frames)
 
 
 def speed(settings: MachineSettings, plant: PlantName, seconds: float) -> float:

@@ -170,6 +170,24 @@ def test_silence_of_a_source_that_must_speak_is_heard() -> None:
     assert found == Cause("no reading of the encoders for over 0.5 s", at_once=False)
 
 
+def test_a_load_cell_that_dies_is_silence_and_one_that_never_was_is_not() -> None:
+    watched = Watched(GuardSettings(np.full(3, 300.0), timeouts={"load_cells": 0.1}))
+    for _ in range(30):
+        assert watched.sees(pulls(1.0, 1.0, np.nan)) is None
+    for _ in range(12):
+        found = watched.sees(pulls(1.0, np.nan, np.nan))
+    assert found == Cause("no reading of the load cells for over 0.1 s", at_once=False)
+
+
+def test_a_reading_that_was_overtaken_is_not_heard() -> None:
+    watched = Watched()
+    for time_ in (1.0, 1.1):
+        watched.sees(Tensions("load_cells", time_, frozen([100.0, 900.0, 100.0])))
+    late = watched.sees(Tensions("load_cells", 1.05, frozen([100.0, 100.0, 100.0])))
+    assert late is not None
+    assert "pulls 900 N" in late.reason
+
+
 def test_winches_come_to_rest_together_and_brakes_close_after_them() -> None:
     """One factor for all: the ratios of the speeds stay, so that no line is wound in against the others."""
     stop = RampState(10.0, np.array([1.0, -2.0, 0.5]), at_once=False)

@@ -19,7 +19,7 @@ def test_no_promise_is_broken_and_every_state_is_seen() -> None:
 
 BREAKS = {
     "the fault stays": (supervisor, "_no_reset", lambda *_: ""),
-    "over its limit": (guard, "_measured_tensions", lambda *_: []),
+    "over its limit": (guard, "_measured_tensions", lambda *_: ([], True)),
     "turn after a stop": (guard, "ramp", lambda _settings, stop, _now: (stop.speeds, False)),
     "chain is open": (guard, "_inputs", lambda *_: []),
     "left the fault": (supervisor, "TRANSITIONS", TRANSITIONS | {(PrintState.FAULT, OrderKind.START): PrintState.IDLE}),

@@ -9,15 +9,13 @@ and the drives' own limits are the builder's.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
+from cablewright.arrays import Array
 from cablewright.errors import InputError, require_positive
 from cablewright.signals import (
     Condition,
@@ -85,11 +83,12 @@ class GuardState:
     """Changed in place by `judge`. What a source has told holds until it tells otherwise."""
 
     start_time: float = math.inf  # s, of the first frame
-    last_times: dict[str, float] = field(default_factory=dict)  # s, of the frame with each source's last reading
+    read_times: dict[str, float] = field(default_factory=dict)  # s, of each source's last reading
+    last_times: dict[str, float] = field(default_factory=dict)  # s, of the frame in which it came, without a gap
     causes: dict[str, list[Cause]] = field(default_factory=dict)  # by source
-    over: dict[tuple[str, int], int] = field(default_factory=dict)  # readings in a row over a limit
-    last_tensions: dict[str, Array] = field(default_factory=dict)  # N, by source
-    last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
+    over: dict[str, dict[int, int]] = field(default_factory=dict)  # readings in a row, by limit and line
+    last_tensions: dict[str, list[float]] = field(default_factory=dict)  # N, by source; the last known of each line
+    last_counts: tuple[float, list[int]] | None = None  # s, and the counts of then
 
 
 def judge(
@@ -101,113 +100,138 @@ def judge(
     """
     state.start_time = min(state.start_time, frame.time)
     for reading in frame.readings:
-        source, causes = "", []
+        source = reading.source if isinstance(reading, Tensions) else _SOURCES.get(type(reading), "")
+        if not source or reading.time < state.read_times.get(source, -math.inf):
+            continue  # not the guard's, or overtaken by a later one
+        state.read_times[source] = reading.time
+        whole = True
         if isinstance(reading, Tensions):
-            source, causes = reading.source, [*_measured_tensions(settings, state, reading)]
+            state.causes[source], whole = _measured_tensions(settings, state, reading)
         elif isinstance(reading, Encoders):
-            source, causes = "encoders", [*_encoder_speeds(settings, state, reading)]
+            state.causes[source] = _encoder_speeds(settings, state, reading)
         elif isinstance(reading, Drives):
-            source, causes = "drives", [*_drives(settings, state, reading)]
+            state.causes[source] = _drives(settings, state, reading)
         elif isinstance(reading, Inputs):
-            source, causes = "inputs", [*_inputs(reading)]
-        if source:
-            state.causes[source], state.last_times[source] = causes, frame.time
-    found = [*_conditions(frame), *chain.from_iterable(state.causes.values()), *_silences(settings, state, frame.time)]
+            state.causes[source] = _inputs(reading)
+        if whole:
+            state.last_times[source] = frame.time
+    found = _conditions(frame) + _silences(settings, state, frame.time)
+    for causes in state.causes.values():
+        found += causes
     if inferred is not None:
         found += _inferred_tensions(settings, inferred)
-    return max(found, key=lambda cause: cause.at_once, default=None)
+    return max(found, key=lambda cause: cause.at_once) if found else None
 
 
-def _silences(settings: GuardSettings, state: GuardState, now: float) -> Iterable[Cause]:
-    for source, timeout in settings.timeouts.items():
-        if now - state.last_times.get(source, state.start_time) > timeout:
-            yield Cause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s", at_once=False)
+_SOURCES: Final[dict[type, str]] = {Encoders: "encoders", Drives: "drives", Inputs: "inputs"}
 
 
-def _conditions(frame: SensorFrame) -> Iterable[Cause]:
+def _silences(settings: GuardSettings, state: GuardState, now: float) -> list[Cause]:
+    return [
+        Cause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s", at_once=False)
+        for source, timeout in settings.timeouts.items()
+        if now - state.last_times.get(source, state.start_time) > timeout
+    ]
+
+
+def _conditions(frame: SensorFrame) -> list[Cause]:
+    found = []
     for notice in frame.notices:
         of = f": {notice.subject}" if notice.subject else ""
         if notice.condition in _AT_ONCE:
-            yield Cause(f"{_AT_ONCE[notice.condition]}{of}", at_once=True)
+            found.append(Cause(f"{_AT_ONCE[notice.condition]}{of}", at_once=True))
         elif notice.condition in _BY_RAMP:
-            yield Cause(f"{_BY_RAMP[notice.condition]}{of}", at_once=False)
-
-
-def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tensions) -> Iterable[Cause]:
-    """A line over its limit: at once while its tension rises, as a ramp may go on winding it in."""
-    before = state.last_tensions.get(reading.source)
-    state.last_tensions[reading.source] = reading.tensions
-    for i in _confirmed(state, reading.source, reading.tensions > settings.max_tensions):
-        rising = before is None or not reading.tensions[i] < before[i]
-        yield Cause(_too_much("pulls", i, reading.tensions, settings.max_tensions, "N"), at_once=rising)
-
-
-def _inferred_tensions(settings: GuardSettings, inferred: Array) -> Iterable[Cause]:
-    over = inferred > settings.max_tensions
-    if over.any():
-        worst = int(np.argmax(np.where(over, inferred / settings.max_tensions, 0.0)))
-        yield Cause(_too_much("pulls", worst, inferred, settings.max_tensions, "N") + ", by the lengths", at_once=True)
-
-
-def _encoder_speeds(settings: GuardSettings, state: GuardState, reading: Encoders) -> Iterable[Cause]:
-    """A winch that turns too fast, by two pairs of counts in one direction: a single flipped bit comes back."""
-    before, state.last_counts = state.last_counts, (reading.time, reading.counts)
-    if settings.counts_per_radian is None or settings.max_drum_speed is None or before is None:
-        return
-    elapsed = reading.time - before[0]
-    if not elapsed > 0.0:
-        return
-    speeds = (reading.counts - before[1]) / (settings.counts_per_radian * elapsed)
-    for way, name in ((1.0, "out"), (-1.0, "in")):
-        for i in _confirmed(state, name, way * speeds > settings.max_drum_speed):
-            most = np.full(len(speeds), settings.max_drum_speed)
-            yield Cause(_too_much("turns at", i, np.abs(speeds), most, "rad/s"), at_once=False)
-
-
-def _drives(settings: GuardSettings, state: GuardState, reading: Drives) -> Iterable[Cause]:
-    """A drive that faults, follows badly, turns too fast or pulls too hard."""
-    for i, (drive, text) in enumerate(zip(reading.states, reading.faults, strict=True)):
-        if drive is DriveState.FAULT:
-            yield Cause(f"the drive of line {i + 1} reports a fault: {text or 'no text'}", at_once=True)
-    m = len(reading.states)
-    if settings.max_following_error is not None:
-        errors, most = np.abs(reading.following_errors), np.full(m, settings.max_following_error)
-        for i in _confirmed(state, "following", errors > most):
-            yield Cause(_too_much("follows its command with an error of", i, errors, most, "rad"), at_once=True)
-    if settings.max_drum_speed is not None:
-        speeds, most = np.abs(reading.velocities), np.full(m, settings.max_drum_speed)
-        for i in _confirmed(state, "speed", speeds > most):
-            yield Cause(_too_much("turns at", i, speeds, most, "rad/s"), at_once=False)
-    if settings.max_torques is not None:
-        torques = np.abs(reading.torques)
-        for i in _confirmed(state, "torque", torques > settings.max_torques):
-            yield Cause(_too_much("has a torque of", i, torques, settings.max_torques, "N m"), at_once=True)
-
-
-def _inputs(reading: Inputs) -> Iterable[Cause]:
-    if not reading.chain_closed:
-        yield Cause(str(Condition.ESTOP), at_once=False)
-    elif reading.torque_off:
-        yield Cause("safe torque off is active", at_once=True)
-    elif not reading.enabling:
-        yield Cause("the enabling switch is not pressed", at_once=False)
-
-
-def _confirmed(state: GuardState, name: str, over: Mask) -> list[int]:
-    """Count the readings in a row that are *over* (m,) a limit; return the lines for which it is confirmed."""
-    found = []
-    for i, is_over in enumerate(over.tolist()):
-        key = (name, i)
-        if not is_over:
-            state.over.pop(key, None)
-            continue
-        state.over[key] = state.over.get(key, 0) + 1
-        if state.over[key] >= CONFIRMED:
-            found.append(i)
+            found.append(Cause(f"{_BY_RAMP[notice.condition]}{of}", at_once=False))
     return found
 
 
-def _too_much(does: str, i: int, values: Array, limits: Array, unit: str) -> str:
+def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tensions) -> tuple[list[Cause], bool]:
+    """Lines over their limit, at once while a tension rises, as a ramp may go on winding its line in.
+
+    Also returns whether no line is missing that was measured before.
+    """
+    now, limits = reading.tensions.tolist(), settings.max_tensions.tolist()
+    before = state.last_tensions.get(reading.source, [math.nan] * len(now))
+    state.last_tensions[reading.source] = [b if math.isnan(t) else t for t, b in zip(now, before, strict=True)]
+    found = [
+        Cause(_too_much("pulls", i, now, limits, "N"), at_once=not now[i] < before[i])
+        for i in _confirmed(state, reading.source, now, limits)
+    ]
+    return found, not any(math.isnan(t) and not math.isnan(b) for t, b in zip(now, before, strict=True))
+
+
+def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[Cause]:
+    now, limits = inferred.tolist(), settings.max_tensions.tolist()
+    over = [i for i, (tension, limit) in enumerate(zip(now, limits, strict=True)) if tension > limit]
+    if not over:
+        return []
+    worst = max(over, key=lambda i: float(now[i] / limits[i]))
+    return [Cause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", at_once=True)]
+
+
+def _encoder_speeds(settings: GuardSettings, state: GuardState, reading: Encoders) -> list[Cause]:
+    """A winch that turns too fast, by two pairs of counts in one direction: a single flipped bit comes back."""
+    counts = reading.counts.tolist()
+    before, state.last_counts = state.last_counts, (reading.time, counts)
+    if settings.counts_per_radian is None or settings.max_drum_speed is None or before is None:
+        return []
+    elapsed = reading.time - before[0]
+    if not elapsed > 0.0:
+        return []
+    per_second = 1.0 / (settings.counts_per_radian * elapsed)
+    limits = [settings.max_drum_speed] * len(counts)
+    found = []
+    for way, name in ((per_second, "out"), (-per_second, "in")):
+        speeds = [way * (now - then) for now, then in zip(counts, before[1], strict=True)]
+        fast = _confirmed(state, name, speeds, limits)
+        found += [Cause(_too_much("turns at", i, speeds, limits, "rad/s"), at_once=False) for i in fast]
+    return found
+
+
+def _drives(settings: GuardSettings, state: GuardState, reading: Drives) -> list[Cause]:
+    """A drive that faults, follows badly, turns too fast or pulls too hard."""
+    m, found = len(reading.states), []
+    if DriveState.FAULT in reading.states:
+        for i, (drive, text) in enumerate(zip(reading.states, reading.faults, strict=True)):
+            if drive is DriveState.FAULT:
+                found.append(Cause(f"the drive of line {i + 1} reports a fault: {text or 'no text'}", at_once=True))
+    following, speed = settings.max_following_error, settings.max_drum_speed
+    for name, does, values, limits, unit, at_once in (
+        ("following", "follows its command with an error of", reading.following_errors, following, "rad", True),
+        ("speed", "turns at", reading.velocities, speed, "rad/s", False),
+        ("torque", "has a torque of", reading.torques, settings.max_torques, "N m", True),
+    ):
+        if limits is not None:
+            most = limits.tolist() if isinstance(limits, np.ndarray) else [limits] * m
+            sizes = [abs(value) for value in values.tolist()]
+            over = _confirmed(state, name, sizes, most)
+            found += [Cause(_too_much(does, i, sizes, most, unit), at_once=at_once) for i in over]
+    return found
+
+
+def _inputs(reading: Inputs) -> list[Cause]:
+    if not reading.chain_closed:
+        return [Cause(str(Condition.ESTOP), at_once=False)]
+    if reading.torque_off:
+        return [Cause("safe torque off is active", at_once=True)]
+    return [] if reading.enabling else [Cause("the enabling switch is not pressed", at_once=False)]
+
+
+def _confirmed(state: GuardState, name: str, values: Sequence[float], limits: Sequence[float]) -> list[int]:
+    """Count the readings in a row in which *values* (m,) are over *limits*; return the lines that are confirmed.
+
+    Lists and not arrays, here and above: of a dozen numbers they are several times as fast.
+    """
+    over = [i for i, (value, limit) in enumerate(zip(values, limits, strict=True)) if value > limit]
+    if not over:
+        state.over.pop(name, None)
+        return []
+    before = state.over.get(name, {})
+    state.over[name] = {i: before.get(i, 0) + 1 for i in over}
+    return [i for i, times in state.over[name].items() if times >= CONFIRMED]
+
+
+def _too_much(does: str, i: int, values: Sequence[float], limits: Sequence[float], unit: str) -> str:
     return f"line {i + 1} {does} {values[i]:.3g} {unit}; at most {limits[i]:.3g} is allowed"
 
 
