@@ -96,8 +96,10 @@ class Archive:
         live[...] = self._array(name, live, live.shape)
 
     def scratch(self, name: str, live: NamedTuple) -> None:
-        """Workspace of a kernel, with any values; loaded in place."""
+        """Workspace of a kernel, with any values; loaded in place. Parts that its robot does not need are None."""
         for part, values in zip(live._fields, live, strict=True):
+            if values is None:
+                continue
             values[...] = self._array(f"{name}.{part}", values, values.shape, bound=None)
 
     def rows(self, name: str, now: Sequence[Array], width: int, max_rows: int) -> list[Array]:
