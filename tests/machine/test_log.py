@@ -230,7 +230,7 @@ def test_what_is_no_log_is_refused(tmp_path: Path, written: tuple[Path, list[Ent
     with pytest.raises(InputError, match="no log of a machine"):
         read_log(path)
     for metadata, says in (
-        ({"schema": "2"}, "schema 2"),
+        ({"schema": "3"}, "schema 3"),
         ({"schema": "x"}, "no JSON"),
         ({"schema": "1", "robot": "{}"}, "the head's"),
     ):

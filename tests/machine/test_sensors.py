@@ -122,14 +122,14 @@ def test_range_errors_have_the_laws_of_the_settings() -> None:
         biases.append(off[near].mean())
         spreads.append(off[near].std())
         assert measured._sensors["north"].bias == pytest.approx(biases[-1], abs=2e-4)
-        assert (np.abs(off[seen]) > 0.02).mean() == pytest.approx(SETTINGS.lidars["north"].outliers, abs=2e-3)
+        assert (np.abs(off[seen]) > 0.02).mean() == pytest.approx(SIMULATION.lidars["north"].outliers, abs=2e-3)
     assert np.mean(spreads) == pytest.approx(SETTINGS.lidars["north"].deviation, rel=0.03)
     assert np.std(biases) > 5e-4
-    assert np.mean(lost) == pytest.approx(SETTINGS.lidars["north"].dropout, rel=0.2)
+    assert np.mean(lost) == pytest.approx(SIMULATION.lidars["north"].dropout, rel=0.2)
 
 
 def test_heights_of_heaps_are_seen_from_above() -> None:
-    ground = Ground(load("merlet2023"), SETTINGS)
+    ground = Ground(load("merlet2023"), TWIN)
     ground.deposit((0.21, -0.2), (0.41, -0.2), 3.0)
     assert ground.mass == pytest.approx(3.0, rel=1e-9)
     ground.deposit((5.0, 0.0), (5.0, 0.0), 1.5)

@@ -132,3 +132,14 @@ def test_a_height_over_the_floor_needs_some(cli, tmp_path: Path, monkeypatch) ->
     (tmp_path / "ring.toml").write_text(RING.replace("0.3 m", "0 m"))
     found = cli(*shlex.split("print merlet2023 ring.toml --machine machine.toml --plant quasi-static --out run"))
     assert "height = structure: the path begins on the floor" in found.refusal
+
+
+@pytest.mark.parametrize("command", ["print merlet2023 ring.toml --out run", "simulate merlet2023 --loop 5"])
+def test_without_a_simulation_nothing_is_simulated(cli, command: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("ring.toml").write_text(RING)
+    owner, _, _ = machine_text("merlet2023").partition("# What only a simulation has")
+    Path("real.toml").write_text(owner)
+    found = cli(*command.split(), "--machine", "real.toml")
+    assert found.code == 2
+    assert "real.toml: no table [simulation], without which a machine cannot be simulated: add it" in found.refusal

@@ -123,7 +123,7 @@ def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
         ),
         ('width = "75 mm"', 'width = "1e30 mm"', "winch.width = '1e30 mm': must be at most 100000"),
         ('lag = "20 ms"', 'lag = "1e300 s"', "winch.lag"),
-        ("[wifi]", "[wify]", "wify: unknown key; did you mean 'wifi'"),
+        ("[simulation.wifi]", "[simulation.wify]", "simulation.wify: unknown key; did you mean 'wifi'"),
     ):
         (tmp_path / "own.toml").write_text(text.replace(old, new, 1))
         assert old in text
