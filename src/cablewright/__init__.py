@@ -17,7 +17,7 @@ Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_c
     Calibration, CalibrationPlan, CalibrationPoses, FileScan, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
     Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
 Print and simulate: load_machine, load_twin, machine_names, pour, print_job, random_loop, read_log, replay, simulate,
-    Command, DriveSettings, Encoders, HeightField, LogHead, MachineSettings, Pilot, Powder, PrintedJob, PrintOptions,
+    Command, DriveSettings, Encoders, HeightField, MachineSettings, Pilot, Powder, PrintedJob, PrintOptions,
     Replay, Scan, SensorFrame, SimulatedMachine, Simulation, SimulationSettings, TwinSettings.
 Results and errors: AnswerError, CablewrightError, EnvironmentFault, Figure, InputError, Result, Status,
     UnknownName.
@@ -55,7 +55,6 @@ if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser, RoomMap
     from cablewright.estimation.lidar.scan_file import FileScan, read_scan
     from cablewright.machine.files import load_machine, machine_names
-    from cablewright.machine.log.head import LogHead
     from cablewright.machine.log.log import read_log
     from cablewright.machine.settings import MachineSettings
     from cablewright.machine.simulated.settings import SimulationSettings, TwinSettings, load_twin
@@ -111,7 +110,7 @@ __all__ = [
     "Change", "Check", "Command", "Curve", "Curves", "Distribution", "DriveSettings", "Encoders",
     "EnvironmentFault", "Equilibria", "Equilibrium", "Fidelity", "Figure", "FileScan", "FirstOrder", "HeightField",
     "InputError", "Interference", "InterferenceSettings", "Job", "JobInterference", "Laser", "LidarPlace",
-    "Linearisation", "LogHead", "MachineSettings", "Measured", "Model", "Modes", "MonteCarlo", "NodeCount", "Parameter",
+    "Linearisation", "MachineSettings", "Measured", "Model", "Modes", "MonteCarlo", "NodeCount", "Parameter",
     "Pilot", "Places", "PoseBox", "Powder", "PrintOptions", "PrintedJob", "Quadratic", "Range", "RankedCurve",
     "Replay", "Result", "RetractionLaw", "RetractionStudy", "Robot", "RoomMap", "Scan", "SensorFrame", "SensorNoise",
     "SheaveLaw", "Shot", "Shots", "Sigmas", "SimulatedCalibration", "SimulatedMachine", "Simulation",
@@ -159,7 +158,6 @@ _HOMES = {
         "estimation.lidar.room": "Laser RoomMap",
         "estimation.lidar.scan_file": "FileScan read_scan",
         "machine.files": "load_machine machine_names",
-        "machine.log.head": "LogHead",
         "machine.log.log": "read_log",
         "machine.settings": "MachineSettings",
         "machine.simulated.settings": "SimulationSettings TwinSettings load_twin",
