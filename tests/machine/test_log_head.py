@@ -90,11 +90,23 @@ def test_the_first_schema_is_taken_apart() -> None:
     assert (found.epoch, found.versions) == (None, {})
 
 
-@pytest.mark.parametrize("settings", [None, {}, {"winch": None}, {"lidars": {"north": 3}, "drum": []}])
-def test_a_damaged_head_of_the_first_schema_is_refused(settings: object) -> None:
-    texts = json.loads(OLD.read_text("utf-8")) | {"settings": json.dumps(settings)}
-    with pytest.raises(InputError, match="the head's"):
-        read_head(texts, "old.mcap")
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("winch", None),
+        ("lidars", {"north": 3}),
+        ("drum", []),
+        ("distance", 1),
+        ("more", 1),
+        ("faults", 7),
+        ("line", {}),
+    ],
+)
+def test_a_damaged_head_of_the_first_schema_is_refused(key: str, value: object) -> None:
+    texts = json.loads(OLD.read_text("utf-8"))
+    for settings in (json.loads(texts["settings"]) | {key: value}, {key: value}, value):
+        with pytest.raises(InputError, match=r"old\.mcap: the head's (settings|simulation)"):
+            read_head(texts | {"settings": json.dumps(settings)}, "old.mcap")
 
 
 def test_an_old_log_is_read(tmp_path: Path) -> None:

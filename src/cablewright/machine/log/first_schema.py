@@ -36,8 +36,9 @@ def from_first_schema(head: Mapping[str, Any]) -> dict[str, Any]:
             owner[name] = dict(owner[name])
             simulation[name] = _taken(owner[name], kind)
     if isinstance(owner.get("lidars"), dict):
-        owner["lidars"] = {name: dict(lidar) for name, lidar in owner["lidars"].items() if isinstance(lidar, dict)}
-        simulation["lidars"] = {name: _taken(lidar, sensors.LidarSettings) for name, lidar in owner["lidars"].items()}
+        lidars = {name: dict(lidar) for name, lidar in owner["lidars"].items() if isinstance(lidar, dict)}
+        simulation["lidars"] = {name: _taken(lidar, sensors.LidarSettings) for name, lidar in lidars.items()}
+        owner["lidars"] = owner["lidars"] | lidars
     walk, winch = simulation.get("winch", {}), owner.get("winch")
     if isinstance(winch, dict) and {"radius_walk", "walk_turns"} <= walk.keys():  # the filter's belief was the truth
         winch |= {"radius_deviation": walk["radius_walk"], "radius_turns": walk["walk_turns"]}
