@@ -21,7 +21,8 @@ from benchmarks.estimation_campaign import run as beside
 from benchmarks.timing import Row, best
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.observer import ObserverSettings
-from cablewright.machine.simulated.settings import MachineSettings, load_machine
+from cablewright.machine.files import load_machine
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import load
@@ -67,11 +68,10 @@ class Found:
 
 def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
-    settings = load_machine("merlet2023")
+    settings = load_twin("merlet2023")
     still, moving = Found(), Found()
-    unbiased = settings.model_copy(
-        update={"lidars": {name: lidar.model_copy(update={"bias": 0.0}) for name, lidar in settings.lidars.items()}}
-    )
+    lidars = settings.owner.lidars.items()
+    unbiased = settings.with_owner(lidars={name: lidar.model_copy(update={"bias": 0.0}) for name, lidar in lidars})
     for seed in size.still:
         run(unbiased, seed, size.held, still, held=True)
     for seed in size.drives:
@@ -118,13 +118,13 @@ def filter_rows(size: Size) -> Iterator[Row]:
     yield Row("estimation: filter, radii within 1 %", radii, "%", "100 %", radii >= 99.5)
 
 
-def run(settings: MachineSettings, seed: int, seconds: float, found: Found, *, held: bool) -> None:
+def run(settings: TwinSettings, seed: int, seconds: float, found: Found, *, held: bool) -> None:
     """One machine by *seed*, driven round a path or *held* where it begins, with the estimation beside."""
     robot = load("merlet2023")
     way = random_loop(robot, 28.0, seed)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=seed)
     pilot = Pilot(machine, None if held else way, DriveSettings(), seed)
-    known = observer_settings(robot, settings)
+    known = observer_settings(robot, settings.owner)
     state = observer.start(known)
     for _ in range(round(seconds / machine.period)):
         frame = machine.step(pilot.command())
@@ -185,7 +185,7 @@ def less(known: ObserverSettings, what: str) -> ObserverSettings:
 
 def told(seconds: float) -> list[tuple[SensorFrame, Truth]]:
     """Frames and truths of the drive in the docs, so long."""
-    robot, settings = load("merlet2023"), load_machine("merlet2023")
+    robot, settings = load("merlet2023"), load_twin("merlet2023")
     way = random_loop(robot, 28.0, TOLD_SEED)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=TOLD_SEED)
     pilot = Pilot(machine, way, DriveSettings(), TOLD_SEED)

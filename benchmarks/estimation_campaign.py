@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from cablewright.estimation.kalman.state import FilterState
-from cablewright.machine.simulated.settings import load_machine
+from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, Pilot, random_loop
@@ -82,11 +82,11 @@ def _share(values: list[bool] | list[float], digits: int, width: int) -> str:
 
 def run(seed: int, seconds: float) -> dict[str, Found]:
     """Drive the machine of *seed* with all estimators beside it."""
-    robot, settings = load("merlet2023"), load_machine("merlet2023")
+    robot, settings = load("merlet2023"), load_twin("merlet2023")
     way = random_loop(robot, LENGTH, seed)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=seed)
     pilot = Pilot(machine, way, DriveSettings(), seed)
-    beside = [(name, one, one.settings(robot, settings, ())) for name, one in OBSERVERS.items()]
+    beside = [(name, one, one.settings(robot, settings.owner, ())) for name, one in OBSERVERS.items()]
     states = {name: one.start(known) for name, one, known in beside}
     found = {name: Found() for name, _, _ in beside}
     wound: deque[Array] = deque(maxlen=2 * LATELY + 1)  # radii that are true

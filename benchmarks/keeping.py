@@ -15,8 +15,9 @@ import numpy as np
 from benchmarks.machine import speed
 from benchmarks.timing import Row, best, medians
 from cablewright.file_output import write_whole
-from cablewright.machine.log.log import LogHead, read_log, write_log
-from cablewright.machine.simulated.settings import MachineSettings, load_machine
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import read_log, write_log
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.machine.simulated.snapshot import read_snapshots, write_snapshots
 from cablewright.robot import load
@@ -44,8 +45,8 @@ FULL, QUICK = Size(), Size(5, 5, 3, 50)
 
 def rows(size: Size) -> Iterator[Row]:
     """All rows of this file."""
-    full = load_machine("merlet2023")
-    slow = full.model_copy(update={"quasi_static_period": PERIOD})
+    full = load_twin("merlet2023")
+    slow = full.with_simulation(quasi_static_period=PERIOD)
     rate = speed(slow, "quasi-static", size.campaign * PERIOD) / PERIOD
     name = "merlet2023: quasi-static plant of 1 s, all sensors"
     yield Row(name, rate, "steps/s", f">= {WANTED:.0f}", rate >= WANTED)
@@ -64,7 +65,7 @@ def command(machine: SimulatedMachine) -> Command:
 
 def house_speed(steps: int) -> float:
     """Times real time of a printer for houses that lays a strand to and fro."""
-    machine = SimulatedMachine(load("house-printer"), load_machine("house-printer"), (0.0, 0.0, 0.5), seed=1)
+    machine = SimulatedMachine(load("house-printer"), load_twin("house-printer"), (0.0, 0.0, 0.5), seed=1)
 
     def go() -> None:
         for _ in range(steps):
@@ -73,7 +74,7 @@ def house_speed(steps: int) -> float:
     return steps * machine.period / best(go)
 
 
-def snapshots(settings: MachineSettings, count: int, folder: Path) -> Iterator[Row]:
+def snapshots(settings: TwinSettings, count: int, folder: Path) -> Iterator[Row]:
     """A snapshot after a layer is on the floor: taken, written, taken up; beside writing the same bytes alone."""
     robot, path = load("merlet2023"), folder / "state"
     machine = SimulatedMachine(robot, settings, START, seed=1)
@@ -98,7 +99,7 @@ def snapshots(settings: MachineSettings, count: int, folder: Path) -> Iterator[R
     yield Row("snapshot of merlet2023: read and taken up", 1e3 * medians([take_up], count // 3)[0], "ms")
 
 
-def logs(what: str, settings: MachineSettings, plant: PlantName, count: int, folder: Path) -> Iterator[Row]:
+def logs(what: str, settings: TwinSettings, plant: PlantName, count: int, folder: Path) -> Iterator[Row]:
     """Steps written with and without flushing each half second, and read with and without scans and truth."""
     robot, path = load("merlet2023"), folder / "log.mcap"
     machine = SimulatedMachine(robot, settings, START, seed=1, plant=plant)
@@ -106,7 +107,8 @@ def logs(what: str, settings: MachineSettings, plant: PlantName, count: int, fol
     for _ in range(count):
         told = command(machine)
         steps.append((machine.step(told), told, machine.truth))
-    head = LogHead(robot, settings, machine.period, plant, 1)
+    simulation = settings.simulation
+    head = LogHead(robot, settings.owner, machine.period, simulation=simulation, plant=plant, seed=1)
     by_size, each = write(path, head, steps, None), write(path, head, steps, 0.5)
     mean, late = sum(each) / count, quantiles(each, n=100)[-1]
     yield Row(

@@ -20,7 +20,7 @@ from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line import settle
 from cablewright.machine.simulated.rig import drum_parameters
-from cablewright.machine.simulated.settings import MachineSettings, load_machine
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
@@ -41,8 +41,8 @@ QUICK: dict[PlantName, float] = {"dynamic": 0.1, "quasi-static": 1.0}
 
 def rows(seconds: dict[PlantName, float]) -> Iterator[Row]:
     """All rows of this file."""
-    full = load_machine("merlet2023")
-    bare = full.model_copy(update={"lidars": {}, **dict.fromkeys(SENSORS)})
+    full = load_twin("merlet2023")
+    bare = full.with_owner(lidars={}, **dict.fromkeys(SENSORS))
     for plant, settings, what in (
         ("dynamic", full, "with all sensors"),
         ("dynamic", bare, "alone"),
@@ -60,7 +60,7 @@ def rows(seconds: dict[PlantName, float]) -> Iterator[Row]:
     each = step_time(full)
     yield Row("merlet2023: a dynamic step of 2 ms", 1e6 * each, "us")
     if installed("mujoco"):
-        theirs = mujoco_time(load("merlet2023"), full.substep)
+        theirs = mujoco_time(load("merlet2023"), full.simulation.substep)
         name = "merlet2023: MuJoCo's step, tendons without weight"
         yield Row(name, 1e6 * theirs, "us", peer="ours", ratio=theirs / each)
 
@@ -99,7 +99,7 @@ def guard_time() -> float:
     return best(run) / len(frames)
 
 
-def speed(settings: MachineSettings, plant: PlantName, seconds: float) -> float:
+def speed(settings: TwinSettings, plant: PlantName, seconds: float) -> float:
     """Times real time of a drive round a loop, six times so many *seconds*: what the pilot takes is not counted."""
     robot = load("merlet2023")
     way = random_loop(robot, 28.0, seed=1)
@@ -117,14 +117,14 @@ def speed(settings: MachineSettings, plant: PlantName, seconds: float) -> float:
     return max(ratios[1:])
 
 
-def step_time(settings: MachineSettings) -> float:
+def step_time(settings: TwinSettings) -> float:
     """Time of one step of the drum and its lines, swinging, s."""
     drop = Drop(settings)
     drop.motion[dynamics.RATE : dynamics.RATE + 3] = 0.2, 0.1, 0.3
 
     def hundred() -> None:
         for _ in range(100):
-            drop.midpoint(settings.substep)
+            drop.midpoint(settings.simulation.substep)
 
     return best(hundred, 50) / 100.0
 
@@ -159,7 +159,7 @@ def _text(vector: tuple[float, ...]) -> str:
 class Drop:
     """The empty drum at rest over START, lifted by DROP, undamped."""
 
-    def __init__(self, settings: MachineSettings) -> None:
+    def __init__(self, settings: TwinSettings) -> None:
         """Hang it."""
         robot = load("merlet2023")
         self.model = Model(robot)
@@ -199,7 +199,7 @@ class Drop:
 
 def height_after(method: str, dt: float) -> tuple[float, float]:
     """Where B is after DROPPED, m, and the highest it was; NaN where it is lost."""
-    drop, highest = Drop(load_machine("merlet2023")), -math.inf
+    drop, highest = Drop(load_twin("merlet2023")), -math.inf
     for _ in range(round(DROPPED / dt)):
         try:
             getattr(drop, method)(dt)

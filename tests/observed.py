@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.machine.simulated.settings import FaultPlan, MachineSettings
+from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
 from cablewright.robot import load
 from cablewright.signals import Estimate, SensorFrame, Truth
 from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 from cablewright.studies.estimator_settings import OBSERVERS
-from twins import SETTINGS, machine
+from twins import TWIN, machine
 
 
 def drive(
-    seconds: float, settings: MachineSettings = SETTINGS, *, seed: int = 1, held: bool = False, plant: str = "dynamic"
+    seconds: float, settings: TwinSettings = TWIN, *, seed: int = 1, held: bool = False, plant: str = "dynamic"
 ) -> list[tuple[SensorFrame, Truth]]:
     """Frames and truths of a machine that goes round a loop, or is *held* where the loop begins."""
     way = random_loop(load("merlet2023"), 28.0, seed)
@@ -31,7 +31,7 @@ def drive(
 
 def observe(
     recording: list[tuple[SensorFrame, Truth]],
-    settings: MachineSettings = SETTINGS,
+    settings: TwinSettings = TWIN,
     each: Callable[[Estimate, Truth], None] | None = None,
     *,
     estimator: str = "paper",
@@ -39,7 +39,7 @@ def observe(
 ) -> list[Estimate]:
     """Estimates of all frames."""
     one = OBSERVERS[estimator]
-    known = dataclasses.replace(one.settings(load("merlet2023"), settings, ()), **changes)
+    known = dataclasses.replace(one.settings(load("merlet2023"), settings.owner, ()), **changes)
     state, found = one.start(known), []
     for frame, truth in recording:
         found.append(one.step(known, state, frame))
@@ -48,9 +48,9 @@ def observe(
     return found
 
 
-def broken(*plans: dict[str, Any]) -> MachineSettings:
+def broken(*plans: dict[str, Any]) -> TwinSettings:
     """The machine with faults to come."""
-    return SETTINGS.model_copy(update={"faults": tuple(FaultPlan(**plan) for plan in plans)})
+    return TWIN.with_simulation(faults=tuple(FaultPlan(**plan) for plan in plans))
 
 
 def errors(found: list[Estimate], recording: list[tuple[SensorFrame, Truth]], since: float) -> np.ndarray:

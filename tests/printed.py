@@ -9,8 +9,8 @@ from functools import cache
 import numpy as np
 
 from cablewright.estimation.chain import observer
-from cablewright.machine.log.log import Entry, LogHead
-from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.machine.log.log import Entry
+from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
@@ -18,7 +18,7 @@ from cablewright.robot import Robot, load
 from cablewright.signals import PrintState, Progress
 from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 from cablewright.studies.estimator_settings import observer_settings
-from twins import SETTINGS, machine
+from twins import TWIN, machine
 
 RING = """schema = 1
 name = "a ring"
@@ -53,14 +53,8 @@ def rounds(seed: int, layers: int) -> Track:
     )  # fmt: skip
 
 
-def head(settings: MachineSettings = SETTINGS, plant: str = "dynamic", robot: Robot | None = None) -> LogHead:
-    """The head of such a log."""
-    period = settings.period if plant == "dynamic" else settings.quasi_static_period
-    return LogHead(robot or load("merlet2023"), settings, period, plant, 1)
-
-
 def printed(
-    seconds: float, settings: MachineSettings = SETTINGS, *, seed: int = 1, plant: str = "dynamic", heap: float = 0.0
+    seconds: float, settings: TwinSettings = TWIN, *, seed: int = 1, plant: str = "dynamic", heap: float = 0.0
 ) -> tuple[list[Entry], Track, SimulatedMachine]:
     """Steps of a print by a pilot: it waits for 4 s, is paused once for 2 s by the barrier, in name alone.
 
@@ -72,7 +66,7 @@ def printed(
         twin.rig.ground.deposit(tuple(track.at(0.0).position[:2]), tuple(track.at(0.6).position[:2]), heap)
     drives = DriveSettings(valve=0.0 if heap else 1.0)
     pilot = Pilot(twin, track.positions[: len(track.positions) // 3, :2], drives, seed)
-    known = observer_settings(twin_robot(), settings)
+    known = observer_settings(twin_robot(), settings.owner)
     state, entries = observer.start(known), []
     for _ in range(round(seconds / twin.period)):
         command = pilot.command()

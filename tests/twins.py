@@ -7,26 +7,52 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.machine.simulated.settings import MachineSettings, load_machine
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.robot import load
+from cablewright.robot import Robot, load
 from cablewright.signals import Command, Reading
 
 START = (0.3, -1.0, 1.2)
-SETTINGS = load_machine("merlet2023")
+TWIN = load_twin("merlet2023")
+SETTINGS, SIMULATION = TWIN.owner, TWIN.simulation
 
 
-def changed(settings: MachineSettings = SETTINGS, /, **tables: dict[str, Any]) -> MachineSettings:
-    """The settings with some keys of some tables changed."""
-    return settings.model_copy(
-        update={name: getattr(settings, name).model_copy(update=keys) for name, keys in tables.items()}
-    )
+def changed(settings: TwinSettings = TWIN, /, **tables: dict[str, Any]) -> TwinSettings:
+    """The settings with some keys of some tables changed, each where its part of the file has it."""
+    owner, simulation = {}, {}
+    for name, keys in tables.items():
+        table = getattr(settings.owner, name, None)
+        known = set() if table is None else type(table).model_fields.keys() & keys.keys()
+        if known:
+            owner[name] = table.model_copy(update={key: keys[key] for key in known})
+        rest = {key: value for key, value in keys.items() if key not in known}
+        if rest:
+            table = getattr(settings.simulation, name)
+            assert rest.keys() <= type(table).model_fields.keys(), name
+            simulation[name] = table.model_copy(update=rest)
+    return settings.with_owner(**owner).with_simulation(**simulation)
 
 
-def perfect(settings: MachineSettings = SETTINGS) -> MachineSettings:
+def head(
+    settings: TwinSettings = TWIN,
+    plant: str = "dynamic",
+    seed: int = 1,
+    *,
+    period: float | None = None,
+    robot: Robot | None = None,
+) -> LogHead:
+    """The head of a log of such a machine."""
+    owner, simulation = settings.owner, settings.simulation
+    usual = owner.period if plant == "dynamic" else simulation.quasi_static_period
+    told = robot or load("merlet2023")
+    return LogHead(told, owner, period or usual, simulation=simulation, plant=plant, seed=seed)
+
+
+def perfect(settings: TwinSettings = TWIN) -> TwinSettings:
     """Without errors of sensors and links."""
-    bare = {"deviation": 0.0, "bias": 0.0, "dropout": 0.0, "outliers": 0.0, "resolution": 1e-12}
-    lidars = {name: lidar.model_copy(update=bare) for name, lidar in settings.lidars.items()}
+    bare = {"deviation": 0.0, "bias": 0.0, "resolution": 1e-12}
+    lidars = {name: lidar.model_copy(update=bare) for name, lidar in settings.owner.lidars.items()}
     silent = {"latency": 0.0, "jitter": 0.0, "loss": 0.0}
     made = changed(
         settings,
@@ -43,11 +69,11 @@ def perfect(settings: MachineSettings = SETTINGS) -> MachineSettings:
             "dropout": 0.0,
         },
     )
-    return made.model_copy(update={"lidars": lidars})
+    return made.with_owner(lidars=lidars).with_simulation(lidars={})
 
 
 def machine(
-    settings: MachineSettings = SETTINGS, seed: int = 1, plant: str = "dynamic", start: Any = START
+    settings: TwinSettings = TWIN, seed: int = 1, plant: str = "dynamic", start: Any = START
 ) -> SimulatedMachine:
     return SimulatedMachine(load("merlet2023"), settings, start, seed=seed, plant=plant)
 

@@ -40,8 +40,10 @@ from cablewright.calibration.survey.shots import read_shots
 from cablewright.calibration.tensile.recording import read_test
 from cablewright.errors import MAX_MESSAGE, CablewrightError
 from cablewright.estimation.lidar.scan_file import read_scan
-from cablewright.machine.log.log import LogHead, read_log, write_log
-from cablewright.machine.simulated.settings import load_machine, machine_text
+from cablewright.machine.files import load_machine, machine_text
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import read_log, write_log
+from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import read_snapshots, write_snapshots
 from cablewright.printing.job import load_job
@@ -186,19 +188,27 @@ def _pages(page: str) -> Callable[[], Sequence[bytes]]:
 
 def _log() -> Sequence[bytes]:
     """A short log with every kind of reading."""
-    robot, settings = load("merlet2023"), load_machine("merlet2023")
+    robot, settings = load("merlet2023"), load_twin("merlet2023")
     machine = SimulatedMachine(robot, settings, [0.5, 1.0, 1.2], seed=4)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.mcap"
-        with write_log(path, LogHead(robot, settings, machine.period, "dynamic", 4)) as log:
+        simulation = settings.simulation
+        head = LogHead(robot, settings.owner, machine.period, simulation=simulation, plant="dynamic", seed=4)
+        with write_log(path, head) as log:
             for _ in range(120):
                 command = Command(machine.time, machine.truth.radii * 0.0, 0.5)
                 log.write(machine.step(command), command, machine.truth, None, None)
         return [path.read_bytes()]
 
 
+def _machine(path: Path) -> None:
+    """Read both parts of a machine file."""
+    load_machine(path)
+    load_twin(path)
+
+
 def _state() -> Sequence[bytes]:
-    machine = SimulatedMachine(load("merlet2023"), load_machine("merlet2023"), [0.5, 1.0, 1.2], seed=4)
+    machine = SimulatedMachine(load("merlet2023"), load_twin("merlet2023"), [0.5, 1.0, 1.2], seed=4)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "state"
         write_snapshots(path, {"machine": machine.snapshot()})
@@ -221,7 +231,7 @@ def _read_log(path: Path) -> None:
 def _resume(path: Path) -> None:
     state = read_snapshots(path)
     if "machine" in state:
-        SimulatedMachine.resumed(load("merlet2023"), load_machine("merlet2023"), state["machine"], seed=4)
+        SimulatedMachine.resumed(load("merlet2023"), load_twin("merlet2023"), state["machine"], seed=4)
 
 
 def _words(path: Path) -> None:
@@ -259,7 +269,7 @@ FORMATS = (
            lambda path: load(str(path))),
     Format("bracket", ".toml", lambda: [library_text("house-printer").encode()], load_bracket),
     Format("uncertainty", ".toml", _files("uncertain.toml"), load_uncertainty),
-    Format("machine", ".toml", lambda: [machine_text("merlet2023").encode()], load_machine),
+    Format("machine", ".toml", lambda: [machine_text("merlet2023").encode()], _machine),
     Format("job", ".toml", lambda: [*_files("helix.toml", "blind-machines.toml")(), *_pages("jobs")()], load_job),
     Format("calibration-plan", ".toml", _pages("calibration"), load_calibration_plan),
     Format("survey-plan", ".toml", _files("survey.toml"), load_survey_plan),

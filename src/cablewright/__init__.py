@@ -16,9 +16,9 @@ Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, mo
 Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_calibration, survey, walls,
     Calibration, CalibrationPlan, CalibrationPoses, FileScan, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
     Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
-Print and simulate: load_machine, machine_names, pour, print_job, random_loop, read_log, replay, simulate, Command,
-    DriveSettings, Encoders, HeightField, MachineSettings, Pilot, Powder, PrintedJob, PrintOptions, Replay, Scan,
-    SensorFrame, SimulatedMachine, Simulation.
+Print and simulate: load_machine, load_twin, machine_names, pour, print_job, random_loop, read_log, replay, simulate,
+    Command, DriveSettings, Encoders, HeightField, MachineSettings, Pilot, Powder, PrintedJob, PrintOptions,
+    Replay, Scan, SensorFrame, SimulatedMachine, Simulation, SimulationSettings, TwinSettings.
 Results and errors: AnswerError, CablewrightError, EnvironmentFault, Figure, InputError, Result, Status,
     UnknownName.
 """
@@ -54,8 +54,10 @@ if TYPE_CHECKING:
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status, UnknownName
     from cablewright.estimation.lidar.room import Laser, RoomMap
     from cablewright.estimation.lidar.scan_file import FileScan, read_scan
+    from cablewright.machine.files import load_machine, machine_names
     from cablewright.machine.log.log import read_log
-    from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names
+    from cablewright.machine.settings import MachineSettings
+    from cablewright.machine.simulated.settings import SimulationSettings, TwinSettings, load_twin
     from cablewright.machine.simulated.simulated_machine import SimulatedMachine
     from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
     from cablewright.models.statics import Equilibrium, Model
@@ -111,13 +113,16 @@ __all__ = [
     "Linearisation", "MachineSettings", "Measured", "Model", "Modes", "MonteCarlo", "NodeCount", "Parameter",
     "Pilot", "Places", "PoseBox", "Powder", "PrintOptions", "PrintedJob", "Quadratic", "Range", "RankedCurve",
     "Replay", "Result", "RetractionLaw", "RetractionStudy", "Robot", "RoomMap", "Scan", "SensorFrame", "SensorNoise",
-    "SheaveLaw", "Shot", "Shots", "Sigmas", "SimulatedCalibration", "SimulatedMachine", "Simulation", "SlackSet",
+    "SheaveLaw", "Shot", "Shots", "Sigmas", "SimulatedCalibration", "SimulatedMachine", "Simulation",
+    "SimulationSettings", "SlackSet",
     "Status", "Survey", "SurveyPlan", "TensileResult", "TensileTest", "Tracker", "TrackerSettings", "Trade",
-    "TradeSettings", "TriangleMesh", "Uncertainty", "UnknownName", "Vertices", "Walls", "Workspace", "WorkspaceArea",
+    "TradeSettings", "TriangleMesh", "TwinSettings", "Uncertainty", "UnknownName", "Vertices", "Walls",
+    "Workspace", "WorkspaceArea",
     "accuracy", "aligned", "boundary_modes", "bracket", "calibrate", "calibration_poses", "capacity", "certify",
     "changed",
     "check", "count_nodes", "curves", "enclose_poses", "equilibria", "excess_lengths", "forward", "interference",
-    "inverse", "let_out", "library_names", "linearise", "load", "load_job", "load_machine", "load_uncertainty",
+    "inverse", "let_out", "library_names", "linearise", "load", "load_job", "load_machine", "load_twin",
+    "load_uncertainty",
     "loads", "machine_names", "modes", "modulus", "modulus_ranges", "pour", "print_job", "random_loop", "read_log",
     "read_scan", "read_stl", "replay", "retraction", "simulate", "simulate_calibration", "slack_sets",
     "solve_with_slack", "survey", "tension_distribution", "trade", "walls", "with_box_inertia", "workspace",
@@ -152,8 +157,10 @@ _HOMES = {
         "errors": "AnswerError CablewrightError EnvironmentFault InputError Status UnknownName",
         "estimation.lidar.room": "Laser RoomMap",
         "estimation.lidar.scan_file": "FileScan read_scan",
+        "machine.files": "load_machine machine_names",
         "machine.log.log": "read_log",
-        "machine.simulated.settings": "MachineSettings load_machine machine_names",
+        "machine.settings": "MachineSettings",
+        "machine.simulated.settings": "SimulationSettings TwinSettings load_twin",
         "machine.simulated.simulated_machine": "SimulatedMachine",
         "models.fidelity": "CableLaw Fidelity SheaveLaw",
         "models.statics": "Equilibrium Model",

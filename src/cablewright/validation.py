@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Annotated, Any, Final, TypeVar
+from typing import Annotated, Any, ClassVar, Final, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails, PydanticCustomError
@@ -27,7 +27,12 @@ _Model = TypeVar("_Model", bound="Description")
 
 
 class Description(BaseModel):
-    """A frozen, hashable description made of floats, texts and tuples. An unknown key is refused with the nearest."""
+    """A frozen, hashable description made of floats, texts and tuples. An unknown key is refused with the nearest.
+
+    ``MOVED``: tables in which keys that once were here belong now, by key.
+    """
+
+    MOVED: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, serialize_by_alias=True)
 
@@ -36,9 +41,13 @@ class Description(BaseModel):
     def _refuse_unknown_keys(cls, data: Any) -> Any:
         if isinstance(data, dict):
             valid = [field.alias or name for name, field in cls.model_fields.items()]
-            for key in data:
-                if key not in valid:
-                    raise refusal(str(key), f"unknown key; {suggestion(str(key), valid)}")
+            unknown = [key for key in data if key not in valid]
+            moved = [key for key in unknown if key in cls.MOVED]
+            if moved:
+                others = f"; moved too: {', '.join(moved[1:])}" if moved[1:] else ""
+                raise refusal(moved[0], f"belongs into {cls.MOVED[moved[0]]} of the file now{others}")
+            if unknown:
+                raise refusal(str(unknown[0]), f"unknown key; {suggestion(str(unknown[0]), valid)}")
         return data
 
 

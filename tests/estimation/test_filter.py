@@ -26,7 +26,7 @@ from cablewright.signals import Distance, Encoders, Estimate, Inertial, LineAngl
 from cablewright.studies.error_statistics import CHI2_95, bound
 from cablewright.studies.estimator_settings import filter_settings
 from observed import broken, drive, errors, observe
-from twins import SETTINGS, changed
+from twins import SETTINGS, TWIN, changed
 
 ROBOT = load("merlet2023")
 KNOWN = filter_settings(ROBOT, SETTINGS)
@@ -45,7 +45,7 @@ def later(whole: Any) -> FilterState:
     return state
 
 
-def run(recording: Any, settings: Any = SETTINGS) -> list[Estimate]:
+def run(recording: Any, settings: Any = TWIN) -> list[Estimate]:
     return observe(recording, settings, estimator="filter")
 
 

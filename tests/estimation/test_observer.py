@@ -14,12 +14,12 @@ from cablewright.errors import InputError
 from cablewright.estimation.chain import observer
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.machine.simulated.settings import LidarSettings
+from cablewright.machine.sensors import LidarSettings
 from cablewright.robot import load
 from cablewright.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
 from cablewright.studies.estimator_settings import observer_settings, surveyed_walls
 from observed import broken, drive, errors, observe
-from twins import SETTINGS, changed, machine
+from twins import SETTINGS, TWIN, changed, machine
 
 ROBOT = load("merlet2023")
 NAMES = [line.name for line in ROBOT.lines]
@@ -48,9 +48,9 @@ def test_a_moving_machine_is_found_within_two_centimetres(whole: Any) -> None:
 @pytest.mark.parametrize("seed", [3, 11])
 def test_a_machine_that_hangs_still_is_found_within_its_lidars_bias(seed: int) -> None:
     lidars = {name: lidar.model_copy(update={"bias": 0.0}) for name, lidar in SETTINGS.lidars.items()}
-    unbiased = SETTINGS.model_copy(update={"lidars": lidars})
+    unbiased = TWIN.with_owner(lidars=lidars)
     recording = drive(6.0, unbiased, seed=seed, held=True)
-    found = observe(recording, SETTINGS)
+    found = observe(recording)
     level = [
         float(np.hypot(*(e.position - truth.position)[:2]))
         for e, (frame, truth) in zip(found, recording, strict=True)

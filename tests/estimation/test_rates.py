@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.signals import Scan, SensorFrame
 from observed import drive, errors, observe
 from twins import SETTINGS, changed, machine
 
 
-def at_odd_rates() -> MachineSettings:
+def at_odd_rates() -> TwinSettings:
     """Each a whole number of steps, else the machine refuses it; none divides another."""
     turns = {"north": 0.93, "south": 0.57, "vertical": 1.31}
     lidars = {name: lidar.model_copy(update={"turn": turns[name]}) for name, lidar in SETTINGS.lidars.items()}

@@ -12,14 +12,14 @@ from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from twins import SETTINGS
+from twins import SIMULATION
 
 ROBOT = load("merlet2023")
 
 
 def test_the_same_seed_builds_the_same_robot() -> None:
-    assert as_built(ROBOT, SETTINGS.tolerances, 7) == as_built(ROBOT, SETTINGS.tolerances, 7)
-    assert as_built(ROBOT, SETTINGS.tolerances, 7) != as_built(ROBOT, SETTINGS.tolerances, 8)
+    assert as_built(ROBOT, SIMULATION.tolerances, 7) == as_built(ROBOT, SIMULATION.tolerances, 7)
+    assert as_built(ROBOT, SIMULATION.tolerances, 7) != as_built(ROBOT, SIMULATION.tolerances, 8)
 
 
 def test_without_tolerances_it_is_the_description() -> None:
@@ -27,7 +27,7 @@ def test_without_tolerances_it_is_the_description() -> None:
 
 
 def test_errors_have_the_laws_of_the_file() -> None:
-    built = [as_built(ROBOT, SETTINGS.tolerances, seed) for seed in range(400)]
+    built = [as_built(ROBOT, SIMULATION.tolerances, seed) for seed in range(400)]
     anchors = np.array([[line.exit_point for line in robot.lines] for robot in built])
     off = anchors - [line.exit_point for line in ROBOT.lines]
     radii = np.array([[line.sheave.radius for line in robot.lines] for robot in built]) - 0.0375
@@ -43,18 +43,18 @@ def test_errors_have_the_laws_of_the_file() -> None:
 def test_a_built_robot_hangs_near_where_its_description_says() -> None:
     lengths = solve_inverse(Model(ROBOT), [0.5, 1.0, 1.2]).checked().lengths
     for seed in range(5):
-        hung = solve_forward(Model(as_built(ROBOT, SETTINGS.tolerances, seed)), lengths).checked()
+        hung = solve_forward(Model(as_built(ROBOT, SIMULATION.tolerances, seed)), lengths).checked()
         assert 1e-5 < np.abs(hung.pose - [0.5, 1.0, 1.2]).max() < 0.03
 
 
 def test_changing_one_tolerance_leaves_the_other_errors() -> None:
-    wide = SETTINGS.tolerances.model_copy(update={"modulus": 0.0})
-    one, other = as_built(ROBOT, SETTINGS.tolerances, 4), as_built(ROBOT, wide, 4)
+    wide = SIMULATION.tolerances.model_copy(update={"modulus": 0.0})
+    one, other = as_built(ROBOT, SIMULATION.tolerances, 4), as_built(ROBOT, wide, 4)
     assert [line.exit_point for line in one.lines] == [line.exit_point for line in other.lines]
 
 
 def test_what_cannot_be_built_is_refused() -> None:
     with pytest.raises(InputError, match="seed = -1"):
-        as_built(ROBOT, SETTINGS.tolerances, -1)
+        as_built(ROBOT, SIMULATION.tolerances, -1)
     with pytest.raises(InputError, match="leaves line"):  # one of four sheaves shrinks by more than it has
-        as_built(ROBOT, SETTINGS.tolerances.model_copy(update={"sheave_radius": 1e3}), 0)
+        as_built(ROBOT, SIMULATION.tolerances.model_copy(update={"sheave_radius": 1e3}), 0)

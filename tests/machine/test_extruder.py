@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.simulated.settings import extruding, load_machine, machine_text
+from cablewright.machine.files import load_machine, machine_text
+from cablewright.machine.settings import extruding
+from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.deposition import extrude
@@ -22,11 +24,12 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from twins import SETTINGS, changed, run
 
-ROBOT, HOUSE = load("house-printer"), load_machine("house-printer")
+ROBOT, TWIN = load("house-printer"), load_twin("house-printer")
+HOUSE = TWIN.owner
 START = (-1.0, 0.5, 0.5)
 
 
-def printer(settings: Any = HOUSE, plant: Any = "dynamic", start: Any = START) -> SimulatedMachine:
+def printer(settings: Any = TWIN, plant: Any = "dynamic", start: Any = START) -> SimulatedMachine:
     return SimulatedMachine(ROBOT, settings, start, seed=2, plant=plant)
 
 
@@ -60,7 +63,7 @@ def test_what_is_fed_lies(plant: str) -> None:
 
 def test_a_strand_has_the_section_of_its_bead() -> None:
     bead = Bead(width=0.1, height=0.03)
-    twin = printer(extruding(HOUSE, bead, 0.3), plant="quasi-static")
+    twin = printer(TWIN.model_copy(update={"owner": extruding(HOUSE, bead, 0.3)}), plant="quasi-static")
     go(twin, np.array([2.0, 0.0, 0.0]), 0.3)
     run(twin, 2)
     ground = twin.rig.ground
@@ -98,7 +101,7 @@ def test_a_strand_keeps_its_volume_where_the_nozzle_stands_and_at_the_edge() -> 
 
 
 def test_both_plants_come_to_rest_at_the_equilibrium_of_the_solver() -> None:
-    still = changed(HOUSE, climate={"swing": 0.0}, drum={"swing_damping": 500.0, "drag": 4000.0, "yaw_wander": 0.0})
+    still = changed(TWIN, climate={"swing": 0.0}, drum={"swing_damping": 500.0, "drag": 4000.0, "yaw_wander": 0.0})
     for plant in ("dynamic", "quasi-static"):
         twin = printer(still, plant)
         np.testing.assert_allclose(twin.truth.position, START, atol=1e-9)
@@ -113,7 +116,7 @@ def test_a_substep_of_two_milliseconds_is_short_enough() -> None:
     """Driven by hard jerks, B goes the same way at a quarter of the substep; lines are stiff, the head is heavy."""
     ways = []
     for substep in (2e-3, 5e-4):
-        twin = printer(HOUSE.model_copy(update={"substep": substep}))
+        twin = printer(TWIN.with_simulation(substep=substep))
         way = []
         for k in range(300):
             speeds = 5.0 * np.array([1.0, -1.0, -1.0, 1.0]) * (1 if (k // 50) % 2 else -1)
@@ -133,7 +136,7 @@ def test_a_machine_without_wireless_sensors_is_not_silent() -> None:
 def test_it_is_taken_up_again() -> None:
     twin = printer()
     go(twin, np.array([0.3, 0.1, 0.0]), 0.3)
-    other = SimulatedMachine.resumed(ROBOT, HOUSE, twin.snapshot(), seed=2)
+    other = SimulatedMachine.resumed(ROBOT, TWIN, twin.snapshot(), seed=2)
     for each in (twin, other):
         run(each, 30, (1.0, -1.0, 0.0, 0.0), valve=0.7)
     np.testing.assert_array_equal(twin.truth.position, other.truth.position)

@@ -23,10 +23,9 @@ from mcap.writer import CompressionType, Writer
 
 from cablewright.errors import InputError
 from cablewright.machine.log import mcap_file as logs
-from cablewright.machine.log.log import Entry, LogHead, LogWriter, read_log
+from cablewright.machine.log.log import Entry, LogWriter, read_log
 from cablewright.machine.log.messages import decode, encode
 from cablewright.machine.log.topics import TOPICS
-from cablewright.robot import load
 from cablewright.signals import (
     Command,
     Condition,
@@ -40,7 +39,7 @@ from cablewright.signals import (
     SensorFrame,
     frozen,
 )
-from twins import SETTINGS, machine
+from twins import head, machine
 
 SPEEDS = np.array([0.4, -0.3, 0.1, -0.2])
 
@@ -48,8 +47,7 @@ SPEEDS = np.array([0.4, -0.3, 0.1, -0.2])
 def write(path: Path, steps: int = 150, plant: Any = "dynamic") -> list[Entry]:
     """A log at *path*, and what went into it."""
     twin, entries = machine(plant=plant), []
-    head = LogHead(load("merlet2023"), SETTINGS, twin.period, plant, 1)
-    with path.open("wb") as file, LogWriter(file, head) as log:
+    with path.open("wb") as file, LogWriter(file, head(plant=plant)) as log:
         for _ in range(steps):
             command = Command(twin.time, SPEEDS, 0.5)
             frame = twin.step(command)
@@ -148,7 +146,7 @@ def test_a_log_whose_writer_died_is_read_up_to_its_last_chunk(tmp_path: Path) ->
     """As a crash leaves it: no footer, nothing of what was not written yet."""
     path, twin = tmp_path / "died.mcap", machine(plant="quasi-static")
     with path.open("wb") as file:
-        log = LogWriter(file, LogHead(load("merlet2023"), SETTINGS, twin.period, "quasi-static", 1))
+        log = LogWriter(file, head(plant="quasi-static"))
         for _ in range(200):
             log.write(twin.step(Command(twin.time, SPEEDS)), None, twin.truth)
     found, notes = read(path)
@@ -168,7 +166,7 @@ def test_damage_is_found_by_its_checksum(written: tuple[Path, list[Entry]], tmp_
 
 
 def frames(path: Path, times: list[float]) -> None:
-    with path.open("wb") as file, LogWriter(file, LogHead(load("merlet2023"), SETTINGS, 0.01, "dynamic", 1)) as log:
+    with path.open("wb") as file, LogWriter(file, head()) as log:
         for time in times:
             log.write(SensorFrame(time, ()))
 
@@ -233,7 +231,7 @@ def test_what_is_no_log_is_refused(tmp_path: Path, written: tuple[Path, list[Ent
     with pytest.raises(InputError, match="no log of a machine"):
         read_log(path)
     for metadata, says in (
-        ({"schema": "2"}, "schema 2"),
+        ({"schema": "3"}, "schema 3"),
         ({"schema": "x"}, "no JSON"),
         ({"schema": "1", "robot": "{}"}, "the head's"),
     ):
@@ -320,7 +318,7 @@ def test_packed_data_that_is_none_is_damage(compression: str, data: bytes) -> No
 def test_numbers_of_another_count_of_lines_are_refused(signal: Any, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     readings = (signal,) if isinstance(signal, Encoders) else ()
-    with path.open("wb") as file, LogWriter(file, LogHead(load("merlet2023"), SETTINGS, 0.01, "dynamic", 1)) as log:
+    with path.open("wb") as file, LogWriter(file, head()) as log:
         log.write(SensorFrame(0.01, readings), signal if isinstance(signal, Command) else None, None, None, None)
     with pytest.raises(InputError, match="numbers; the robot of the log has 4 lines"):
         read(path)

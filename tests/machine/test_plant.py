@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.log.log import LogHead, LogWriter
+from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.signals import Command, Condition, Encoders
 from cablewright.solvers.forward import solve_forward
-from twins import SETTINGS, START, changed, machine, perfect, run
+from twins import SETTINGS, START, TWIN, changed, head, machine, perfect, run
 
 STILL = {"yaw_wander": 0.0, "swing_damping": 150.0, "drag": 400.0}
 PLANTS = ["dynamic", "quasi-static"]
@@ -120,8 +120,8 @@ def test_a_drum_ends() -> None:
 def test_warm_cable_shrinks() -> None:
     """A quarter of a day on, the room is at its warmest, and every length off the drums shorter by 12 ppm a degree."""
     warm = changed(climate={"swing": 20.0}, drum={"powder": 0.0})
-    slow = {"quasi_static_period": 6 * 3600.0, "lidars": {}, "climate_sensor": None}
-    twin = machine(warm.model_copy(update=slow), plant="quasi-static")
+    slow = warm.with_simulation(quasi_static_period=6 * 3600.0).with_owner(lidars={}, climate_sensor=None)
+    twin = machine(slow, plant="quasi-static")
     begin = twin.truth.lengths
     run(twin, 2)
     np.testing.assert_allclose(twin.truth.lengths - begin, -12e-6 * 20.0 * begin, atol=2e-9, rtol=1e-3)
@@ -132,8 +132,7 @@ def test_the_same_seed_gives_the_same_bytes(plant: str, tmp_path) -> None:
     contents = []
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
         twin = machine(seed=seed, plant=plant)
-        head = LogHead(load("merlet2023"), SETTINGS, twin.period, plant, seed)
-        with (tmp_path / name).open("wb") as file, LogWriter(file, head) as log:
+        with (tmp_path / name).open("wb") as file, LogWriter(file, head(plant=plant, seed=seed)) as log:
             for _ in range(120):
                 command = Command(twin.time, np.array([0.3, -0.3, 0.1, 0.0]), 1.0)
                 log.write(twin.step(command), command, twin.truth)
@@ -159,13 +158,13 @@ def test_what_does_not_fit_is_named(change: dict, says: str) -> None:
     tables = {name: value for name, value in change.items() if isinstance(value, dict)}
     plain = {name: value for name, value in change.items() if not isinstance(value, dict)}
     with pytest.raises(InputError, match=says):
-        machine(changed(**tables).model_copy(update=plain))
+        machine(changed(**tables).with_simulation(**plain))
 
 
 def test_a_turn_that_is_no_number_of_steps_is_named() -> None:
     lidars = {"north": SETTINGS.lidars["north"].model_copy(update={"turn": 0.505})}
     with pytest.raises(InputError, match=r"lidars\.north\.turn"):
-        machine(SETTINGS.model_copy(update={"lidars": lidars}))
+        machine(TWIN.with_owner(lidars=lidars))
 
 
 @pytest.mark.parametrize(
@@ -198,6 +197,6 @@ def test_robots_that_no_plant_can_move_are_refused() -> None:
         (robot.model_copy(update={"lines": tuple(light)}), "has no weight"),
     ):
         with pytest.raises(InputError, match=says):
-            SimulatedMachine(given, SETTINGS, START, seed=0)
+            SimulatedMachine(given, TWIN, START, seed=0)
     with pytest.raises(InputError, match="unknown plant 'static'"):
         machine(plant="static")

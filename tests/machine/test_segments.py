@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,20 +17,20 @@ import pytest
 from mcap.reader import make_reader
 
 from cablewright.errors import EnvironmentFault, InputError
+from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.join import join_log
-from cablewright.machine.log.log import LogHead, LogWriter, read_log, write_log
+from cablewright.machine.log.log import LogWriter, read_log, write_log
 from cablewright.machine.log.segments import log_files, next_segment
-from cablewright.robot import load
 from cablewright.signals import Climate, Command, Scan, SensorFrame, Truth
-from twins import SETTINGS, machine
+from twins import head, machine
 
-HEAD = LogHead(load("merlet2023"), SETTINGS, 0.01, "dynamic", 1)
+HEAD = head()
 
 
-def steps(path: Path, begin: int, end: int, mark: float = 0.0, head: LogHead = HEAD, *, ends: bool = True) -> None:
+def steps(path: Path, begin: int, end: int, mark: float = 0.0, told: LogHead = HEAD, *, ends: bool = True) -> None:
     """A file at *path* of steps *begin* to *end*, whose readings tell *mark*; cut off where it does not end."""
     with path.open("wb") as file:
-        log = LogWriter(file, head, flush_every=0.05)
+        log = LogWriter(file, told, flush_every=0.05)
         for k in range(begin, end):
             now = 0.01 * (k + 1)
             log.write(SensorFrame(now, (Climate(now, mark, 0.5),)))
@@ -126,7 +127,7 @@ def test_a_joined_log_goes_on_with_segments(tmp_path: Path) -> None:
 
 def test_segments_of_two_machines_are_refused(tmp_path: Path) -> None:
     steps(tmp_path / "log-000.mcap", 0, 10)
-    steps(tmp_path / "log-001.mcap", 5, 10, head=LogHead(HEAD.robot, SETTINGS, 0.01, "dynamic", 2))
+    steps(tmp_path / "log-001.mcap", 5, 10, told=replace(HEAD, seed=2))
     with pytest.raises(InputError, match=r"log-001\.mcap: of another machine or run than log-000\.mcap"):
         read_log(tmp_path)
     for path in log_files(tmp_path):

@@ -29,7 +29,7 @@ from cablewright.signals import (
 )
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.slack import tangent_angle
-from twins import SETTINGS, changed, machine, perfect, run
+from twins import SETTINGS, SIMULATION, TWIN, changed, machine, perfect, run
 
 Array = NDArray[np.float64]
 QUIET = {"yaw_wander": 0.0, "swing_damping": 150.0, "drag": 400.0}
@@ -122,14 +122,14 @@ def test_range_errors_have_the_laws_of_the_settings() -> None:
         biases.append(off[near].mean())
         spreads.append(off[near].std())
         assert measured._sensors["north"].bias == pytest.approx(biases[-1], abs=2e-4)
-        assert (np.abs(off[seen]) > 0.02).mean() == pytest.approx(SETTINGS.lidars["north"].outliers, abs=2e-3)
+        assert (np.abs(off[seen]) > 0.02).mean() == pytest.approx(SIMULATION.lidars["north"].outliers, abs=2e-3)
     assert np.mean(spreads) == pytest.approx(SETTINGS.lidars["north"].deviation, rel=0.03)
     assert np.std(biases) > 5e-4
-    assert np.mean(lost) == pytest.approx(SETTINGS.lidars["north"].dropout, rel=0.2)
+    assert np.mean(lost) == pytest.approx(SIMULATION.lidars["north"].dropout, rel=0.2)
 
 
 def test_heights_of_heaps_are_seen_from_above() -> None:
-    ground = Ground(load("merlet2023"), SETTINGS)
+    ground = Ground(load("merlet2023"), TWIN)
     ground.deposit((0.21, -0.2), (0.41, -0.2), 3.0)
     assert ground.mass == pytest.approx(3.0, rel=1e-9)
     ground.deposit((5.0, 0.0), (5.0, 0.0), 1.5)
@@ -177,14 +177,14 @@ def test_line_angles_are_the_tangents_of_statics() -> None:
 
 def test_angle_noise_has_its_deviation() -> None:
     """Of the mean of the readings that a quasi-static period stands for."""
-    averaged = SETTINGS.line_angles.rate * SETTINGS.quasi_static_period
+    averaged = SETTINGS.line_angles.rate * SIMULATION.quasi_static_period
     bare = changed(drum=QUIET, line={"vibration": 0.0}, line_angles={"outliers": 0.0})
     measured = of(LineAngles, run(machine(bare, plant="quasi-static"), 2000))
     true = of(LineAngles, run(machine(perfect(bare), plant="quasi-static"), 2000))
     by_time = {reading.time: reading.angles for reading in true}
     off = np.array([reading.angles - by_time[reading.time] for reading in measured if reading.time in by_time])
     assert np.nanstd(off) == pytest.approx(math.radians(0.1) / math.sqrt(averaged), rel=0.03)
-    assert np.isnan(off).mean() == pytest.approx(SETTINGS.line_angles.dropout, abs=1e-3)
+    assert np.isnan(off).mean() == pytest.approx(SIMULATION.line_angles.dropout, abs=1e-3)
 
 
 def test_a_line_vibrates_at_its_own_frequency() -> None:
@@ -288,7 +288,7 @@ def test_planned_faults_happen() -> None:
         FaultPlan(source="line_angles", line="north-west", kind="stuck", begin=1.0, end=2.0),
         FaultPlan(source="inertial", kind="stuck", begin=1.0),
     )
-    twin = machine(SETTINGS.model_copy(update={"faults": plans}))
+    twin = machine(TWIN.with_simulation(faults=plans))
     readings = run(twin, 600)
     turns = [round(scan.time + scan.period) for scan in scans(readings, "north")]
     assert turns == [1, 2, 5, 6][: len(turns)]
@@ -304,7 +304,7 @@ def test_planned_faults_happen() -> None:
 
 def test_one_sensor_left_out_changes_no_other() -> None:
     one = run(machine(plant="quasi-static"), 20)
-    other = run(machine(SETTINGS.model_copy(update={"distance": None}), plant="quasi-static"), 20)
+    other = run(machine(TWIN.with_owner(distance=None), plant="quasi-static"), 20)
     for a, b in zip(scans(one, "south"), scans(other, "south"), strict=True):
         np.testing.assert_array_equal(a.ranges, b.ranges)
 
@@ -322,7 +322,7 @@ def test_a_quasi_static_period_of_a_second_sees_what_shorter_ones_see() -> None:
     settings = perfect(changed(drum={"yaw_wander": 0.0, "powder": 0.0}, climate={"swing": 0.0}))
     seen = {}
     for period in (0.1, 1.0):
-        twin = machine(settings.model_copy(update={"quasi_static_period": period}), plant="quasi-static")
+        twin = machine(settings.with_simulation(quasi_static_period=period), plant="quasi-static")
         seen[period] = run(twin, round(5.0 / period), (0.5, 0.5, -0.5, -0.5))
     for source in ("north", "south", "vertical"):
         fine, coarse = (

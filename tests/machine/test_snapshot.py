@@ -17,7 +17,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.robot import load
 from cablewright.signals import Barrier, Command
-from twins import SETTINGS, changed, machine, run
+from twins import TWIN, changed, machine, run
 
 SPEEDS = np.array([0.3, -0.3, 0.1, 0.0])
 
@@ -37,7 +37,7 @@ def troubled(period: float) -> Any:
     gaps = ((30.0 * period, 80.0 * period), (150.0 * period, 260.0 * period))
     jitters = {"jitter": 0.5 * period, "loss": 0.05}
     made = changed(wifi={**jitters, "gaps": gaps}, wire=jitters, barrier={"intrusions": ((1.0, 2.0),)})
-    return made.model_copy(update={"faults": plans})
+    return made.with_simulation(faults=plans)
 
 
 def outputs(twin: SimulatedMachine, steps: int) -> list[Any]:
@@ -51,7 +51,7 @@ def outputs(twin: SimulatedMachine, steps: int) -> list[Any]:
     return found
 
 
-def again(snapshot: Snapshot, settings: Any = SETTINGS, seed: int = 1, plant: Any = "dynamic") -> SimulatedMachine:
+def again(snapshot: Snapshot, settings: Any = TWIN, seed: int = 1, plant: Any = "dynamic") -> SimulatedMachine:
     return SimulatedMachine.resumed(load("merlet2023"), settings, snapshot, seed=seed, plant=plant)
 
 
@@ -207,7 +207,7 @@ def test_a_light_barrier_tells_who_was_there_since_it_was_read() -> None:
 
 def test_a_light_barrier_changes_nothing_else() -> None:
     jitters = changed(wire={"jitter": 0.02, "loss": 0.1})
-    bare = jitters.model_copy(update={"barrier": None})
+    bare = jitters.with_owner(barrier=None)
     both = [[encode(r, "abcd", 1024) for r in run(machine(given), 150)] for given in (jitters, bare)]
     assert [each for each in both[0] if each[0] != "/barrier"] == both[1]
     assert len(both[0]) > len(both[1])

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from cablewright.errors import AnswerError, InputError
-from cablewright.machine.log.log import LogHead, LogWriter, read_log
+from cablewright.machine.log.log import LogWriter, read_log
 from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, drive, path_length, random_loop
 from cablewright.studies.error_statistics import SLACK
-from twins import SETTINGS, machine
+from twins import SETTINGS, head, machine
 
 LOOP = random_loop(load("merlet2023"), 28.0, seed=2)
 START = (*LOOP[0], 1.2)
@@ -50,8 +50,7 @@ def test_the_drum_is_filled_up_after_each_round() -> None:
 
 def test_the_log_and_the_summary_tell_the_same(tmp_path) -> None:
     twin = machine(plant="dynamic", start=START)
-    head = LogHead(load("merlet2023"), SETTINGS, twin.period, "dynamic", 1)
-    with (tmp_path / "a.mcap").open("wb") as file, LogWriter(file, head) as log:
+    with (tmp_path / "a.mcap").open("wb") as file, LogWriter(file, head()) as log:
         found = drive(twin, LOOP, 8.0, seed=1, log=log)
     with read_log(tmp_path / "a.mcap") as log:
         entries = list(log.entries())

@@ -26,7 +26,7 @@ def twin() -> MachineTwin:
 
 
 def test_the_extruder_is_set_by_the_job(twin: MachineTwin) -> None:
-    settings = twin.settings
+    settings = twin.settings.owner
     assert settings.extrusion is not None
     assert settings.extrusion.bead == JOB.bead
     assert settings.drum.flow == pytest.approx(settings.extrusion.density * JOB.bead.section * JOB.motion.print_speed)
@@ -39,7 +39,7 @@ def test_the_extruder_is_set_by_the_job(twin: MachineTwin) -> None:
 def test_cells_of_the_floor_are_finer_than_the_bead() -> None:
     def cell(width: float) -> float:
         job = JOB.model_copy(update={"bead": JOB.bead.model_copy(update={"width": width})})
-        return twin_of(load("house-printer"), job, None, PrintOptions(layers=1)).settings.room.cell
+        return twin_of(load("house-printer"), job, None, PrintOptions(layers=1)).settings.simulation.room.cell
 
     assert cell(0.06) == pytest.approx(0.02)
     assert cell(0.03) == pytest.approx(0.01)
@@ -60,7 +60,7 @@ def test_the_first_metres_lie_where_they_should(twin: MachineTwin) -> None:
     attendant, fed = Attendant(lambda: None), 0.0
     for _ in range(2400):
         step = printer.step(attendant.orders(printer, machine.time))
-        fed += step.command.valve * twin.settings.drum.flow * machine.period
+        fed += step.command.valve * twin.settings.owner.drum.flow * machine.period
     ground = machine.rig.ground
     assert step.progress.state is PrintState.PRINTING
     assert step.progress.distance > 3.4

@@ -104,10 +104,8 @@ def test_encoders_alone_carry_their_errors_along() -> None:
 
 def test_somebody_in_the_light_barrier_stops_it_and_it_goes_on_there() -> None:
     made = twin(plant="quasi-static", seed=1)
-    barrier = made.settings.barrier
-    assert barrier is not None
-    inside = barrier.model_copy(update={"intrusions": ((30.0, 50.0),)})
-    made = replace(made, settings=made.settings.model_copy(update={"barrier": inside}))
+    inside = made.settings.simulation.barrier.model_copy(update={"intrusions": ((30.0, 50.0),)})
+    made = replace(made, settings=made.settings.with_simulation(barrier=inside))
     running = Print(made)
     places, states = [], []
     for step in running.steps(400):
@@ -127,8 +125,8 @@ def test_somebody_in_the_light_barrier_stops_it_and_it_goes_on_there() -> None:
 
 def test_an_empty_drum_is_refilled_where_it_stands() -> None:
     made = twin(plant="quasi-static")
-    little = made.settings.drum.model_copy(update={"powder": 1.0})
-    running = Print(replace(made, settings=made.settings.model_copy(update={"drum": little})))
+    little = made.settings.owner.drum.model_copy(update={"powder": 1.0})
+    running = Print(replace(made, settings=made.settings.with_owner(drum=little)))
     refilled = [step.progress.state for step in running.steps(600)].count(PrintState.REFILLING)
     assert running.printer.finished
     assert running.printer.supervisor.refills == 1

@@ -22,8 +22,8 @@ from cablewright.studies.prints.spooling import SpoolStatistics
 from cablewright.studies.prints.steps_table import row_type
 from cablewright.studies.prints.structure import _floor_correction
 from cablewright.studies.prints.vibration import WINDOW, VibrationWindows, peak_frequency
-from printed import SPEED, head, printed, rounds, standard, without
-from twins import SETTINGS, perfect
+from printed import SPEED, printed, rounds, standard, without
+from twins import SETTINGS, head, perfect
 
 
 @pytest.fixture(scope="module")

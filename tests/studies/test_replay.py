@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
-from cablewright.machine.log.log import LogHead, LogWriter
-from cablewright.robot import load
+from cablewright.machine.log.log import LogWriter
 from cablewright.studies.error_statistics import CHI2_95, spread
 from cablewright.studies.replay import replay
 from observed import drive, errors, observe
-from twins import SETTINGS
+from twins import head
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +22,7 @@ def recording():
 
 
 def write(path: Path, recording, truth: bool = True) -> Path:
-    with path.open("wb") as file, LogWriter(file, LogHead(load("merlet2023"), SETTINGS, 0.01, "dynamic", 2)) as log:
+    with path.open("wb") as file, LogWriter(file, head(seed=2)) as log:
         for frame, true in recording:
             log.write(frame, None, true if truth else None)
     return path

@@ -21,7 +21,7 @@ def told(found: cw.Simulation) -> dict[str, Any]:
 def test_a_robot_and_a_model_settings_and_their_name_give_the_same(tmp_path) -> None:
     log = tmp_path / "run.mcap"
     found = cw.simulate(ROBOT, log=log, **SHORT)
-    assert told(found) == told(cw.simulate(cw.Model(ROBOT), cw.load_machine("merlet2023"), **SHORT))
+    assert told(found) == told(cw.simulate(cw.Model(ROBOT), cw.load_twin("merlet2023"), **SHORT))
     assert told(found) == told(cw.simulate(ROBOT, "merlet2023", **SHORT))
     with cw.read_log(log) as read:
         assert len(list(read.entries())) == found.drive.steps == 20

@@ -10,7 +10,7 @@ from cablewright.validation import FileDescription
 
 _MODELS: Final[dict[FileKind, tuple[str, str]]] = {
     "job": ("printing.job", "Job"),
-    "machine": ("machine.simulated.settings", "MachineSettings"),
+    "machine": ("machine.simulated.settings", "MachineFile"),
     "uncertainty": ("robot.uncertainty", "Uncertainty"),
     "calibration": ("calibration.plan", "CalibrationPlan"),
     "survey": ("calibration.survey.plan", "SurveyPlan"),

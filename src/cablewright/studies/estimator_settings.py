@@ -1,4 +1,4 @@
-"""Settings of the estimators, from a machine's description and data sheets, never from the simulated true machine."""
+"""Settings of the estimators, from what a machine's owner knows: its description, a survey, and data sheets."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
 from cablewright.estimation.lidar.scan import LidarModel
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.estimation.tilt import TiltSettings
-from cablewright.machine.simulated import settings as machine
+from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.settings import MachineSettings, RoomSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
@@ -32,12 +33,10 @@ _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertica
 _HORIZONTAL: Final = ("north", "south")
 
 
-def observer_settings(
-    robot: Robot, settings: machine.MachineSettings, lasers: Sequence[Laser] = ()
-) -> ObserverSettings:
+def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> ObserverSettings:
     """Return settings for the machine that *robot* and *settings* describe.
 
-    *lasers*: an operator's distances at the start. Tolerances, biases and faults are not used. Raises `InputError` for
+    *lasers*: an operator's distances at the start. Raises `InputError` for
     a machine without what the estimation needs (a horizontal lidar, walls, line angles), and for a *laser* to no wall.
     """
     model = Model(with_drum_mass(robot, settings))
@@ -73,12 +72,12 @@ def observer_settings(
     )
 
 
-def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Sequence[Laser] = ()) -> FilterSettings:
+def filter_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> FilterSettings:
     """Return the filter's settings, from the same sources as `observer_settings`; raises the same errors."""
     chain = observer_settings(robot, settings, lasers)
     winch, inertial, vertical = settings.winch, settings.inertial, settings.lidars.get("vertical")
     bare = min(chain.radius.nominal)
-    walk = winch.radius_walk * math.sqrt(2.0 / (winch.walk_turns * math.tau)) / bare  # per root radian
+    walk = winch.radius_deviation * math.sqrt(2.0 / (winch.radius_turns * math.tau)) / bare  # per root radian
     sigmas: dict[str, float] = {"radius_noise": walk} if walk > 0.0 else {}
     if inertial is not None:
         sigmas |= {
@@ -97,7 +96,7 @@ def filter_settings(robot: Robot, settings: machine.MachineSettings, lasers: Seq
 class Observer:
     """Functions of one estimator: ``settings`` of a machine, the state at ``start``, and a ``step`` with a frame."""
 
-    settings: Callable[[Robot, machine.MachineSettings, Sequence[Laser]], Any]
+    settings: Callable[[Robot, MachineSettings, Sequence[Laser]], Any]
     start: Callable[[Any], Any]
     step: Callable[[Any, Any, SensorFrame], Estimate]
 
@@ -109,13 +108,13 @@ OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
 """By name: the chain of Merlet and Papegay 2023, and the Kalman filter of all sensors."""
 
 
-def with_drum_mass(robot: Robot, settings: machine.MachineSettings) -> Robot:
+def with_drum_mass(robot: Robot, settings: MachineSettings) -> Robot:
     """Return *robot* with the initial mass of the drum and its powder, which is known by weighing."""
     mass = settings.drum.empty_mass + settings.drum.powder
     return robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": mass, "loads": ()})})
 
 
-def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
+def surveyed_walls(room: RoomSettings) -> RoomMap:
     """Return the walls of a room: faces on one line are one wall, with the first face's name up to its comma.
 
     Walls with less than 3 m of faces (windows, corners) are omitted. Raises `InputError` for a room without walls.
@@ -142,7 +141,7 @@ def surveyed_walls(room: machine.RoomSettings) -> RoomMap:
     return RoomMap(tuple(wall for wall, length in found if length >= _MIN_WALL))
 
 
-def _lidar(name: str, lidar: machine.LidarSettings, room: RoomMap) -> LidarModel:
+def _lidar(name: str, lidar: LidarSettings, room: RoomMap) -> LidarModel:
     """Return the model of a horizontal lidar; it sees the walls outside its masks at a yaw of 0.
 
     Raises `InputError` for one that is not level.
@@ -165,11 +164,11 @@ def _lidar(name: str, lidar: machine.LidarSettings, room: RoomMap) -> LidarModel
     )
 
 
-def _masked(lidar: machine.LidarSettings, bearing: float) -> bool:
+def _masked(lidar: LidarSettings, bearing: float) -> bool:
     return any((bearing - begin) % math.tau <= (end - begin) for begin, end in lidar.masks)
 
 
-def _timeouts(settings: machine.MachineSettings) -> dict[str, float]:
+def _timeouts(settings: MachineSettings) -> dict[str, float]:
     """Time without a reading, s, by source, after which a fault is reported."""
     timeouts = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
     sensors = {

@@ -17,8 +17,8 @@ from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
 from cablewright.estimation.kalman.state import FilterSettings
 from cablewright.estimation.lidar.room import Laser
-from cablewright.machine.simulated.settings import MachineSettings
-from cablewright.machine.simulated.winches import coil_of
+from cablewright.machine.coils import coil_of
+from cablewright.machine.settings import MachineSettings
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.robot import Robot

@@ -8,8 +8,8 @@ from typing import ClassVar
 
 from cablewright.errors import InputError
 from cablewright.file_output import whole_folder, write_whole
+from cablewright.machine.files import machine_names
 from cablewright.machine.simulated.machine_file import machine_file
-from cablewright.machine.simulated.settings import machine_names
 from cablewright.printing.first_part import GCODE, first_part
 from cablewright.results import Figure, Result
 from cablewright.robot import PointPlatform, library_names, loads
@@ -75,7 +75,7 @@ def new_robot(outline: Outline, folder: str | Path | None = None) -> NewRobot:
     }
     is_point = isinstance(robot.platform, PointPlatform)
     if is_point:
-        files[MACHINE] = (machine_file(robot), "a simulated machine, to print on")
+        files[MACHINE] = (machine_file(robot), "the machine, with a simulation to print on")
     with whole_folder(place) as part:
         for name, (content, _) in files.items():
             write_whole(part / name, content.encode())

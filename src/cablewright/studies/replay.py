@@ -16,7 +16,8 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import UnknownName
 from cablewright.estimation.lidar.room import Laser
-from cablewright.machine.log.log import Entry, LogHead, read_log
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import Entry, read_log
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured, figures_dict
 from cablewright.signals import Estimate, LineAngles, Scan, Truth

@@ -15,8 +15,11 @@ from numpy.typing import ArrayLike
 from cablewright.choices import PlantName
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
-from cablewright.machine.log.log import LogHead, write_log
-from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_names, require_robot
+from cablewright.machine.files import machine_names
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import write_log
+from cablewright.machine.settings import require_robot
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.curve import MAX_LENGTH
@@ -63,7 +66,7 @@ class Simulation(Pictured):
 
 def simulate(
     robot: Robot | Model,
-    machine: MachineSettings | str | Path | None = None,
+    machine: TwinSettings | str | Path | None = None,
     *,
     loop: float | None = None,
     hold: ArrayLike | None = None,
@@ -111,22 +114,22 @@ def simulate(
         duration = math.floor(path_length(path) / settings.speed + 0.5 * settings.ramp)
     assert duration is not None
     twin = SimulatedMachine(described, built, start, seed=seed, plant=plant)
-    head = LogHead(described, built, twin.period, plant, seed)
+    head = LogHead(described, built.owner, twin.period, simulation=built.simulation, plant=plant, seed=seed)
     run = partial(drive, twin, path, duration, settings=settings, seed=seed, progress=progress)
     return Simulation(head, run() if log is None else _logged(run, Path(log), head))
 
 
-def machine_of(robot: Robot, machine: MachineSettings | str | Path | None) -> MachineSettings:
+def machine_of(robot: Robot, machine: TwinSettings | str | Path | None) -> TwinSettings:
     """Return *machine*: settings, a name of `machine_names` or a TOML file.
 
     By default the library's machine of the robot's name, or ``merlet2023`` if there is none. Raises `InputError` for
     the machine of another robot.
     """
     if machine is None:
-        own = load_machine(robot.name if robot.name in machine_names() else _DEFAULT)
-        return own if own.robot == robot.name else own.model_copy(update={"robot": None})
-    settings = machine if isinstance(machine, MachineSettings) else load_machine(machine)
-    require_robot(settings, robot.name)
+        own = load_twin(robot.name if robot.name in machine_names() else _DEFAULT)
+        return own if own.owner.robot == robot.name else own.with_owner(robot=None)
+    settings = machine if isinstance(machine, TwinSettings) else load_twin(machine)
+    require_robot(settings.owner, robot.name)
     return settings
 
 

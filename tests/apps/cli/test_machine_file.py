@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from cablewright.errors import InputError
+from cablewright.machine.files import machine_text
 from cablewright.machine.simulated.machine_file import machine_file
-from cablewright.machine.simulated.settings import MachineSettings, load_machine, machine_text
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.robot import Robot, load, loads
 from cablewright.studies.simulate import simulate
 
@@ -43,14 +44,14 @@ motion = { print_speed = "50 mm/s", travel_speed = "50 mm/s", acceleration = "0.
 """
 
 
-def settings(robot: Robot, folder: Path) -> MachineSettings:
+def settings(robot: Robot, folder: Path) -> TwinSettings:
     (folder / "machine.toml").write_text(machine_file(robot))
-    return load_machine(folder / "machine.toml")
+    return load_twin(folder / "machine.toml")
 
 
 def test_its_numbers_are_the_robots(tmp_path: Path) -> None:
     robot = load("house-printer")
-    found = settings(robot, tmp_path)
+    found = settings(robot, tmp_path).owner
     winch = robot.lines[0].winch
     assert found.name == found.robot == robot.name
     assert found.drum.empty_mass == robot.platform.mass
@@ -108,7 +109,7 @@ def test_a_body_has_none() -> None:
 
 @pytest.mark.parametrize("name", ['say "attic"', "a\nb = 1", "\\", "\u2028 \u00e9 \U0001f916", "\x1b[31m"])
 def test_a_name_writes_no_key_of_its_own(name: str, tmp_path: Path) -> None:
-    assert settings(load("house-printer").model_copy(update={"name": name}), tmp_path).name == name
+    assert settings(load("house-printer").model_copy(update={"name": name}), tmp_path).owner.name == name
 
 
 def test_a_name_and_a_robot_are_one_too_many(cli) -> None:
@@ -131,3 +132,14 @@ def test_a_height_over_the_floor_needs_some(cli, tmp_path: Path, monkeypatch) ->
     (tmp_path / "ring.toml").write_text(RING.replace("0.3 m", "0 m"))
     found = cli(*shlex.split("print merlet2023 ring.toml --machine machine.toml --plant quasi-static --out run"))
     assert "height = structure: the path begins on the floor" in found.refusal
+
+
+@pytest.mark.parametrize("command", ["print merlet2023 ring.toml --out run", "simulate merlet2023 --loop 5"])
+def test_without_a_simulation_nothing_is_simulated(cli, command: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("ring.toml").write_text(RING)
+    owner, _, _ = machine_text("merlet2023").partition("# What only a simulation has")
+    Path("real.toml").write_text(owner)
+    found = cli(*command.split(), "--machine", "real.toml")
+    assert found.code == 2
+    assert "real.toml: no table [simulation], without which a machine cannot be simulated: add it" in found.refusal

@@ -11,7 +11,7 @@ import jsonschema
 import pytest
 
 from cablewright.choices import FileKind
-from cablewright.machine.simulated.settings import machine_names, machine_text
+from cablewright.machine.files import machine_names, machine_text
 from cablewright.robot import library_names, library_text, load, loads
 
 

@@ -53,8 +53,8 @@ def test_faults_are_planned_on_the_command_line(cli, tmp_path) -> None:
     assert answer.json["readings"]["south"] > 2
     assert answer.json["notices"] == {"wifi: nothing came over the wireless link for longer than it should": 3}
     with read_log(out) as log:
-        assert log.head.settings.faults[1].line == "south-east"
-        assert log.head.settings.wifi.gaps == ((2.0, 3.0),)
+        assert log.head.simulation.faults[1].line == "south-east"
+        assert log.head.simulation.wifi.gaps == ((2.0, 3.0),)
         assert {reading.source for entry in log.entries() for reading in entry.frame.of(Scan)} == {"south", "vertical"}
 
 
@@ -111,8 +111,8 @@ def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
     for old, new, says in (
         ('powder = "20 kg"', 'powder = "60 kg"', "must be at most capacity, 50 kg"),
         ("rate = 10.0 ", "rate = 30.0 ", "distance.rate = 30 Hz"),
-        ('substep = "2 ms"', 'substep = "3 ms"', "substep = 0.003 s"),
-        ("loss = 1e-3", "loss = 2.0", "wifi.loss = 2.0"),
+        ('substep = "2 ms"', 'substep = "3 ms"', "simulation.substep = 0.003 s"),
+        ("loss = 1e-3", "loss = 2.0", "simulation.wifi.loss = 2.0"),
         ("axes = [[0, 0, -1], [1, 0, 0]]", "axes = [[0, 0, -1], [1, 0, 1]]", "two unit vectors at right angles"),
         ("to = [-2.5, 5.0]", "to = [-2.5, -5.0]", "must differ from from"),
         ("schema = 1", "schema = 2", "schema = 2"),
@@ -123,7 +123,7 @@ def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
         ),
         ('width = "75 mm"', 'width = "1e30 mm"', "winch.width = '1e30 mm': must be at most 100000"),
         ('lag = "20 ms"', 'lag = "1e300 s"', "winch.lag"),
-        ("[wifi]", "[wify]", "wify: unknown key; did you mean 'wifi'"),
+        ("[simulation.wifi]", "[simulation.wify]", "simulation.wify: unknown key; did you mean 'wifi'"),
     ):
         (tmp_path / "own.toml").write_text(text.replace(old, new, 1))
         assert old in text

@@ -14,8 +14,8 @@ from cablewright.apps.report.print import write
 from cablewright.printing.stl import read_stl
 from cablewright.studies.prints.record import record
 from cablewright.studies.prints.result import PrintRecord
-from printed import SPEED, head, printed, standard, without
-from twins import SETTINGS
+from printed import SPEED, printed, standard, without
+from twins import TWIN, head
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_what_is_missing_is_left_out(missing: tuple[str, ...], tmp_path: Path) -
 
 def test_a_machine_without_lidars_and_radii_is_recorded() -> None:
     entries, track, _ = standard()
-    bare = SETTINGS.model_copy(update={"lidars": {}, "line_angles": None})
+    bare = TWIN.with_owner(lidars={}, line_angles=None)
     robot = head().robot
     lines = tuple(
         line.model_copy(update={"winch": line.winch.model_copy(update={"drum_radius": None})}) for line in robot.lines

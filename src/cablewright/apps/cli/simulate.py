@@ -16,12 +16,12 @@ from cablewright.errors import InputError
 from cablewright.results import Figure, Result
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.settings import FaultPlan, MachineSettings
+    from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
 
 
 @dataclass(frozen=True, kw_only=True)
 class MachinesCommand:
-    """The file of a machine has its tolerances, drum, winches, room and sensors; --machine of other commands takes one.
+    """The file of a machine has its drum, winches, room and sensors, and its simulation; --machine takes one.
 
     Start your own from one of them, `cablewright machines NAME > mine.toml`, or for your own robot from
     `cablewright machines --for ROBOT > mine.toml`.
@@ -43,8 +43,8 @@ class MachinesCommand:
 
     def run(self) -> int:
         """Print the list, or the file."""
+        from cablewright.machine.files import machine_names, machine_text
         from cablewright.machine.simulated.machine_file import machine_file
-        from cablewright.machine.simulated.settings import machine_names, machine_text
         from cablewright.robot import load
 
         if self.name is not None and self.robot is not None:
@@ -122,15 +122,16 @@ class FaultOptions:
         ),
     ] = None
 
-    def of(self, settings: MachineSettings) -> MachineSettings:
+    def of(self, settings: TwinSettings) -> TwinSettings:
         """The machine with these faults besides its own. Raises `InputError`."""
         from cablewright.machine.simulated.settings import Link
         from cablewright.validation import validated
 
-        gaps = (*settings.wifi.gaps, *(tuple(numbers(text, "--wifi-gap", 2) or []) for text in self.wifi_gap or ()))
-        wifi = validated(Link, settings.wifi.model_dump() | {"gaps": gaps}, "--wifi-gap")
-        faults = (*settings.faults, *map(_fault, self.fault or ()))
-        return settings.model_copy(update={"faults": faults, "wifi": wifi})
+        wifi = settings.simulation.wifi
+        gaps = (*wifi.gaps, *(tuple(numbers(text, "--wifi-gap", 2) or []) for text in self.wifi_gap or ()))
+        wifi = validated(Link, wifi.model_dump() | {"gaps": gaps}, "--wifi-gap")
+        faults = (*settings.simulation.faults, *map(_fault, self.fault or ()))
+        return settings.with_simulation(faults=faults, wifi=wifi)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -104,7 +104,7 @@ def inputs_table(found: PrintRecord, name: str) -> Html:
     head = found.head
     rows = [
         ("robot", head.robot.name),
-        ("machine", f"{head.settings.name}, {head.plant} plant, seed {head.seed}"),
+        ("machine", f"{head.settings.name}, {head.origin}"),
         ("job", name),
         ("path", f"{quantity(found.track.length, 'm')} in {count(len(found.track.visits.begin))} visits of layers"),
         ("step", f"{quantity(head.period, 's')}, {count(found.steps)} steps"),

@@ -9,19 +9,17 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Annotated, Any, Final, Self, TypeVar
+from typing import IO, Final, Self, TypeVar
 
 from mcap.writer import CompressionType, IndexType, Writer
-from pydantic import Field, TypeAdapter, ValidationError
 
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, open_no_link
+from cablewright.machine.log.head import LogHead, read_head, written_head
 from cablewright.machine.log.mcap_file import HEAD
 from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
-from cablewright.machine.simulated.settings import MachineSettings
-from cablewright.robot import Robot
 from cablewright.signals import (
     PER_LINE,
     Command,
@@ -35,24 +33,9 @@ from cablewright.signals import (
     Truth,
 )
 
-NEWEST_SCHEMA: Final = 1
 _CHUNK: Final = 256 << 10  # bytes: a second or two
 
 _Kind = TypeVar("_Kind")
-
-
-@dataclass(frozen=True)
-class LogHead:
-    """Metadata of a log: its machine and how it was made. ``robot`` is the description, not the truth."""
-
-    robot: Robot
-    settings: MachineSettings
-    period: Annotated[float, Field(gt=0.0, lt=1e6)]  # s
-    plant: Annotated[str, Field(max_length=60)]
-    seed: Annotated[int, Field(strict=True)]
-
-
-_HEAD: Final = TypeAdapter(LogHead)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +74,7 @@ class LogWriter:
         self._file, self._failed = file, False
         self._flush_every, self._clock, self._flushed = flush_every, clock, -math.inf
         with self._writing():
-            self._writer, self._channels = begin_log(file, _metadata(head), _CHUNK)
+            self._writer, self._channels = begin_log(file, written_head(head), _CHUNK)
 
     def write(
         self,
@@ -192,7 +175,7 @@ class Log:
         self._segments = Segments(log_files(path))
         first = self._segments.files[0]
         try:
-            self.head = _head(first.head, str(first.path))
+            self.head = read_head(first.head, str(first.path))
         except InputError:
             self._segments.close()
             raise
@@ -278,25 +261,3 @@ def read_log(path: str | Path) -> Log:
     A folder may hold several segments of interrupted runs: see `cablewright.machine.log.segments`.
     """
     return Log(Path(path))
-
-
-def _metadata(head: LogHead) -> dict[str, str]:
-    """The log's own metadata."""
-    about = {"schema": NEWEST_SCHEMA, **_HEAD.dump_python(head, mode="json")}
-    return {key: json.dumps(value) for key, value in about.items()}
-
-
-def _head(texts: Mapping[str, str], origin: str) -> LogHead:
-    """Read the log's own metadata. Raises `InputError`."""
-    try:
-        values: dict[str, Any] = {key: json.loads(text) for key, text in texts.items()}
-    except (ValueError, RecursionError):
-        raise InputError(f"{origin}: the head is no JSON") from None
-    schema = values.get("schema")
-    if type(schema) is not int or not 1 <= schema <= NEWEST_SCHEMA:
-        raise InputError(f"{origin}: schema {schema!r} of the log: this cablewright reads 1 to {NEWEST_SCHEMA}")
-    try:
-        return _HEAD.validate_python(values)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        raise InputError(f"{origin}: the head's {'.'.join(map(str, first['loc']))}: {first['msg']}") from None

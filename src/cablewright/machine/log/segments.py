@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.errors import InputError
+from cablewright.machine.log.head import VERSIONS
 from cablewright.machine.log.mcap_file import MAX_RECORD, LogFile, RawMessage
 
 JOINED_NAME: Final = "log.mcap"
@@ -84,7 +85,7 @@ class Segments:
             raise InputError(f"{paths[0]}: no log of a machine, nor is any of {len(paths)} segments")
         self.files = tuple(reversed(found))
         for each in self.files[1:]:
-            if each.head != self.files[0].head:
+            if _identity(each.head) != _identity(self.files[0].head):
                 raise InputError(f"{each.path}: of another machine or run than {self.files[0].path.name}")
         self.file = LogFile(self.files[0].path)
         """The file that is being read."""
@@ -130,6 +131,11 @@ class Segments:
                     self.notes.append(f"cut or damaged before byte {self.file.cut}: read up to that byte")
                 if step:
                     self.notes.append(f"the step after {1e-9 * last:g} s is not complete: left out")
+
+
+def _identity(head: Mapping[str, str]) -> dict[str, str]:
+    """What segments of one run have in common: all of the head but the versions of the programs that wrote them."""
+    return {key: text for key, text in head.items() if key != VERSIONS}
 
 
 def _begin(path: Path, *, alone: bool) -> tuple[Mapping[str, str], float]:

@@ -5,24 +5,31 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.kernels.plant.lidar_rays import ray_to_floor
+from cablewright.machine.sensors import DistanceSensor
 from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import DistanceSensor
+from cablewright.machine.simulated.settings import SensorFlaws
 from cablewright.machine.simulated.timed_sensor import TimedSensor
 from cablewright.signals import Distance
 
 
-class Rangefinder(TimedSensor[DistanceSensor]):
+class Rangefinder(TimedSensor[DistanceSensor, SensorFlaws]):
     """One distance sensor; its reading is NaN where nothing comes back."""
 
     def __init__(
-        self, key: str, settings: DistanceSensor, period: float, random: np.random.Generator, valve: float
+        self,
+        key: str,
+        settings: DistanceSensor,
+        flaws: SensorFlaws,
+        period: float,
+        random: np.random.Generator,
+        valve: float,
     ) -> None:
         """Place it *valve* (m) below B; the rest as `TimedSensor`."""
-        super().__init__(key, settings, period, random)
+        super().__init__(key, settings, flaws, period, random)
         self._valve = valve
 
     def _measure(self, state: RigState) -> Distance:
-        settings, ground = self.settings, state.ground
+        settings, flaws, ground = self.settings, self.flaws, state.ground
         noise, chance, anywhere = self._random.standard_normal(), self._random.random(), self._random.random()
         down = -state.rotation[:, 2]
         x, y, z = state.truth.position + self._valve * down
@@ -30,8 +37,8 @@ class Rangefinder(TimedSensor[DistanceSensor]):
             return Distance(state.truth.time, float("nan"))
         found = ray_to_floor(x, y, z, *down.tolist(), settings.most, ground.grid, ground.heights)
         measured = found + settings.deviation * noise
-        if not settings.least <= measured <= settings.most or chance < settings.dropout:
+        if not settings.least <= measured <= settings.most or chance < flaws.dropout:
             measured = float("nan")
-        elif chance > 1.0 - settings.outliers:
+        elif chance > 1.0 - flaws.outliers:
             measured = settings.least + anywhere * (settings.most - settings.least)
         return Distance(state.truth.time, float(measured))

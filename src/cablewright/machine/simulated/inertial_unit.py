@@ -7,8 +7,9 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.machine.sensors import InertialSensor
 from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import InertialSensor
+from cablewright.machine.simulated.settings import InertialFlaws
 from cablewright.machine.simulated.timed_sensor import TimedSensor
 from cablewright.signals import Inertial
 
@@ -16,30 +17,37 @@ _RANGE: Final = np.repeat([4.0 * 9.81, 8.7], 3)
 """Largest outliers: 4 g and 500 degrees per second, the range of such a unit."""
 
 
-class InertialUnit(TimedSensor[InertialSensor]):
+class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
     """One unit; its biases are drawn once."""
 
     def __init__(
-        self, key: str, settings: InertialSensor, period: float, random: np.random.Generator, gravity: float
+        self,
+        key: str,
+        settings: InertialSensor,
+        flaws: InertialFlaws,
+        period: float,
+        random: np.random.Generator,
+        gravity: float,
     ) -> None:
         """*gravity*: m/s^2; the rest as `TimedSensor`."""
-        super().__init__(key, settings, period, random)
+        super().__init__(key, settings, flaws, period, random)
         self._gravity, self._place = gravity, np.array(settings.place)
-        size = np.repeat([settings.acceleration_bias, settings.rate_bias], 3)
-        self.bias = size * random.standard_normal(6)
+        force = settings.acceleration_bias if flaws.acceleration_bias is None else flaws.acceleration_bias
+        turn = settings.rate_bias if flaws.rate_bias is None else flaws.rate_bias
+        self.bias = np.repeat([force, turn], 3) * random.standard_normal(6)
         self._deviation = np.repeat([settings.acceleration_deviation, settings.rate_deviation], 3)
 
     def _measure(self, state: RigState) -> Inertial | None:
         noise, chance = self._random.standard_normal(6), self._random.random()
         anywhere = self._random.uniform(-1.0, 1.0, 6)
-        if chance < self.settings.dropout:
+        if chance < self.flaws.dropout:
             return None
         R, rate = state.rotation, state.truth.rate
         arm = R @ self._place
         force = state.acceleration[:3] + _cross(state.acceleration[3:], arm) + _cross(rate, _cross(rate, arm))
         force[2] += self._gravity
         measured = np.concatenate([force @ R, rate @ R]) + self.bias + self._deviation * noise
-        if chance > 1.0 - self.settings.outliers:
+        if chance > 1.0 - self.flaws.outliers:
             measured = anywhere * _RANGE
         measured.flags.writeable = False
         return Inertial(state.truth.time, measured[:3], measured[3:])

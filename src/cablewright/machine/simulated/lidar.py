@@ -8,8 +8,9 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.plant.lidar_rays import turn_lidar
+from cablewright.machine.sensors import LidarSettings
 from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import LidarSettings
+from cablewright.machine.simulated.settings import LidarFlaws
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.timed_sensor import steps_per_interval
 from cablewright.signals import Scan
@@ -22,6 +23,7 @@ class SimulatedLidar:
         self,
         source: str,
         settings: LidarSettings,
+        flaws: LidarFlaws,
         walls: Array,
         ceiling: float,
         period: float,
@@ -31,8 +33,9 @@ class SimulatedLidar:
 
         Raises `InputError` for a turn that is no whole number of steps.
         """
-        self.source, self.settings = source, settings
-        self.bias = float(settings.bias * random.standard_normal())
+        self.source, self.settings, self.flaws = source, settings, flaws
+        spread = settings.bias if flaws.bias is None else flaws.bias
+        self.bias = float(spread * random.standard_normal())
         self._walls, self._ceiling, self._random = walls, ceiling, random
         self._steps = steps_per_interval(period, settings.turn, f"lidars.{source}.turn")
         x, y = np.array(settings.axes)
@@ -75,13 +78,13 @@ class SimulatedLidar:
 
     def _add_noise(self, ranges: Array) -> Array:
         """Add bias, noise, dropouts and outliers to *ranges* (k,), m; masked rays stay NaN."""
-        settings, random, count = self.settings, self._random, len(ranges)
+        settings, flaws, random, count = self.settings, self.flaws, self._random, len(ranges)
         measured = ranges + self.bias + settings.deviation * random.standard_normal(count)
         measured[~((measured >= settings.least) & (measured <= settings.most))] = np.nan
         chance, anywhere = random.random(count), random.uniform(settings.least, settings.most, count)
         measured = np.round(measured / settings.resolution) / (1.0 / settings.resolution)  # as its protocol counts
-        measured[chance < settings.dropout] = np.nan
-        outlier = (chance > 1.0 - settings.outliers) & ~np.isnan(ranges)
+        measured[chance < flaws.dropout] = np.nan
+        outlier = (chance > 1.0 - flaws.outliers) & ~np.isnan(ranges)
         measured[outlier] = np.round(anywhere[outlier], 3)
         measured.flags.writeable = False
         return measured

@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
+from cablewright.machine.sensors import BarrierSensor
 from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import BarrierSensor
+from cablewright.machine.simulated.settings import BarrierFlaws
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.timed_sensor import TimedSensor
 from cablewright.signals import Barrier
 
 
-class LightBarrier(TimedSensor[BarrierSensor]):
+class LightBarrier(TimedSensor[BarrierSensor, BarrierFlaws]):
     """One light barrier. It latches: an interruption since the last reading shows in the next one."""
 
     _last_read = -np.inf  # s, time of the last reading
 
     def _measure(self, state: RigState) -> Barrier | None:
         now, chance = state.truth.time, self._random.random()
-        broken = any(begin <= now and self._last_read < end for begin, end in self.settings.intrusions)
+        broken = any(begin <= now and self._last_read < end for begin, end in self.flaws.intrusions)
         self._last_read = now
-        if chance < self.settings.dropout:
+        if chance < self.flaws.dropout:
             return None
-        return Barrier(now, broken != (chance > 1.0 - self.settings.outliers))
+        return Barrier(now, broken != (chance > 1.0 - self.flaws.outliers))
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load the state that the next readings depend on."""

@@ -6,20 +6,21 @@ import math
 
 import numpy as np
 
+from cablewright.machine.sensors import LineSensor
 from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import LineSensor
+from cablewright.machine.simulated.settings import SensorFlaws
 from cablewright.machine.simulated.timed_sensor import TimedSensor
 from cablewright.signals import LineAngles
 
 
-class LineAccelerometers(TimedSensor[LineSensor]):
+class LineAccelerometers(TimedSensor[LineSensor, SensorFlaws]):
     """One accelerometer on each line; the angle of a line whose reading is lost is NaN."""
 
     def _measure(self, state: RigState) -> LineAngles:
-        settings, count = self.settings, len(state.apparent_angles)
+        settings, flaws, count = self.settings, self.flaws, len(state.apparent_angles)
         angles = state.apparent_angles + settings.deviation * self._random.standard_normal(count)
         chance, anywhere = self._random.random(count), self._random.uniform(-0.5 * math.pi, 0.5 * math.pi, count)
-        angles = np.where(chance > 1.0 - settings.outliers, anywhere, angles)
-        angles[chance < settings.dropout] = np.nan
+        angles = np.where(chance > 1.0 - flaws.outliers, anywhere, angles)
+        angles[chance < flaws.dropout] = np.nan
         angles.flags.writeable = False
         return LineAngles(state.truth.time, angles)

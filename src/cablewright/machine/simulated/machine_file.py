@@ -1,4 +1,4 @@
-"""The file of a simulated machine for any point robot: its own numbers where its file has them, else assumed ones."""
+"""The machine file for any point robot: its own numbers where its file has them, else assumed ones."""
 
 from __future__ import annotations
 
@@ -98,13 +98,6 @@ schema = 1
 name = {name}
 robot = {name}                  # the only robot that this is a machine of
 period = "10 ms"                # of the control
-substep = "2 ms"
-quasi_static_period = "200 ms"
-
-[tolerances]                    # how far the machine as built is off the robot file
-anchor = "1 mm"                 # each coordinate of an exit point, standard deviation
-sheave_radius = "0.1 mm"
-modulus = 0.05                  # uniform, +- this share
 
 [drum]                          # the platform, in which the lines meet
 empty_mass = "{mass} kg"        # robot
@@ -112,12 +105,6 @@ flow = 0.1                      # kg/s, valve open; a job with strands sets its 
 empty_centre = "{gyration}"     # of mass, below the lines' point
 empty_gyration = ["{gyration}", "{gyration}", "{gyration}"]
 valve = "20 mm"                 # nozzle, below the lines' point
-swing_damping = {damping}       # N m s/rad
-yaw_stiffness = {yaw}           # N m/rad
-yaw_damping = {yaw}             # N m s/rad
-yaw_wander = "1 deg"
-yaw_wander_length = "5 m"
-drag = {drag}                   # N s/m
 
 [extrusion]
 density = "2000 kg/m^3"         # of what is laid; the job sets width and height of the bead
@@ -132,27 +119,12 @@ held = "{held}"                 # cable of each line: a quarter more than the fa
 capacity = "{capacity}"
 width = "{width}"               # of the drum: one layer
 pitch = "{pitch}"
-radius_walk = "20 um"
-walk_turns = 10.0
-sideways_walk = "0.2 mm"
-
-[line]
-relaxation = "1 ms"
-vibration = "0.1 mm"
-vibration_damping = 0.01
-
-[climate]
-temperature = 22.0
-swing = 2.0
-humidity = 0.5
-humidity_swing = 0.1
+radius_deviation = "20 um"      # expected of the radius from its layer's
+radius_turns = 10.0             # over which it changes
 
 [room]                          # without lidars no wall is needed
 ceiling = "{ceiling}"
 walls = []
-
-[wire]
-latency = "1 ms"
 
 [encoders]
 rate = 100.0
@@ -164,4 +136,42 @@ humidity_deviation = 0.01
 
 [barrier]
 rate = 20.0
+
+# What only a simulation has, and nothing that estimates or controls is told: all assumed. A real machine needs none.
+
+[simulation]
+substep = "2 ms"
+quasi_static_period = "200 ms"
+
+[simulation.tolerances]         # how far the machine as built is off the robot file
+anchor = "1 mm"                 # each coordinate of an exit point, standard deviation
+sheave_radius = "0.1 mm"
+modulus = 0.05                  # uniform, +- this share
+
+[simulation.drum]
+swing_damping = {damping}       # N m s/rad
+yaw_stiffness = {yaw}           # N m/rad
+yaw_damping = {yaw}             # N m s/rad
+yaw_wander = "1 deg"
+yaw_wander_length = "5 m"
+drag = {drag}                   # N s/m
+
+[simulation.winch]              # how irregularly the cable lies
+radius_walk = "20 um"
+walk_turns = 10.0
+sideways_walk = "0.2 mm"
+
+[simulation.line]
+relaxation = "1 ms"
+vibration = "0.1 mm"
+vibration_damping = 0.01
+
+[simulation.climate]
+temperature = 22.0
+swing = 2.0
+humidity = 0.5
+humidity_swing = 0.1
+
+[simulation.wire]
+latency = "1 ms"
 """

@@ -42,11 +42,11 @@ class DynamicPlant:
     def __init__(self, rig: Rig) -> None:
         """Raises `InputError` unless a whole number of substeps fills the period."""
         self.rig = rig
-        self.period = rig.settings.period
-        count = self.period / rig.settings.substep
+        self.period, substep = rig.settings.owner.period, rig.settings.simulation.substep
+        count = self.period / substep
         if not (0.5 < count < MAX_SUBSTEPS + 0.5 and abs(count - round(count)) < 1e-6):
             raise InputError(
-                f"substep = {rig.settings.substep:g} s: no whole number of them, up to {MAX_SUBSTEPS}, "
+                f"simulation.substep = {substep:g} s: no whole number of them, up to {MAX_SUBSTEPS}, "
                 f"fills the period, {self.period:g} s"
             )
         self._count = round(count)
@@ -93,7 +93,7 @@ class QuasiStaticPlant:
     def __init__(self, rig: Rig) -> None:
         """Start from the state of *rig*."""
         self.rig = rig
-        self.period = rig.settings.quasi_static_period
+        self.period = rig.settings.simulation.quasi_static_period
         self._lengths_after = np.zeros(rig.robot.m)
         self._solved = rig.lengths.copy()
         self._pose = rig.motion[:3].copy()

@@ -13,7 +13,7 @@ from cablewright.errors import InputError
 from cablewright.kernels.plant import dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
-from cablewright.machine.simulated.settings import ClimateLaw, MachineSettings, require_hanging
+from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings, require_hanging
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.winches import Winches
@@ -50,13 +50,14 @@ class RigState:
 class Rig:
     """The true robot, winches, drum and surroundings. Plants change its arrays in place."""
 
-    def __init__(self, robot: Robot, settings: MachineSettings, start: ArrayLike, seed: int) -> None:
+    def __init__(self, robot: Robot, settings: TwinSettings, start: ArrayLike, seed: int) -> None:
         """Hang the drum of the true *robot* at rest at *start* (3,), m, with a random yaw.
 
         Raises `InputError` for a platform that is no point or lines without weight, `AnswerError` if there is no
         equilibrium at *start*.
         """
-        self.settings, self.seed, self.powder = settings, seed, settings.drum.powder
+        owner, simulation = settings.owner, settings.simulation
+        self.settings, self.seed, self.powder = settings, seed, owner.drum.powder
         _check(robot)
         self.robot = robot.model_copy(
             update={"platform": robot.platform.model_copy(update={"mass": self._mass, "loads": ()})}
@@ -64,7 +65,7 @@ class Rig:
         model = Model(self.robot)
         self.lengths = solve_inverse(model, start).checked().lengths.copy()
         hung = solve_forward(model, self.lengths, guess=start).checked()
-        self.winches = Winches(self.robot, settings.winch, self.lengths, seed)
+        self.winches = Winches(self.robot, owner.winch, simulation.winch, self.lengths, seed)
         shared = model.packed
         self.packed = shared._replace(lines=shared.lines.copy(), platform=shared.platform.copy())
         self.states = hung.states.copy()
@@ -73,7 +74,8 @@ class Rig:
         self.motion[:3] = hung.pose
         self.acceleration = np.zeros(6)
         self.vibrations = np.zeros((robot.m, 2))
-        self.vibration = np.array([settings.line.vibration_damping, settings.line.vibration, robot.scene.gravity])
+        line = simulation.line
+        self.vibration = np.array([line.vibration_damping, line.vibration, robot.scene.gravity])
         self.winch_flags = np.zeros(robot.m, dtype=np.int64)
         self.work, self.swing = dynamics.moving_workspace(robot.m)
         evaluate(self.packed, self.lengths, self.motion[:3].copy(), self.states, self.work)  # for the lines' planes
@@ -83,25 +85,25 @@ class Rig:
         self._fall_start = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
         self._last_position = self.motion[:3].copy()
-        self.drum[dynamics.YAW_REST] = self.motion[8] = settings.drum.yaw_wander * self._random.standard_normal()
+        self.drum[dynamics.YAW_REST] = self.motion[8] = simulation.drum.yaw_wander * self._random.standard_normal()
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = blank_states()
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
 
     @property
     def _mass(self) -> float:
-        return self.settings.drum.empty_mass + self.powder
+        return self.settings.owner.drum.empty_mass + self.powder
 
     def advance_slowly(self, time: float, period: float, valve: float) -> list[Notice]:
         """Advance the slow processes by a *period* from *time*, s: powder, twist of the lines, thermal expansion."""
         notices = self._pour(period, valve)
-        drum = self.settings.drum
+        law, drum = self.settings.simulation.climate, self.settings.simulation.drum
         keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
         self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         self.drum[dynamics.YAW_REST] = keep * self.drum[dynamics.YAW_REST] + push * self._random.standard_normal()
-        temperature, _ = air_at(self.settings.climate, time)
-        self.winches.set_thermal_strain(self._expansion * (temperature - self.settings.climate.temperature))
+        temperature, _ = air_at(law, time)
+        self.winches.set_thermal_strain(self._expansion * (temperature - law.temperature))
         return notices
 
     def take_notices(self) -> list[Notice]:
@@ -119,6 +121,7 @@ class Rig:
 
     def observe(self, time: float) -> RigState:
         """Return the present state, at *time*, s."""
+        sensor = self.settings.owner.line_angles
         machine_step.show_lines(
             self.packed,
             self.states,
@@ -126,13 +129,13 @@ class Rig:
             self.acceleration,
             self.vibrations,
             self.vibration,
-            0.0 if self.settings.line_angles is None else self.settings.line_angles.from_platform,
+            0.0 if sensor is None else sensor.from_platform,
             self._scratch,
             self._shown,
         )
         motion, rotation = self.motion, np.empty((3, 3))
         matrix(motion[6:9], rotation)
-        temperature, humidity = air_at(self.settings.climate, time)
+        temperature, humidity = air_at(self.settings.simulation.climate, time)
         truth = Truth(
             time,
             frozen(motion[0:3]),
@@ -151,7 +154,7 @@ class Rig:
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""
-        drum = self.settings.drum
+        drum = self.settings.owner.drum
         released = drum.flow * valve * period
         if drum.capacity:
             released = min(self.powder, released)
@@ -198,9 +201,9 @@ class Rig:
         PlatformNumbers(self.packed.platform).weight = self._mass * self.robot.scene.gravity
 
 
-def drum_parameters(settings: MachineSettings, powder: float) -> Array:
+def drum_parameters(settings: TwinSettings, powder: float) -> Array:
     """Return the kernel's parameters (DRUM,) of the drum with *powder*, kg, in it."""
-    drum, numbers = settings.drum, np.zeros(dynamics.DRUM)
+    drum, motion, numbers = settings.owner.drum, settings.simulation.drum, np.zeros(dynamics.DRUM)
     fill = powder / (drum.powder_density * math.pi * drum.radius**2)  # m, height of a cylinder
     depth = drum.powder_bottom - 0.5 * fill
     mass = drum.empty_mass + powder
@@ -211,10 +214,10 @@ def drum_parameters(settings: MachineSettings, powder: float) -> Array:
     numbers[dynamics.INERTIA] = drum.empty_mass * (x**2 + drum.empty_centre**2) + about
     numbers[dynamics.INERTIA + 1] = drum.empty_mass * (y**2 + drum.empty_centre**2) + about
     numbers[dynamics.INERTIA + 2] = drum.empty_mass * z**2 + 0.5 * powder * drum.radius**2
-    numbers[dynamics.DRAG] = drum.drag
-    numbers[dynamics.SWING_DAMPING], numbers[dynamics.YAW_DAMPING] = drum.swing_damping, drum.yaw_damping
-    numbers[dynamics.YAW_STIFFNESS] = drum.yaw_stiffness
-    numbers[dynamics.RELAXATION] = settings.line.relaxation
+    numbers[dynamics.DRAG] = motion.drag
+    numbers[dynamics.SWING_DAMPING], numbers[dynamics.YAW_DAMPING] = motion.swing_damping, motion.yaw_damping
+    numbers[dynamics.YAW_STIFFNESS] = motion.yaw_stiffness
+    numbers[dynamics.RELAXATION] = settings.simulation.line.relaxation
     return numbers
 
 

@@ -1,122 +1,63 @@
-"""Settings of a simulated machine: tolerances, drum, winches, room and sensors, in one file."""
+"""What only a simulation has of a machine: the table ``[simulation]`` of its file.
+
+Tolerances of the machine as built, laws of the plant, flaws of single sensors, links and planned faults. Nothing of it
+is for estimation, control or plans, which see `cablewright.machine.settings` alone; an import contract holds that.
+"""
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.errors import InputError, UnknownName, suggestion
-from cablewright.printing.job import Bead
+from cablewright.errors import InputError, UnknownName
+from cablewright.machine.files import machine_table
+from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Time, Width, require_pairs_rise
+from cablewright.machine.sensors import LidarName
+from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
-from cablewright.toml_input import is_file, load_model, parse_table
-from cablewright.units import Angle, Density, Duration, Length, Mass, NonNegative, Positive, Torque, Vec3
-from cablewright.validation import Description, FileDescription, refusal, require_unique_names, validated
+from cablewright.units import Angle, Duration, Length, NonNegative
+from cablewright.validation import Description, refusal, validated
 
-MAX_WALLS: Final = 200
-MAX_RAYS: Final = 20_000
 MAX_FAULTS: Final = 1000
 
-# Beyond any machine, but so far from the ends of floats that nothing computed from them leaves those.
-_Span = Annotated[Length, Field(ge=1e-6, le=1e5)]
-_Width = Annotated[Length, Field(ge=0.0, le=1e5)]
-_Time = Annotated[Duration, Field(ge=1e-6, le=1e9)]
-_Delay = Annotated[Duration, Field(ge=0.0, le=1e9)]
-_Heavy = Annotated[Mass, Field(ge=1e-6, le=1e9)]
-_Factor = Annotated[float, Field(ge=1e-6, le=1e9)]
-_Share = Annotated[float, Field(ge=0.0, le=1.0)]
-_Rate = Annotated[float, Field(gt=0.0, le=1e5)]
-_Size = Annotated[float, Field(ge=0.0, le=1e6)]
-_Axis = tuple[float, float, float]
-_Place = tuple[Length, Length]
-_LidarName = Literal["north", "south", "vertical"]
-
-
-def _require_rising(key: str, spans: tuple[tuple[float, float], ...], unit: str = "s") -> None:
-    for begin, end in spans:
-        if not begin < end:
-            raise refusal(key, f"must each rise; {begin:g} to {end:g} {unit} does not")
+_SENSORS: Final = ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier")
+_Times = Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)]
 
 
 class Tolerances(Description):
     """Standard deviations of the true machine from its description; ``modulus``: largest relative error."""
 
-    anchor: _Width
-    sheave_radius: _Width
+    anchor: Width
+    sheave_radius: Width
     modulus: Annotated[float, Field(ge=0.0, lt=1.0)]
 
 
-class Drum(Description):
-    """The drum that hangs from the platform point B. Depths are below B, along its axis; dampings in N m s/rad.
+class DrumMotion(Description):
+    """Resistance to the drum's motion and the twist of its lines; dampings in N m s/rad."""
 
-    Without ``capacity`` it holds no powder: material comes through a hose, without end. ``flow``: kg/s.
-    """
-
-    empty_mass: _Heavy
-    powder: NonNegative[Mass] = 0.0
-    capacity: NonNegative[Mass] = 0.0
-    powder_density: Positive[Density] = 1500.0
-    flow: NonNegative[float]
-    radius: _Span = 0.1
-    powder_bottom: _Span = 0.1
-    empty_centre: _Span
-    empty_gyration: tuple[_Span, _Span, _Span]
-    valve: _Span
-    swing_damping: _Size
-    yaw_stiffness: _Size
-    yaw_damping: _Size
+    swing_damping: Size
+    yaw_stiffness: Size
+    yaw_damping: Size
     yaw_wander: NonNegative[Angle]
-    yaw_wander_length: _Span
-    drag: _Size
-
-    @model_validator(mode="after")
-    def _powder_fits(self) -> Self:
-        if self.powder > self.capacity:
-            raise refusal("powder", f"must be at most capacity, {self.capacity:g} kg")
-        if self.capacity:
-            for key in ("powder_density", "radius", "powder_bottom"):
-                if key not in self.model_fields_set:
-                    raise refusal(key, "must be given where capacity is")
-        return self
+    yaw_wander_length: Span
+    drag: Size
 
 
-class Extrusion(Description):
-    """Material of a machine that lays strands instead of powder; the job sets their width and height."""
+class Winding(Description):
+    """How irregularly the cable lies on the winches' drums."""
 
-    density: Positive[Density]
-    bead: Bead = Bead()
-
-
-class WinchSettings(Description):
-    """Each winch: motor, drum, and the winding of the cable. Speeds and torques are the drum's."""
-
-    max_speed: _Factor
-    max_torque: Positive[Torque]
-    lag: _Delay
-    ratio: _Factor
-    counts: Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
-    held: _Span
-    capacity: Annotated[Length, Field(gt=0.0, le=10_000.0)]
-    width: _Span
-    pitch: _Span
-    radius_walk: _Width
-    walk_turns: _Factor
-    sideways_walk: _Width
-
-    @model_validator(mode="after")
-    def _cable_fits(self) -> Self:
-        if self.held > self.capacity:
-            raise refusal("held", f"must be at most capacity, {self.capacity:g} m")
-        return self
+    radius_walk: Width
+    walk_turns: Factor
+    sideways_walk: Width
 
 
-class LineSettings(Description):
+class LineMotion(Description):
     """Relaxation and vibration of the lines."""
 
-    relaxation: _Delay
-    vibration: _Width
+    relaxation: Delay
+    vibration: Width
     vibration_damping: Annotated[float, Field(gt=0.0, lt=1.0)]
 
 
@@ -124,37 +65,15 @@ class ClimateLaw(Description):
     """Temperature and humidity of the room over a day."""
 
     temperature: float
-    swing: _Size
-    humidity: _Share
-    humidity_swing: _Share
+    swing: Size
+    humidity: Share
+    humidity_swing: Share
 
 
-class WallFace(Description):
-    """A vertical face from the floor to the ceiling, seen from above; m, world."""
-
-    name: Annotated[str, Field(min_length=1, max_length=60)]
-    start: Annotated[_Place, Field(alias="from")]
-    end: Annotated[_Place, Field(alias="to")]
-
-    @model_validator(mode="after")
-    def _has_a_length(self) -> Self:
-        if self.start == self.end:
-            raise refusal("to", "must differ from from")
-        return self
-
-
-class RoomSettings(Description):
-    """Walls and ceiling that lidars see. ``cell``: m, grid of the material on the floor."""
+class FloorGrid(Description):
+    """Grid of the material on the floor; ``cell``: m."""
 
     cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
-    ceiling: _Span
-    walls: Annotated[tuple[WallFace, ...], Field(max_length=MAX_WALLS)]
-
-    @model_validator(mode="after")
-    def _walls_have_names(self) -> Self:
-        if self.walls:
-            require_unique_names("walls", (wall.name for wall in self.walls))
-        return self
 
 
 class Link(Description):
@@ -163,105 +82,46 @@ class Link(Description):
     ``gaps``: start and end, s, of times without connection; readings sent then arrive at the end.
     """
 
-    latency: _Delay = 0.0
-    jitter: _Delay = 0.0
-    loss: _Share = 0.0
-    gaps: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)] = ()
+    latency: Delay = 0.0
+    jitter: Delay = 0.0
+    loss: Share = 0.0
+    gaps: _Times = ()
 
     @model_validator(mode="after")
     def _gaps_rise(self) -> Self:
-        _require_rising("gaps", self.gaps)
+        require_pairs_rise("gaps", self.gaps)
         return self
 
 
-class LidarSettings(Description):
-    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: masked angles, rad."""
+class SensorFlaws(Description):
+    """Shares of a sensor's readings that are lost, and that are outliers."""
 
-    turn: _Time
-    rays: Annotated[int, Field(strict=True, ge=8, le=MAX_RAYS)]
-    least: _Span
-    most: _Span
-    deviation: _Width
-    resolution: _Span
-    bias: _Width
-    dropout: _Share = 0.0
-    outliers: _Share = 0.0
-    place: Vec3
-    axes: tuple[_Axis, _Axis]
-    masks: Annotated[tuple[tuple[Angle, Angle], ...], Field(max_length=20)] = ()
-
-    @model_validator(mode="after")
-    def _hangs_together(self) -> Self:
-        x, y = self.axes
-        products = (_dot(x, x) - 1.0, _dot(y, y) - 1.0, _dot(x, y))
-        if max(map(abs, products)) > 1e-9:
-            raise refusal("axes", "must be two unit vectors at right angles")
-        if not self.least < self.most:
-            raise refusal("most", f"must be above least, {self.least:g} m")
-        _require_rising("masks", self.masks, "rad")
-        return self
+    dropout: Share = 0.0
+    outliers: Share = 0.0
 
 
-class _TimedSensor(Description):
-    """Base of the timed sensors: rate, and shares of lost readings and of outliers."""
+class LidarFlaws(SensorFlaws):
+    """Flaws of a lidar's rays. ``bias``: standard deviation, m, of the unit's bias; None: as on the data sheet."""
 
-    rate: _Rate
-    dropout: _Share = 0.0
-    outliers: _Share = 0.0
+    bias: Width | None = None
 
 
-class InertialSensor(_TimedSensor):
-    """Accelerometer and gyro. Deviations are of one reading, biases of one unit; m/s^2 and rad/s."""
+class InertialFlaws(SensorFlaws):
+    """Flaws of an inertial unit. Biases: standard deviations, m/s^2 and rad/s; None: as on the data sheet."""
 
-    place: Vec3
-    acceleration_deviation: _Size
-    acceleration_bias: _Size
-    rate_deviation: _Size
-    rate_bias: _Size
+    acceleration_bias: Size | None = None
+    rate_bias: Size | None = None
 
 
-class LineSensor(_TimedSensor):
-    """Accelerometers on the lines, ``from_platform`` along the cable before B."""
+class BarrierFlaws(SensorFlaws):
+    """Flaws of a light barrier, and the start and end of its interruptions, ``intrusions``."""
 
-    from_platform: _Width
-    deviation: NonNegative[Angle]
-
-
-class DistanceSensor(_TimedSensor):
-    """Distance from the valve along the drum's axis."""
-
-    least: _Width
-    most: _Span
-    deviation: _Width
-
-
-class Encoder(_TimedSensor):
-    """Encoders; an outlier is one counter with one bit flipped."""
-
-
-class ClimateSensor(Description):
-    """Temperature and relative humidity."""
-
-    rate: _Rate
-    temperature_deviation: _Size
-    humidity_deviation: _Share
-    dropout: _Share = 0.0
-    outliers: _Share = 0.0
-
-
-class BarrierSensor(_TimedSensor):
-    """The light barrier. ``intrusions``: start and end of interruptions; an outlier is the opposite state."""
-
-    intrusions: Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)] = ()
+    intrusions: _Times = ()
 
     @model_validator(mode="after")
     def _intrusions_rise(self) -> Self:
-        _require_rising("intrusions", self.intrusions)
+        require_pairs_rise("intrusions", self.intrusions)
         return self
-
-
-TimedSettings = InertialSensor | LineSensor | DistanceSensor | Encoder | ClimateSensor | BarrierSensor
-"""Settings of the sensors that are read at a rate."""
 
 
 class FaultPlan(Description):
@@ -272,8 +132,8 @@ class FaultPlan(Description):
     ]
     line: str | None = None
     kind: Literal["silent", "stuck"] = "silent"
-    begin: _Delay = 0.0
-    end: _Time = 1e9
+    begin: Delay = 0.0
+    end: Time = 1e9
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
@@ -284,71 +144,79 @@ class FaultPlan(Description):
         return self
 
 
-class MachineSettings(FileDescription):
-    """All settings. ``period``: s, of one step of the machine; ``substep``: s, of the dynamic plant within it.
+class SimulationSettings(Description):
+    """All that only a simulation has. ``substep``: s, of the dynamic plant within a step of the machine.
 
-    ``robot``: name of the only robot that it is a machine of; None: any.
+    ``quasi_static_period``: s, of a step of the quasi-static plant.
     """
 
-    name: Annotated[str, Field(min_length=1, max_length=100)]
-    robot: Annotated[str, Field(min_length=1, max_length=100)] | None = None
-    period: _Time
-    substep: _Time
-    quasi_static_period: _Time
+    substep: Time
+    quasi_static_period: Time
     tolerances: Tolerances
-    drum: Drum
-    extrusion: Extrusion | None = None
-    winch: WinchSettings
-    line: LineSettings
+    drum: DrumMotion
+    winch: Winding
+    line: LineMotion
     climate: ClimateLaw
-    room: RoomSettings
+    room: FloorGrid = FloorGrid()
     wifi: Link = Link()
     wire: Link = Link()
-    lidars: dict[_LidarName, LidarSettings] = Field(default_factory=dict)
-    inertial: InertialSensor | None = None
-    line_angles: LineSensor | None = None
-    distance: DistanceSensor | None = None
-    encoders: Encoder | None = None
-    climate_sensor: ClimateSensor | None = None
-    barrier: BarrierSensor | None = None
+    lidars: dict[LidarName, LidarFlaws] = Field(default_factory=dict)
+    inertial: InertialFlaws = InertialFlaws()
+    line_angles: SensorFlaws = SensorFlaws()
+    distance: SensorFlaws = SensorFlaws()
+    encoders: SensorFlaws = SensorFlaws()
+    climate_sensor: SensorFlaws = SensorFlaws()
+    barrier: BarrierFlaws = BarrierFlaws()
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
 
 
-def load_machine(name_or_path: str | Path) -> MachineSettings:
-    """Return the settings of that library name, or of that TOML file. Raises `InputError`, one line."""
-    if isinstance(name_or_path, str) and name_or_path in machine_names():
-        origin = f"{name_or_path} (library)"
-        return validated(MachineSettings, parse_table(machine_text(name_or_path), origin), origin)
-    path = Path(name_or_path)
-    if not str(name_or_path).endswith(".toml") and not is_file(path):
-        hint = suggestion(str(name_or_path), machine_names())
-        raise InputError(f"no machine {str(name_or_path)!r} in the library and no file of that name; {hint}")
-    return load_model(MachineSettings, path)
+class MachineFile(MachineSettings):
+    """A whole machine file: what the owner knows, and what only a simulation has."""
+
+    simulation: SimulationSettings | None = None
+
+    @model_validator(mode="after")
+    def _flaws_are_of_sensors(self) -> Self:
+        if self.simulation is None:
+            return self
+        for key in self.simulation.model_fields_set.intersection(_SENSORS):
+            if getattr(self, key) is None:
+                raise refusal(key, f"the machine has no such sensor: no [{key}]", ("simulation",))
+        for name in self.simulation.lidars:
+            if name not in self.lidars:
+                raise refusal(name, f"the machine has no such lidar: no [lidars.{name}]", ("simulation", "lidars"))
+        return self
 
 
-def machine_names() -> tuple[str, ...]:
-    """Return the names of the machines that come with cablewright, sorted."""
-    folder = resources.files("cablewright.machine.simulated") / "library"
-    return tuple(sorted(item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")))
+class TwinSettings(Description):
+    """A machine that can be simulated: what its ``owner`` knows of it, and what only its ``simulation`` has."""
+
+    owner: MachineSettings
+    simulation: SimulationSettings
+
+    def with_owner(self, **changes: Any) -> Self:
+        """Return the same with other values of some fields of ``owner``, which are not checked."""
+        return self.model_copy(update={"owner": self.owner.model_copy(update=changes)})
+
+    def with_simulation(self, **changes: Any) -> Self:
+        """Return the same with other values of some fields of ``simulation``, which are not checked."""
+        return self.model_copy(update={"simulation": self.simulation.model_copy(update=changes)})
 
 
-def machine_text(name: str) -> str:
-    """Return the TOML text of a library machine. Raises `UnknownName`."""
-    if name not in machine_names():
-        raise UnknownName("machine", name, machine_names())
-    return resources.files("cablewright.machine.simulated").joinpath("library", f"{name}.toml").read_text("utf-8")
+def load_twin(name_or_path: str | Path) -> TwinSettings:
+    """Return the machine of that library name, or of that TOML file, with its table ``[simulation]``.
 
-
-def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:
-    """Return the settings of a machine that extrudes *bead* at *speed* (m/s) with the valve open.
-
-    Those of a machine that pours powder are returned unchanged.
+    Raises `InputError`, one line; also for a file without that table, of which nothing can be simulated.
     """
-    if settings.extrusion is None:
-        return settings
-    extrusion = settings.extrusion.model_copy(update={"bead": bead})
-    drum = settings.drum.model_copy(update={"flow": extrusion.density * bead.section * speed})
-    return settings.model_copy(update={"extrusion": extrusion, "drum": drum})
+    table, origin = machine_table(name_or_path)
+    simulation = validated(MachineFile, table, origin).simulation
+    if simulation is None:
+        known = "`cablewright machines NAME` prints one that has it"
+        raise InputError(
+            f"{origin}: no table [simulation], without which a machine cannot be simulated: add it; {known}"
+        )
+    del table["simulation"]
+    return TwinSettings(owner=validated(MachineSettings, table, origin), simulation=simulation)
 
 
 def require_hanging(robot: Robot) -> None:
@@ -362,19 +230,8 @@ def require_hanging(robot: Robot) -> None:
             raise InputError(f"{origin}: the cable of line {line.name!r} has no weight, which a plant needs")
 
 
-def require_robot(settings: MachineSettings, robot: str) -> None:
-    """Raise `InputError` where the settings are those of another robot than the one called *robot*."""
-    if settings.robot not in (None, robot):
-        why = f"but the robot is {robot!r}; leave the key out if the machine is one for any robot"
-        raise InputError(f"machine {settings.name!r}: robot = {settings.robot!r}, {why}")
-
-
-def check_faults(settings: MachineSettings, lines: tuple[str, ...]) -> None:
+def check_faults(simulation: SimulationSettings, lines: tuple[str, ...]) -> None:
     """Raise `UnknownName` where a planned fault names a line that the robot does not have."""
-    for fault in settings.faults:
+    for fault in simulation.faults:
         if fault.line is not None and fault.line not in lines:
             raise UnknownName("line", fault.line, lines)
-
-
-def _dot(a: _Axis, b: _Axis) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -15,6 +15,7 @@ from cablewright.arrays import Array
 from cablewright.choices import PlantName
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.interface import Abilities, check_command
+from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.distance_sensor import Rangefinder
 from cablewright.machine.simulated.encoders import EncoderReader, Thermometer
@@ -25,7 +26,13 @@ from cablewright.machine.simulated.line_angles import LineAccelerometers
 from cablewright.machine.simulated.link import Channel
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState
-from cablewright.machine.simulated.settings import FaultPlan, MachineSettings, check_faults
+from cablewright.machine.simulated.settings import (
+    FaultPlan,
+    LidarFlaws,
+    SimulationSettings,
+    TwinSettings,
+    check_faults,
+)
 from cablewright.machine.simulated.snapshot import Archive, Snapshot
 from cablewright.machine.simulated.surroundings import walls_of
 from cablewright.robot import Robot
@@ -71,7 +78,7 @@ class SimulatedMachine:
     def __init__(
         self,
         robot: Robot,
-        settings: MachineSettings,
+        settings: TwinSettings,
         start: ArrayLike,
         *,
         seed: int,
@@ -84,21 +91,21 @@ class SimulatedMachine:
         """
         if plant not in PLANTS:
             raise UnknownName("plant", plant, PLANTS)
-        check_faults(settings, tuple(line.name for line in robot.lines))
+        check_faults(settings.simulation, tuple(line.name for line in robot.lines))
         self._start = np.array(start, dtype=np.float64)
         self._identity = _identity_of(robot, settings, seed, plant)
-        self.settings = settings if plant == "dynamic" else _for_quasi_static(settings)
-        self.rig = Rig(as_built(robot, settings.tolerances, seed), settings, start, seed)
+        self.rig = Rig(as_built(robot, settings.simulation.tolerances, seed), settings, start, seed)
+        self._twin = settings if plant == "dynamic" else _for_quasi_static(settings)
         self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
         self._sensors = dict(self._mount(seed))
         self._wifi, self._wire, self._barrier_wire = (  # a light barrier has a wire of its own
             Channel(link, np.random.default_rng([seed, 4, k]))
-            for k, link in enumerate((self.settings.wifi, self.settings.wire, self.settings.wire))
+            for k, link in enumerate((self.simulation.wifi, self.simulation.wire, self.simulation.wire))
         )
         self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
         self._channels["barrier"] = self._barrier_wire
         self._wireless = any(self._channels[source] is self._wifi for source in self._sensors)
-        self._faults = {source: [f for f in settings.faults if f.source == source] for source in SOURCES}
+        self._faults = {source: [f for f in settings.simulation.faults if f.source == source] for source in SOURCES}
         self._held_readings: dict[FaultPlan, Reading] = {}
         self._abilities = self._able()
         self._steps, self._last_command_time = 0, -np.inf
@@ -106,6 +113,16 @@ class SimulatedMachine:
         for sensor in self._sensors.values():
             if isinstance(sensor, SimulatedLidar):
                 sensor.read(self._rig_state)
+
+    @property
+    def settings(self) -> MachineSettings:
+        """What the owner knows of it; of a quasi-static one with its slower sensors."""
+        return self._twin.owner
+
+    @property
+    def simulation(self) -> SimulationSettings:
+        """What only the simulation has."""
+        return self._twin.simulation
 
     @property
     def period(self) -> float:
@@ -179,7 +196,7 @@ class SimulatedMachine:
     def resumed(
         cls,
         robot: Robot,
-        settings: MachineSettings,
+        settings: TwinSettings,
         snapshot: Snapshot,
         *,
         seed: int,
@@ -209,7 +226,7 @@ class SimulatedMachine:
             sensor.archive_state(archive.section(source))
         for name, channel in (("wifi", self._wifi), ("wire", self._wire), ("barrier_wire", self._barrier_wire)):
             channel.archive_state(archive.section(name))
-        plans = self.settings.faults
+        plans = self.simulation.faults
         held = archive.readings("held", [(plans.index(plan), reading) for plan, reading in self._held_readings.items()])
         if not all(number in range(len(plans)) for number, _ in held):
             raise InputError("snapshot: held: a fault that is not planned")
@@ -234,16 +251,17 @@ class SimulatedMachine:
 
     def _mount(self, seed: int) -> Iterator[tuple[str, _Sensor]]:
         """Yield all sensors by source, each with its own random generator, so that leaving one out changes no other."""
-        settings, period = self.settings, self.period
+        settings, simulation, period = self.settings, self.simulation, self.period
         random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
         walls, ceiling = walls_of(settings.room), settings.room.ceiling
         for source, lidar in settings.lidars.items():
-            yield source, SimulatedLidar(source, lidar, walls, ceiling, period, random[source])
+            flaws = simulation.lidars.get(source, LidarFlaws())
+            yield source, SimulatedLidar(source, lidar, flaws, walls, ceiling, period, random[source])
         extra = {"inertial": (self.rig.robot.scene.gravity,), "distance": (settings.drum.valve,)}
         for name, (key, kind) in _TIMED_SENSORS.items():
             own = getattr(settings, key)
             if own is not None:
-                yield name, kind(key, own, period, random[name], *extra.get(name, ()))
+                yield name, kind(key, own, getattr(simulation, key), period, random[name], *extra.get(name, ()))
 
     def _apply_faults(self, source: str, reading: Reading) -> Reading | None:
         """Return *reading* after the faults that are planned for its time; None: lost."""
@@ -270,25 +288,27 @@ class SimulatedMachine:
         return LineAngles(reading.time, angles)
 
 
-def _identity_of(robot: Robot, settings: MachineSettings, seed: int, plant: str) -> str:
+def _identity_of(robot: Robot, settings: TwinSettings, seed: int, plant: str) -> str:
     """Hash by which a snapshot is recognised as this machine's."""
     text = "\n".join((robot.model_dump_json(), settings.model_dump_json(), str(seed), plant))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _for_quasi_static(settings: MachineSettings) -> MachineSettings:
+def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
     """Settings for quasi-static periods: faster sensors are read once a period, as means; links have no delay."""
-    max_rate = 1.0 / settings.quasi_static_period
+    max_rate = 1.0 / settings.simulation.quasi_static_period
     slowed: dict[str, Any] = {}
     for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier"):
-        sensor = getattr(settings, name)
+        sensor = getattr(settings.owner, name)
         if sensor is not None and sensor.rate > max_rate:
             share = math.sqrt(max_rate / sensor.rate)
             noise = {key: share * getattr(sensor, key) for key in type(sensor).model_fields if "deviation" in key}
             slowed[name] = sensor.model_copy(update={"rate": max_rate, **noise})
-    for name in ("wifi", "wire"):
-        slowed[name] = getattr(settings, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
-    return settings.model_copy(update=slowed)
+    links = {
+        name: getattr(settings.simulation, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
+        for name in ("wifi", "wire")
+    }
+    return settings.with_owner(**slowed).with_simulation(**links)
 
 
 def _repeated(held: Reading, now: Reading) -> Reading:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.simulated.settings import MachineSettings, RoomSettings
+from cablewright.machine.settings import RoomSettings
+from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
@@ -23,13 +24,13 @@ class Ground:
     Changes in place. Mass that falls outside the frame is counted, so that none is lost.
     """
 
-    def __init__(self, robot: Robot, settings: MachineSettings) -> None:
+    def __init__(self, robot: Robot, settings: TwinSettings) -> None:
         """Start with an empty floor."""
         low, high = robot.scene.frame_min, robot.scene.frame_max
-        self.field = HeightField.flat(low[:2], high[:2], settings.room.cell)
+        self.field = HeightField.flat(low[:2], high[:2], settings.simulation.room.cell)
         self.outside_mass = 0.0  # kg
-        self._extrusion = settings.extrusion
-        self._powder = Powder(density=settings.drum.powder_density)
+        self._extrusion = settings.owner.extrusion
+        self._powder = Powder(density=settings.owner.drum.powder_density)
         self._max_height = 0.0
 
     @property

@@ -8,12 +8,14 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from cablewright.errors import InputError
+from cablewright.machine.sensors import TimedSettings
 from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import TimedSettings
+from cablewright.machine.simulated.settings import SensorFlaws
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.signals import Reading
 
 _Settings = TypeVar("_Settings", bound=TimedSettings)
+_Flaws = TypeVar("_Flaws", bound=SensorFlaws)
 
 
 def steps_per_interval(period: float, interval: float, what: str) -> int:
@@ -28,15 +30,17 @@ def steps_per_interval(period: float, interval: float, what: str) -> int:
     return whole
 
 
-class TimedSensor(ABC, Generic[_Settings]):
-    """A sensor that is read at the rate of its *settings*."""
+class TimedSensor(ABC, Generic[_Settings, _Flaws]):
+    """A sensor that is read at the rate of its *settings*, with the *flaws* of one unit."""
 
-    def __init__(self, key: str, settings: _Settings, period: float, random: np.random.Generator) -> None:
+    def __init__(
+        self, key: str, settings: _Settings, flaws: _Flaws, period: float, random: np.random.Generator
+    ) -> None:
         """*key*: name of the settings' table; *period*: s, of the machine's steps; *random* draws all errors.
 
         Raises `InputError` for a rate that does not fit the period.
         """
-        self.settings, self._random, self._step = settings, random, 0
+        self.settings, self.flaws, self._random, self._step = settings, flaws, random, 0
         self._interval = steps_per_interval(period, 1.0 / settings.rate, f"{key}.rate = {settings.rate:g} Hz")
 
     def read(self, state: RigState) -> Reading | None:

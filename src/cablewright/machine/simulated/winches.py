@@ -8,22 +8,33 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.plant import winding
-from cablewright.machine.simulated.settings import WinchSettings
+from cablewright.machine.coils import coil_of
+from cablewright.machine.settings import WinchSettings
+from cablewright.machine.simulated.settings import Winding
 from cablewright.machine.simulated.snapshot import Archive
-from cablewright.models.coil import Coil, wind
-from cablewright.robot import Line, Robot
+from cablewright.robot import Robot
 
 
 class Winches:
     """All winches of a robot. `state` (m, ...) changes in place as kernels turn the drums."""
 
-    def __init__(self, robot: Robot, settings: WinchSettings, lengths: Array, seed: int) -> None:
-        """Wind the drums of *robot* with *lengths* (m,), m, paid out.
+    def __init__(self, robot: Robot, settings: WinchSettings, walk: Winding, lengths: Array, seed: int) -> None:
+        """Wind the drums of *robot*, irregularly by *walk*, with *lengths* (m,), m, paid out.
 
         Raises `InputError` for a line without drum radius or cable diameter, or more cable out than a winch holds.
         """
         self.settings = settings
-        self.coils = tuple(coil_of(line, settings, [seed, 1, i]) for i, line in enumerate(robot.lines))
+        self.coils = tuple(
+            coil_of(
+                line,
+                settings,
+                random=np.random.default_rng([seed, 1, i]),
+                radius_walk=walk.radius_walk,
+                sideways_walk=walk.sideways_walk,
+                memory=walk.walk_turns,
+            )
+            for i, line in enumerate(robot.lines)
+        )
         turns = min(len(coil.radii) for coil in self.coils)
         self.radii, self.wound, self.sideways = (
             np.array([getattr(coil, column)[:turns] for coil in self.coils])
@@ -84,24 +95,3 @@ class Winches:
     def set_thermal_strain(self, strains: Array) -> None:
         """Set the thermal strains (m,) of the cables."""
         self.state[:, winding.STRAIN] = strains
-
-
-def coil_of(line: Line, settings: WinchSettings, seed: list[int] | None = None) -> Coil:
-    """Return the cable of a *line* on its drum: irregularly wound by *seed*, or regularly without one.
-
-    Raises `InputError` for a line without drum radius or cable diameter.
-    """
-    if line.winch.drum_radius is None or line.cable.diameter is None:
-        missing = "winch.drum_radius" if line.winch.drum_radius is None else "cable.diameter"
-        raise InputError(f"line {line.name!r} gives no {missing}, which the cable on its winch needs")
-    return wind(
-        settings.capacity,
-        line.winch.drum_radius,
-        settings.width,
-        line.cable.diameter,
-        settings.pitch,
-        random=None if seed is None else np.random.default_rng(seed),
-        radius_walk=settings.radius_walk,
-        sideways_walk=settings.sideways_walk,
-        memory=settings.walk_turns,
-    )

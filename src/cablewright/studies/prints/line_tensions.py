@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate

@@ -6,7 +6,7 @@ import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.estimation.slackness import SlacknessSettings
-from cablewright.machine.log.log import LogHead
+from cablewright.machine.log.head import LogHead
 from cablewright.studies.error_statistics import spread
 from cablewright.studies.prints.result import LineUse
 from cablewright.studies.prints.spooling import SpoolRadii, SpoolStatistics

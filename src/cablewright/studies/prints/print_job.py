@@ -11,7 +11,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.file_output import write_whole
-from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.printing.job import Job, load_job
 from cablewright.progress import Progress
 from cablewright.results import Figure, Result
@@ -46,7 +46,7 @@ class PrintedJob(Result):
 
     FIGURES: ClassVar = (
         Figure("robot", "", "Name of the robot.", "twin.robot.name"),
-        Figure("machine", "", "Name of the machine's settings.", "twin.settings.name"),
+        Figure("machine", "", "Name of the machine's settings.", "twin.settings.owner.name"),
         Figure("estimator", "", "Estimator of the machine's state: filter, paper or encoders.", "twin.estimator"),
         Figure("status", "", "finished, or the state in which the print stopped."),
         Figure("reason", "", "Why the print stopped; empty where it is finished.", "run.reason", detail=True),
@@ -105,7 +105,7 @@ def print_job(
     job: Job | str | Path,
     folder: str | Path,
     *,
-    machine: MachineSettings | str | Path | None = None,
+    machine: TwinSettings | str | Path | None = None,
     options: PrintOptions | None = None,
     resume: bool = False,
     restart: bool = False,

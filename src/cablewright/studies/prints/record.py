@@ -15,8 +15,9 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.join import join_log
-from cablewright.machine.log.log import Entry, LogHead, read_log
+from cablewright.machine.log.log import Entry, read_log
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.track import Track
 from cablewright.progress import Progress

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.machine.log.log import LogHead
+from cablewright.machine.log.head import LogHead
 from cablewright.printing.track import Track
 from cablewright.results import Figure, Result
 from cablewright.signals import PrintState

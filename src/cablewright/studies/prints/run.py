@@ -21,7 +21,8 @@ from filelock import FileLock, Timeout
 from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, is_unfinished, write_whole
-from cablewright.machine.log.log import LogHead, read_log, write_log
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
 from cablewright.machine.paced import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -112,7 +113,8 @@ def run_print(
         machine, printer = begun or _taken_up(twin, plan, folder)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
-            head = LogHead(twin.robot, machine.settings, machine.period, twin.choices.plant, twin.choices.seed)
+            plant, seed, simulation = twin.choices.plant, twin.choices.seed, machine.simulation
+            head = LogHead(twin.robot, machine.settings, machine.period, simulation=simulation, plant=plant, seed=seed)
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone
                 write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)

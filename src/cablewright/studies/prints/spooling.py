@@ -14,7 +14,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.machine.simulated.settings import WinchSettings
+from cablewright.machine.settings import WinchSettings
 from cablewright.models.coil import wind
 from cablewright.robot import Line, Robot
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Mask
 from cablewright.machine.log.log import Entry
-from cablewright.machine.simulated.settings import MachineSettings
+from cablewright.machine.settings import MachineSettings
 from cablewright.signals import Barrier, Climate, Encoders, LineAngles, PrintState
 
 Rows = NDArray[np.void]

@@ -15,7 +15,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.machine.simulated.settings import LidarSettings
+from cablewright.machine.sensors import LidarSettings
 from cablewright.models.rotation import matrices
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.job import Bead

@@ -1,0 +1,39 @@
+"""The cable on a winch drum of a machine, from what its owner knows: as layers that lie regularly."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cablewright.errors import InputError
+from cablewright.machine.settings import WinchSettings
+from cablewright.models.coil import Coil, wind
+from cablewright.robot import Line
+
+
+def coil_of(
+    line: Line,
+    settings: WinchSettings,
+    *,
+    random: np.random.Generator | None = None,
+    radius_walk: float = 0.0,
+    sideways_walk: float = 0.0,
+    memory: float = 1.0,
+) -> Coil:
+    """Return the cable of a *line* on its drum, regularly wound, or with the deviations of `wind` by *random*.
+
+    Raises `InputError` for a line without drum radius or cable diameter.
+    """
+    if line.winch.drum_radius is None or line.cable.diameter is None:
+        missing = "winch.drum_radius" if line.winch.drum_radius is None else "cable.diameter"
+        raise InputError(f"line {line.name!r} gives no {missing}, which the cable on its winch needs")
+    return wind(
+        settings.capacity,
+        line.winch.drum_radius,
+        settings.width,
+        line.cable.diameter,
+        settings.pitch,
+        random=random,
+        radius_walk=radius_walk,
+        sideways_walk=sideways_walk,
+        memory=memory,
+    )

@@ -1,0 +1,50 @@
+"""Heads of logs of schema 1, whose settings did not tell what the owner knows from what only a simulation has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from cablewright.machine import sensors, settings
+from cablewright.validation import Description
+
+_TABLES: Final[Mapping[str, type[Description]]] = {
+    "drum": settings.Drum,
+    "winch": settings.WinchSettings,
+    "room": settings.RoomSettings,
+    "inertial": sensors.InertialSensor,
+    "line_angles": sensors.LineSensor,
+    "distance": sensors.DistanceSensor,
+    "encoders": sensors.Encoder,
+    "climate_sensor": sensors.ClimateSensor,
+    "barrier": sensors.BarrierSensor,
+}
+
+
+def from_first_schema(head: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a *head* of schema 1, without its key ``schema``, as one of schema 2 of a simulated machine.
+
+    What has no place in one stays where it is, so that it is refused there by name.
+    """
+    found = dict(head)
+    if not isinstance(found.get("settings"), dict):
+        return found
+    owner = dict(found["settings"])
+    simulation = _taken(owner, settings.MachineSettings)
+    for name, kind in _TABLES.items():
+        if isinstance(owner.get(name), dict):
+            owner[name] = dict(owner[name])
+            simulation[name] = _taken(owner[name], kind)
+    if isinstance(owner.get("lidars"), dict):
+        lidars = {name: dict(lidar) for name, lidar in owner["lidars"].items() if isinstance(lidar, dict)}
+        simulation["lidars"] = {name: _taken(lidar, sensors.LidarSettings) for name, lidar in lidars.items()}
+        owner["lidars"] = owner["lidars"] | lidars
+    walk, winch = simulation.get("winch", {}), owner.get("winch")
+    if isinstance(winch, dict) and {"radius_walk", "walk_turns"} <= walk.keys():  # the filter's belief was the truth
+        winch |= {"radius_deviation": walk["radius_walk"], "radius_turns": walk["walk_turns"]}
+    return found | {"settings": owner, "simulation": simulation, "kind": "simulated", "versions": {}}
+
+
+def _taken(table: dict[str, Any], kind: type[Description]) -> dict[str, Any]:
+    """Remove from a *table* of that *kind* the keys that belong into the simulation now, and return them."""
+    return {key: table.pop(key) for key in kind.MOVED if key in table}

@@ -1,0 +1,100 @@
+"""The head of a log: what machine it is of, and how and when it was made."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from datetime import timedelta
+from importlib.metadata import version
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import AfterValidator, AwareDatetime, Field, TypeAdapter, ValidationError
+
+from cablewright.errors import InputError
+from cablewright.machine.log.first_schema import from_first_schema
+from cablewright.machine.settings import MachineSettings
+from cablewright.machine.simulated.settings import SimulationSettings
+from cablewright.robot import Robot
+
+NEWEST_SCHEMA: Final = 2
+
+VERSIONS: Final = "versions"
+"""Key of the programs' versions, which may differ between the segments of one run."""
+
+MachineKind = Literal["simulated", "replayed", "real"]
+
+
+def _utc(time: AwareDatetime) -> AwareDatetime:
+    if time.utcoffset() != timedelta(0):
+        raise ValueError("must be UTC")
+    return time
+
+
+def _own_version() -> dict[str, str]:
+    return {"cablewright": version("cablewright")}
+
+
+_Text = Annotated[str, Field(min_length=1, max_length=60)]
+
+
+@dataclass(frozen=True)
+class LogHead:
+    """Metadata of a log. ``robot`` is the description, not the truth; ``settings``: what the machine's owner knows.
+
+    ``epoch``: UTC of time 0; None where nobody needs it, as of a simulation, of which one input gives the same bytes.
+    ``versions``: of software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines
+    alone; a log may lack them.
+    """
+
+    robot: Robot
+    settings: MachineSettings
+    period: Annotated[float, Field(gt=0.0, lt=1e6)]  # s
+    _: KW_ONLY
+    kind: MachineKind = "simulated"
+    simulation: SimulationSettings | None = None
+    plant: _Text | None = None
+    seed: Annotated[int, Field(strict=True)] | None = None
+    epoch: Annotated[AwareDatetime, AfterValidator(_utc)] | None = None
+    versions: Annotated[dict[_Text, _Text], Field(max_length=100)] = field(default_factory=_own_version)
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for a machine that is not simulated, but has what only a simulation has."""
+        if self.kind == "real":
+            for key in ("simulation", "plant", "seed"):
+                if getattr(self, key) is not None:
+                    raise InputError(f"the head's {key}: a {self.kind} machine has none; only a simulated one has")
+
+    @property
+    def origin(self) -> str:
+        """How the log was made, in a few words."""
+        if self.kind != "simulated" or self.plant is None:
+            return f"{self.kind} machine"
+        return f"{self.plant} plant" + ("" if self.seed is None else f", seed {self.seed}")
+
+
+_HEAD: Final = TypeAdapter(LogHead)
+
+
+def written_head(head: LogHead) -> dict[str, str]:
+    """Return the *head* as a log's metadata: JSON by key."""
+    about = {"schema": NEWEST_SCHEMA, **_HEAD.dump_python(head, mode="json")}
+    return {key: json.dumps(value) for key, value in about.items()}
+
+
+def read_head(texts: Mapping[str, str], origin: str) -> LogHead:
+    """Return the head of a log's metadata, of this schema or an earlier one. Raises `InputError`, naming *origin*."""
+    try:
+        values: dict[str, Any] = {key: json.loads(text) for key, text in texts.items()}
+    except (ValueError, RecursionError):
+        raise InputError(f"{origin}: the head is no JSON") from None
+    schema = values.pop("schema", None)
+    if type(schema) is not int or not 1 <= schema <= NEWEST_SCHEMA:
+        raise InputError(f"{origin}: schema {schema!r} of the log: this cablewright reads 1 to {NEWEST_SCHEMA}")
+    try:
+        return _HEAD.validate_python(from_first_schema(values) if schema == 1 else values)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        raise InputError(f"{origin}: the head's {'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+    except InputError as error:
+        raise InputError(f"{origin}: {error}") from None

@@ -1,0 +1,28 @@
+"""Numbers of machine files: kinds with their ranges, and pairs that must rise."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from cablewright.units import Duration, Length, Mass
+from cablewright.validation import refusal
+
+# Beyond any machine, but so far from the ends of floats that nothing computed from them leaves those.
+Span = Annotated[Length, Field(ge=1e-6, le=1e5)]
+Width = Annotated[Length, Field(ge=0.0, le=1e5)]
+Time = Annotated[Duration, Field(ge=1e-6, le=1e9)]
+Delay = Annotated[Duration, Field(ge=0.0, le=1e9)]
+Heavy = Annotated[Mass, Field(ge=1e-6, le=1e9)]
+Factor = Annotated[float, Field(ge=1e-6, le=1e9)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Rate = Annotated[float, Field(gt=0.0, le=1e5)]
+Size = Annotated[float, Field(ge=0.0, le=1e6)]
+
+
+def require_pairs_rise(key: str, spans: tuple[tuple[float, float], ...], unit: str = "s") -> None:
+    """Raise `refusal` of ``key`` unless each of its pairs, numbers of that *unit*, rises."""
+    for begin, end in spans:
+        if not begin < end:
+            raise refusal(key, f"must each rise; {begin:g} to {end:g} {unit} does not")

@@ -1,0 +1,122 @@
+"""Sensors of a machine as their data sheets and a tape measure have them: where they sit, rates, ranges and noise.
+
+A deviation is the noise of one reading; a bias is constant for one unit, and its number is the standard deviation over
+all units of the kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from cablewright.machine.quantities import Rate, Share, Size, Span, Time, Width, require_pairs_rise
+from cablewright.units import Angle, NonNegative, Vec3
+from cablewright.validation import Description, refusal
+
+MAX_RAYS: Final = 20_000
+
+LidarName = Literal["north", "south", "vertical"]
+_Axis = tuple[float, float, float]
+
+
+def _flaws(table: str) -> dict[str, str]:
+    """Where the flaws of one unit, once keys of its *table*, belong now."""
+    return dict.fromkeys(("dropout", "outliers"), f"[simulation.{table}]")
+
+
+class LidarSettings(Description):
+    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: masked angles, rad."""
+
+    MOVED: ClassVar[Mapping[str, str]] = _flaws("lidars.NAME")
+
+    turn: Time
+    rays: Annotated[int, Field(strict=True, ge=8, le=MAX_RAYS)]
+    least: Span
+    most: Span
+    deviation: Width
+    resolution: Span
+    bias: Width
+    place: Vec3
+    axes: tuple[_Axis, _Axis]
+    masks: Annotated[tuple[tuple[Angle, Angle], ...], Field(max_length=20)] = ()
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        x, y = self.axes
+        products = (_dot(x, x) - 1.0, _dot(y, y) - 1.0, _dot(x, y))
+        if max(map(abs, products)) > 1e-9:
+            raise refusal("axes", "must be two unit vectors at right angles")
+        if not self.least < self.most:
+            raise refusal("most", f"must be above least, {self.least:g} m")
+        require_pairs_rise("masks", self.masks, "rad")
+        return self
+
+
+class InertialSensor(Description):
+    """Accelerometer and gyro at ``place``; m/s^2 and rad/s."""
+
+    MOVED: ClassVar[Mapping[str, str]] = _flaws("inertial")
+
+    rate: Rate
+    place: Vec3
+    acceleration_deviation: Size
+    acceleration_bias: Size
+    rate_deviation: Size
+    rate_bias: Size
+
+
+class LineSensor(Description):
+    """Accelerometers on the lines, ``from_platform`` along the cable before B."""
+
+    MOVED: ClassVar[Mapping[str, str]] = _flaws("line_angles")
+
+    rate: Rate
+    from_platform: Width
+    deviation: NonNegative[Angle]
+
+
+class DistanceSensor(Description):
+    """Distance from the valve along the drum's axis."""
+
+    MOVED: ClassVar[Mapping[str, str]] = _flaws("distance")
+
+    rate: Rate
+    least: Width
+    most: Span
+    deviation: Width
+
+
+class Encoder(Description):
+    """Encoders of the winches' motors."""
+
+    MOVED: ClassVar[Mapping[str, str]] = _flaws("encoders")
+
+    rate: Rate
+
+
+class ClimateSensor(Description):
+    """Temperature and relative humidity."""
+
+    MOVED: ClassVar[Mapping[str, str]] = _flaws("climate_sensor")
+
+    rate: Rate
+    temperature_deviation: Size
+    humidity_deviation: Share
+
+
+class BarrierSensor(Description):
+    """The light barrier around the machine."""
+
+    MOVED: ClassVar[Mapping[str, str]] = _flaws("barrier") | {"intrusions": "[simulation.barrier]"}
+
+    rate: Rate
+
+
+TimedSettings = InertialSensor | LineSensor | DistanceSensor | Encoder | ClimateSensor | BarrierSensor
+"""Data of the sensors that are read at a rate."""
+
+
+def _dot(a: _Axis, b: _Axis) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,0 +1,178 @@
+"""What the owner of a machine knows of it: winches, drum, room and sensors. All that estimation and control may see.
+
+What only a simulation has, such as errors of the machine as built, is in `cablewright.machine.simulated.settings`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Final, Self
+
+from pydantic import Field, model_validator
+
+from cablewright.errors import InputError
+from cablewright.machine.quantities import Delay, Factor, Heavy, Span, Time, Width
+from cablewright.machine.sensors import (
+    BarrierSensor,
+    ClimateSensor,
+    DistanceSensor,
+    Encoder,
+    InertialSensor,
+    LidarName,
+    LidarSettings,
+    LineSensor,
+)
+from cablewright.printing.job import Bead
+from cablewright.units import Density, Length, Mass, NonNegative, Positive, Torque
+from cablewright.validation import Description, FileDescription, refusal, require_unique_names
+
+MAX_WALLS: Final = 200
+
+_Name = Annotated[str, Field(min_length=1, max_length=100)]
+_Place = tuple[Length, Length]
+
+
+class Drum(Description):
+    """The drum that hangs from the platform point B. Depths are below B, along its axis.
+
+    Without ``capacity`` it holds no powder: material comes through a hose, without end. ``flow``: kg/s.
+    """
+
+    MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("swing_damping", "yaw_stiffness", "yaw_damping", "yaw_wander", "yaw_wander_length", "drag"),
+        "[simulation.drum]",
+    )
+
+    empty_mass: Heavy
+    powder: NonNegative[Mass] = 0.0
+    capacity: NonNegative[Mass] = 0.0
+    powder_density: Positive[Density] = 1500.0
+    flow: NonNegative[float]
+    radius: Span = 0.1
+    powder_bottom: Span = 0.1
+    empty_centre: Span
+    empty_gyration: tuple[Span, Span, Span]
+    valve: Span
+
+    @model_validator(mode="after")
+    def _powder_fits(self) -> Self:
+        if self.powder > self.capacity:
+            raise refusal("powder", f"must be at most capacity, {self.capacity:g} kg")
+        if self.capacity:
+            for key in ("powder_density", "radius", "powder_bottom"):
+                if key not in self.model_fields_set:
+                    raise refusal(key, "must be given where capacity is")
+        return self
+
+
+class Extrusion(Description):
+    """Material of a machine that lays strands instead of powder; the job sets their width and height."""
+
+    density: Positive[Density]
+    bead: Bead = Bead()
+
+
+class WinchSettings(Description):
+    """Each winch: motor, drum, and the cable on it. Speeds and torques are the drum's.
+
+    ``radius_deviation``: standard deviation, m, expected of the radius at which cable leaves from that of its layer (0:
+    not known), and ``radius_turns``: turns over which it changes.
+    """
+
+    MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("radius_walk", "walk_turns", "sideways_walk"), "[simulation.winch]"
+    )
+
+    max_speed: Factor
+    max_torque: Positive[Torque]
+    lag: Delay
+    ratio: Factor
+    counts: Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
+    held: Span
+    capacity: Annotated[Length, Field(gt=0.0, le=10_000.0)]
+    width: Span
+    pitch: Span
+    radius_deviation: Width = 0.0
+    radius_turns: Factor = 10.0
+
+    @model_validator(mode="after")
+    def _cable_fits(self) -> Self:
+        if self.held > self.capacity:
+            raise refusal("held", f"must be at most capacity, {self.capacity:g} m")
+        return self
+
+
+class WallFace(Description):
+    """A vertical face from the floor to the ceiling, seen from above; m, world."""
+
+    name: Annotated[str, Field(min_length=1, max_length=60)]
+    start: Annotated[_Place, Field(alias="from")]
+    end: Annotated[_Place, Field(alias="to")]
+
+    @model_validator(mode="after")
+    def _has_a_length(self) -> Self:
+        if self.start == self.end:
+            raise refusal("to", "must differ from from")
+        return self
+
+
+class RoomSettings(Description):
+    """Walls and ceiling that lidars see, as surveyed."""
+
+    MOVED: ClassVar[Mapping[str, str]] = {"cell": "[simulation.room]"}
+
+    ceiling: Span
+    walls: Annotated[tuple[WallFace, ...], Field(max_length=MAX_WALLS)]
+
+    @model_validator(mode="after")
+    def _walls_have_names(self) -> Self:
+        if self.walls:
+            require_unique_names("walls", (wall.name for wall in self.walls))
+        return self
+
+
+class MachineSettings(FileDescription):
+    """A machine as its owner knows it. ``period``: s, of one step of its control.
+
+    ``robot``: name of the only robot that it is a machine of; None: any.
+    """
+
+    MOVED: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("substep", "quasi_static_period"), "[simulation]"),
+        **{key: f"[simulation.{key}]" for key in ("tolerances", "line", "climate", "wifi", "wire")},
+        "faults": "[[simulation.faults]]",
+    }
+
+    name: _Name
+    robot: _Name | None = None
+    period: Time
+    drum: Drum
+    extrusion: Extrusion | None = None
+    winch: WinchSettings
+    room: RoomSettings
+    lidars: dict[LidarName, LidarSettings] = Field(default_factory=dict)
+    inertial: InertialSensor | None = None
+    line_angles: LineSensor | None = None
+    distance: DistanceSensor | None = None
+    encoders: Encoder | None = None
+    climate_sensor: ClimateSensor | None = None
+    barrier: BarrierSensor | None = None
+
+
+def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:
+    """Return the settings of a machine that extrudes *bead* at *speed* (m/s) with the valve open.
+
+    Those of a machine that pours powder are returned unchanged.
+    """
+    if settings.extrusion is None:
+        return settings
+    extrusion = settings.extrusion.model_copy(update={"bead": bead})
+    drum = settings.drum.model_copy(update={"flow": extrusion.density * bead.section * speed})
+    return settings.model_copy(update={"extrusion": extrusion, "drum": drum})
+
+
+def require_robot(settings: MachineSettings, robot: str) -> None:
+    """Raise `InputError` where the settings are those of another robot than the one called *robot*."""
+    if settings.robot not in (None, robot):
+        why = f"but the robot is {robot!r}; leave the key out if the machine is one for any robot"
+        raise InputError(f"machine {settings.name!r}: robot = {settings.robot!r}, {why}")
