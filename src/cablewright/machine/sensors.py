@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.machine.quantities import Rate, Share, Size, Span, Time, Width, require_pairs_rise
+from cablewright.machine.quantities import Factor, Rate, Share, Size, Span, Time, Width, require_pairs_rise
 from cablewright.units import Angle, NonNegative, Vec3
 from cablewright.validation import Description, refusal
 
@@ -114,7 +114,16 @@ class BarrierSensor(Description):
     rate: Rate
 
 
-TimedSettings = InertialSensor | LineSensor | DistanceSensor | Encoder | ClimateSensor | BarrierSensor
+class TensionSensor(Description):
+    """Tensions at the sheaves, N: by load cells, or by the torques of the motors. ``most``: what one shows at most."""
+
+    rate: Rate
+    deviation: Size
+    bias: Size = 0.0
+    most: Factor
+
+
+TimedSettings = InertialSensor | LineSensor | DistanceSensor | Encoder | ClimateSensor | BarrierSensor | TensionSensor
 """Data of the sensors that are read at a rate."""
 
 

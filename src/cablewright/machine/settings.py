@@ -21,6 +21,7 @@ from cablewright.machine.sensors import (
     LidarName,
     LidarSettings,
     LineSensor,
+    TensionSensor,
 )
 from cablewright.printing.job import Bead
 from cablewright.units import Density, Length, Mass, NonNegative, Positive, Torque
@@ -157,6 +158,8 @@ class MachineSettings(FileDescription):
     encoders: Encoder | None = None
     climate_sensor: ClimateSensor | None = None
     barrier: BarrierSensor | None = None
+    load_cells: TensionSensor | None = None
+    motor_torques: TensionSensor | None = None
 
 
 def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:

@@ -112,7 +112,7 @@ class FaultOptions:
             "--fault",
             metavar="SOURCE,FROM,TO[,stuck]",
             help="Sensor that is silent, or repeats its reading with `stuck`, between two times, s; may be repeated. "
-            "line_angles:LINE is the sensor of one line.",
+            "line_angles:LINE is the sensor of one line, as is load_cells:LINE.",
         ),
     ] = None
     wifi_gap: Annotated[

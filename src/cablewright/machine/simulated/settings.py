@@ -22,7 +22,12 @@ from cablewright.validation import Description, refusal, validated
 
 MAX_FAULTS: Final = 1000
 
-_SENSORS: Final = ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier")
+BY_LINE: Final = ("line_angles", "load_cells", "motor_torques")
+"""Sources with a number for each line, of which one alone may have a fault."""
+
+_SENSORS: Final = (
+    "inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier", "load_cells", "motor_torques"
+)  # fmt: skip
 _Times = Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)]
 
 
@@ -124,12 +129,25 @@ class BarrierFlaws(SensorFlaws):
         return self
 
 
+class TensionFlaws(SensorFlaws):
+    """Flaws of load cells or torques. ``bias``: standard deviation of a unit's zero, N; None: as on the data sheet.
+
+    ``drift``: standard deviation of what the zero has drifted by after an hour, N. ``cross_talk``: share of the mean of
+    both neighbouring lines' tensions that a line shows in addition.
+    """
+
+    bias: Size | None = None
+    drift: Size = 0.0
+    cross_talk: Share = 0.0
+
+
 class FaultPlan(Description):
-    """A planned fault: a source, or one line's accelerometer, is silent or stuck from ``begin`` to ``end``."""
+    """A planned fault: a source, or one line's part of it, is silent or stuck from ``begin`` to ``end``."""
 
     source: Literal[
-        "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier"
-    ]
+        "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier",
+        "load_cells", "motor_torques",
+    ]  # fmt: skip
     line: str | None = None
     kind: Literal["silent", "stuck"] = "silent"
     begin: Delay = 0.0
@@ -137,8 +155,8 @@ class FaultPlan(Description):
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
-        if self.line is not None and self.source != "line_angles":
-            raise refusal("line", f"is for line_angles; {self.source} is not of a line")
+        if self.line is not None and self.source not in BY_LINE:
+            raise refusal("line", f"is for {', '.join(BY_LINE)}; {self.source} is not of a line")
         if not self.begin < self.end:
             raise refusal("end", f"must be after begin, {self.begin:g} s")
         return self
@@ -167,6 +185,8 @@ class SimulationSettings(Description):
     encoders: SensorFlaws = SensorFlaws()
     climate_sensor: SensorFlaws = SensorFlaws()
     barrier: BarrierFlaws = BarrierFlaws()
+    load_cells: TensionFlaws = TensionFlaws()
+    motor_torques: TensionFlaws = TensionFlaws()
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
 
 

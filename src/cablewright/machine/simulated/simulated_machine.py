@@ -35,8 +35,10 @@ from cablewright.machine.simulated.settings import (
 )
 from cablewright.machine.simulated.snapshot import Archive, Snapshot
 from cablewright.machine.simulated.surroundings import walls_of
+from cablewright.machine.simulated.tensions import TensionSensors
 from cablewright.robot import Robot
 from cablewright.signals import (
+    PER_LINE,
     SOURCES,
     Command,
     Condition,
@@ -45,6 +47,7 @@ from cablewright.signals import (
     Reading,
     Scan,
     SensorFrame,
+    Tensions,
     Truth,
     WinchMode,
 )
@@ -58,7 +61,7 @@ class _Sensor(Protocol):
     def archive_state(self, archive: Archive) -> None: ...
 
 
-_WIRED: Final = ("encoders", "climate")
+_WIRED: Final = ("encoders", "climate", "load_cells", "motor_torques")
 _TIMED_SENSORS: Final[dict[str, tuple[str, Callable[..., _Sensor]]]] = {
     "inertial": ("inertial", InertialUnit),
     "line_angles": ("line_angles", LineAccelerometers),
@@ -66,6 +69,8 @@ _TIMED_SENSORS: Final[dict[str, tuple[str, Callable[..., _Sensor]]]] = {
     "encoders": ("encoders", EncoderReader),
     "climate": ("climate_sensor", Thermometer),
     "barrier": ("barrier", LightBarrier),
+    "load_cells": ("load_cells", TensionSensors),
+    "motor_torques": ("motor_torques", TensionSensors),
 }
 """Key of the settings and class, by source."""
 
@@ -258,6 +263,7 @@ class SimulatedMachine:
             flaws = simulation.lidars.get(source, LidarFlaws())
             yield source, SimulatedLidar(source, lidar, flaws, walls, ceiling, period, random[source])
         extra = {"inertial": (self.rig.robot.scene.gravity,), "distance": (settings.drum.valve,)}
+        extra |= dict.fromkeys(("load_cells", "motor_torques"), (self.rig.robot.m,))
         for name, (key, kind) in _TIMED_SENSORS.items():
             own = getattr(settings, key)
             if own is not None:
@@ -269,7 +275,7 @@ class SimulatedMachine:
             if not fault.begin <= reading.time < fault.end:
                 self._held_readings[fault] = reading
                 continue
-            if isinstance(reading, LineAngles) and fault.line is not None:
+            if isinstance(reading, LineAngles | Tensions) and fault.line is not None:
                 reading = self._apply_line_fault(fault, fault.line, reading)
             elif fault.kind == "silent":
                 return None
@@ -277,15 +283,14 @@ class SimulatedMachine:
                 reading = _repeated(self._held_readings.setdefault(fault, reading), reading)
         return reading
 
-    def _apply_line_fault(self, fault: FaultPlan, line: str, reading: LineAngles) -> LineAngles:
-        """Return *reading* with one line's angle lost or stuck."""
+    def _apply_line_fault(self, fault: FaultPlan, line: str, reading: LineAngles | Tensions) -> LineAngles | Tensions:
+        """Return *reading* with one line's number lost or stuck."""
+        (name,) = PER_LINE[type(reading)]
         index = [each.name for each in self.rig.robot.lines].index(line)
-        angles = reading.angles.copy()
-        held = self._held_readings.setdefault(fault, reading)
-        assert isinstance(held, LineAngles)  # the fault is of this source
-        angles[index] = np.nan if fault.kind == "silent" else held.angles[index]
-        angles.flags.writeable = False
-        return LineAngles(reading.time, angles)
+        values, held = getattr(reading, name).copy(), self._held_readings.setdefault(fault, reading)
+        values[index] = np.nan if fault.kind == "silent" else getattr(held, name)[index]
+        values.flags.writeable = False
+        return dataclasses.replace(reading, **{name: values})
 
 
 def _identity_of(robot: Robot, settings: TwinSettings, seed: int, plant: str) -> str:
@@ -298,7 +303,7 @@ def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
     """Settings for quasi-static periods: faster sensors are read once a period, as means; links have no delay."""
     max_rate = 1.0 / settings.simulation.quasi_static_period
     slowed: dict[str, Any] = {}
-    for name in ("inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier"):
+    for name, _ in _TIMED_SENSORS.values():
         sensor = getattr(settings.owner, name)
         if sensor is not None and sensor.rate > max_rate:
             share = math.sqrt(max_rate / sensor.rate)

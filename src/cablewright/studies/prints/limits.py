@@ -97,11 +97,16 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
     """Limits of what is measured. A ramp takes as long as the path's acceleration needs from its fastest motion."""
     winch, fastest = settings.winch, max(path.print_speed, path.travel_speed)
     low, high = _RAMP_TIMES
+    timeouts = {"encoders": max(0.5, 2.5 * period)}
+    for source in ("load_cells", "motor_torques"):
+        sensor = getattr(settings, source)
+        if sensor is not None:
+            timeouts[source] = max(0.5, 2.5 / sensor.rate, 2.5 * period)
     return GuardSettings(
         _max_tensions(robot),
         max_drum_speed=_DRUM_SPEED * winch.max_speed,
         counts_per_radian=winch.counts * winch.ratio / math.tau,
-        timeouts={"encoders": max(0.5, 2.5 * period)},
+        timeouts=timeouts,
         ramp_time=min(max(fastest / path.acceleration, low), high),
     )
 
