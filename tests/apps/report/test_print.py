@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.apps.pictures.print import states_picture
 from cablewright.apps.report.print import write
 from cablewright.printing.stl import read_stl
+from cablewright.signals import PrintState
 from cablewright.studies.prints.record import record
-from cablewright.studies.prints.result import PrintRecord
+from cablewright.studies.prints.result import PrintRecord, Span
 from printed import SPEED, printed, standard, without
 from twins import TWIN, head
 
@@ -112,3 +114,13 @@ def test_a_quasi_static_print_has_no_frequencies() -> None:
     assert np.isnan(found.vibration.frequencies).all()
     assert found.true.error.size < 0.05
     assert found.distance == pytest.approx(SPEED * 39.0, abs=0.1)
+
+
+def test_every_state_is_drawn() -> None:
+    entries, track, _ = standard()
+    found = record(iter(entries), head(), track, print_speed=SPEED)
+    spans = tuple(Span(state, float(k), k + 1.0, "") for k, state in enumerate(PrintState))
+    drawn = states_picture(replace(found, spans=spans))
+    assert drawn is not None
+    names = [label.get_text() for label in drawn.axes[0].get_yticklabels()]
+    assert names == [str(state) for state in reversed(PrintState)]

@@ -19,6 +19,10 @@ from cablewright.studies.running_statistics import Histogram
 _MAX_LAYERS: Final = 4  # whose errors are drawn over the distance
 _CORE: Final = 0.002  # share of the steps that may lie beyond the end of a scale
 _COLOURS: Final = {
+    PrintState.OFF: style.GREY,
+    PrintState.TENSIONING: style.PINK,
+    PrintState.HOMING: style.PINK,
+    PrintState.MANUAL: style.YELLOW,
     PrintState.IDLE: style.GREY,
     PrintState.READY: style.SKY,
     PrintState.PRINTING: style.GREEN,
