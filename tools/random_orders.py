@@ -2,9 +2,11 @@
 
     python tools/random_orders.py --sequences 100000 --seed 1
 
-Promised, of every step: winches turn only after an order that lets them; after a stop has had its time they stand until
-a reset was accepted, with no cause left; no line is wound in whose measured tension was over its limit for longer than
-a stop takes. A sequence is determined by its seed. Exit code 1, and the seed, if a promise was broken.
+Promised, of every step: winches turn only after an order that lets them, and never beside a person; after a stop has
+had its time they stand until a reset was accepted, with no cause left and brakes closed; brakes close on winches that
+were held, or at once where one has no torque, and open by an order alone; no line is wound in whose measured tension
+was over its limit for longer than a stop takes. A sequence is determined by its seed. Exit code 1, and the seed, if a
+promise was broken.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from cablewright.control.guard import CONFIRMED, GuardSettings
 from cablewright.control.guide import TimedPath
 from cablewright.control.manual import ManualSettings
 from cablewright.control.procedure import ProcedureStep
+from cablewright.control.stop import StopSettings
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import VelocitySettings
 from cablewright.machine.interface import Abilities
@@ -57,8 +60,12 @@ LIMIT = 300.0  # N
 USUAL = 100.0  # N
 COUNTS = 1000.0  # per radian of a drum
 RADIUS = 0.05  # m
+STOP = StopSettings(ramp_time=0.2, hold_time=0.2)
 _MOVE = (PrintState.READY, PrintState.PRINTING, PrintState.MANUAL, PrintState.TENSIONING, PrintState.HOMING)
-_SLOWS = (PrintState.PAUSED, PrintState.REFILLING, PrintState.STOPPED, PrintState.IDLE)
+_STANDS = tuple(state for state in PrintState if state not in _MOVE)
+_RELEASING = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK, OrderKind.TAKE_UP, OrderKind.HOME)
+LEASE = 0.2  # s that a jog lasts
+SLOWING = 1.0  # s that a controlled stop may take
 
 
 @cache
@@ -75,9 +82,7 @@ def plan() -> PrintPlan:
     limits = SupervisorSettings(
         scene.frame_min, scene.frame_max, 1.0, barrier_timeout=0.5, settling_time=0.1, position_timeout=1.0
     )
-    guard = GuardSettings(
-        np.full(robot.m, LIMIT), max_drum_speed=20.0, counts_per_radian=COUNTS, ramp_time=0.2, hold_time=0.2
-    )
+    guard = GuardSettings(np.full(robot.m, LIMIT), max_drum_speed=20.0, counts_per_radian=COUNTS, stop=STOP)
     manual = ManualSettings(scene.frame_min, scene.frame_max, 1.0, park=(0.0, 0.0, 1.0))
     velocity = VelocitySettings(Model(robot), 10.0, "paper")
     return PrintPlan(path, velocity, limits, guard, manual, powder=1.0, flow=0.5)
@@ -139,7 +144,7 @@ class Shaken:
         if self.random.random() < 0.04:
             fault = str(self.random.choice(["tension", "quiet", "person", "dark", "estop", "drive", "lost", "clock"]))
             self.wrong[fault] = self.time + float(self.random.exponential(0.4))
-        self.angles += PERIOD * command.winch_speeds
+        self.angles += PERIOD * (3.0 if late else 1.0) * command.winch_speeds
         self.tensions = np.full(self.m, USUAL)
         if self.is_wrong("tension"):
             self.tensions[self.jammed] = LIMIT * float(self.random.uniform(1.05, 2.0))
@@ -200,45 +205,91 @@ class Watch:
     """The promises, told by what goes in and out alone."""
 
     def __init__(self) -> None:
-        """Nothing has been ordered yet."""
+        """Nothing has been ordered yet, and brakes are closed."""
+        m = plan().velocity.model.m
         self.released = False  # whether an order lets the winches turn
-        self.stopped_since = -math.inf
-        self.over_since = np.full(plan().velocity.model.m, math.inf)
-        self.fault = True
-        guard = plan().guard
-        self.stop_time = guard.ramp_time + CONFIRMED * 3.0 * PERIOD
+        self.still_by = -math.inf  # s, when they are to stand
+        self.over_since = np.full(m, math.inf)  # s
+        self.person_since = math.inf  # s, in the light barrier, or unseen
+        self.before = Command(0.0, np.zeros(m), modes=(WinchMode.OFF,) * m)
+        self.zero_since = -math.inf  # s, of the first of the last commands of zero
+        self.off_since = -math.inf  # s, of a state in which brakes are to close
+        self.hand, self.hand_time = OrderKind.STOP, -math.inf  # last order to move by hand, and when, s
+        self.state = PrintState.FAULT
 
     def see(self, machine: Shaken, step: Step, command: Command) -> None:
         """Judge one step, which was answered by *command*. Raises `AssertionError`."""
-        now, state = step.frame.time, step.progress.state
-        accepted = [order.kind for order in step.orders if not order.refusal]
-        if self.fault and state is not PrintState.FAULT:
-            assert OrderKind.RESET in accepted, f"left the fault for {state} by {accepted}"
-            assert not machine.is_wrong("drive"), "reset while a drive reports a fault"
-            assert not machine.is_wrong("estop"), "reset while the chain is open"
-        if OrderKind.RESET in accepted and self.fault:
-            assert state is not PrintState.FAULT or OrderKind.EMERGENCY in accepted, "a reset, and the fault stays"
-        if {OrderKind.START, OrderKind.RESUME, OrderKind.REFILLED, *_BY_HAND} & set(accepted):
-            self.released = True
-        if state is PrintState.FAULT:
+        state = step.progress.state
+        accepted = {order.kind for order in step.orders if not order.refusal}
+        self._reset(machine, state, accepted)
+        if state in _STANDS and state is not self.state:
+            self.still_by = machine.time + (3.0 * STOP.ramp_time if state is PrintState.FAULT else SLOWING)
+        ends = (PrintState.FAULT, PrintState.OFF, PrintState.IDLE, PrintState.STOPPED)
+        if state in ends and state is not self.state:
             self.released = False
-        if state in (PrintState.FAULT, PrintState.OFF) and not self.fault:
-            self.stopped_since = now
-        self.fault = state is PrintState.FAULT
-        turning = bool(command.winch_speeds.any())
-        if turning and state is not PrintState.FAULT:
+        if accepted & set(_RELEASING):
+            self.hand, self.hand_time = max(accepted & set(_RELEASING)), machine.time
+        if accepted & {OrderKind.START, OrderKind.RESUME, OrderKind.REFILLED, *_RELEASING}:
+            self.released = True
+        self._motion(machine, state, command)
+        self._brakes(machine, state, command, accepted)
+        self._tensions(machine, state, command)
+        self.state, self.before = state, command
+
+    def _reset(self, machine: Shaken, state: PrintState, accepted: set[OrderKind]) -> None:
+        if self.state is not PrintState.FAULT:
+            return
+        if state is not PrintState.FAULT:
+            assert OrderKind.RESET in accepted, f"left the fault for {state} by {sorted(accepted)}"
+        if OrderKind.RESET in accepted:
+            assert OrderKind.EMERGENCY not in accepted, "reset beside an emergency stop"
+            assert state is not PrintState.FAULT, "a reset, and the fault stays"
+            for fault in ("drive", "estop"):
+                assert not machine.is_wrong(fault), f"reset with a cause: {fault}"
+            assert WinchMode.OFF in self.before.modes, "reset before brakes are closed"
+
+    def _motion(self, machine: Shaken, state: PrintState, command: Command) -> None:
+        bad = machine.is_wrong("person") or machine.is_wrong("dark")
+        self.person_since = min(self.person_since, machine.time) if bad else math.inf
+        if not command.winch_speeds.any():
+            return
+        assert np.isfinite(command.winch_speeds).all()
+        assert machine.time - self.person_since < 0.5 + SLOWING, f"{state}: it turns beside a person"
+        if state is PrintState.MANUAL and self.hand is OrderKind.JOG:
+            assert machine.time - self.hand_time < LEASE + SLOWING, "a jog that nobody repeats goes on"
+        if state in _MOVE:
             assert self.released, f"the winches turn in {state} without an order"
-            assert state in _MOVE or state in _SLOWS, f"the winches turn in {state}"
-        if turning and state is PrintState.FAULT:
-            assert now - self.stopped_since <= plan().guard.ramp_time, "the winches turn after a stop"
+        else:
+            assert machine.time <= self.still_by + 3.0 * PERIOD, f"the winches turn in {state} long after a stop"
+        if state is PrintState.FAULT is self.state:
+            faster = np.abs(command.winch_speeds) > np.abs(self.before.winch_speeds) + 1e-12
+            assert not faster.any(), "a winch turns faster in a fault"
+
+    def _brakes(self, machine: Shaken, state: PrintState, command: Command, accepted: set[OrderKind]) -> None:
+        now = machine.time  # whatever its clock tells
+        closed, were = WinchMode.OFF in command.modes, WinchMode.OFF in self.before.modes
+        if were and not closed:
+            assert OrderKind.ENABLE in accepted, f"brakes open in {state} without an order"
+        if closed and not were:
+            held = now - self.zero_since >= STOP.hold_time - 1e-9
+            assert held or machine.is_wrong("drive"), f"brakes close in {state} on winches that were not held"
+        if state not in (PrintState.FAULT, PrintState.OFF):
+            self.off_since = math.inf
+        elif self.off_since == math.inf:
+            self.off_since = now
+        if now - max(self.zero_since, self.off_since) > 3.0 * STOP.hold_time + 4.0 * PERIOD:  # all steps may be late
+            assert closed, f"brakes stay open in {state}"
+        if command.winch_speeds.any():
+            self.zero_since = math.inf
+        elif self.zero_since == math.inf:
+            self.zero_since = now
+
+    def _tensions(self, machine: Shaken, state: PrintState, command: Command) -> None:
         over = machine.tensions > LIMIT
         self.over_since = np.where(over, np.minimum(self.over_since, machine.time), math.inf)
-        long = over & (machine.time - self.over_since > self.stop_time)
+        long = over & (machine.time - self.over_since > STOP.ramp_time + CONFIRMED * 3.0 * PERIOD)
         assert not (long & (command.winch_speeds < 0.0)).any(), "a line over its limit is wound in"
         assert not (long.any() and state in _MOVE), f"{state} with a line over its limit"
-
-
-_BY_HAND = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK, OrderKind.TAKE_UP, OrderKind.HOME)
 
 
 def run_sequence(seed: int) -> set[PrintState]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any
 
@@ -9,7 +10,8 @@ import numpy as np
 import pytest
 
 from cablewright.control import guard
-from cablewright.control.guard import Cause, GuardSettings, GuardState, RampState
+from cablewright.control.guard import Cause, GuardSettings, GuardState
+from cablewright.control.stop import StopKind
 from cablewright.errors import InputError
 from cablewright.signals import (
     Condition,
@@ -48,20 +50,21 @@ class Watched:
         return guard.judge(self.settings, self.state, frame, more.pop("inferred", None))
 
 
-def pulls(*tensions: float) -> Tensions:
-    return Tensions("load_cells", 0.0, frozen(tensions))
+def pulls(*tensions: float, at: float = math.inf) -> Tensions:
+    """A reading, of now where its own time is later."""
+    return Tensions("load_cells", at, frozen(tensions))
 
 
 def drives(**changes: Any) -> Drives:
     zeros = frozen(np.zeros(3))
     usual = dict.fromkeys(("positions", "velocities", "torques", "following_errors"), zeros)
     given = {"states": (DriveState.ENABLED,) * 3, "faults": ("",) * 3} | usual | changes
-    return Drives(0.0, **given)
+    return Drives(math.inf, **given)
 
 
 def test_nothing_is_wrong_where_nothing_is() -> None:
     watched = Watched()
-    inputs = Inputs(0.0, chain_closed=True, torque_off=False, enabling=True, brakes_closed=())
+    inputs = Inputs(math.inf, chain_closed=True, torque_off=False, enabling=True, brakes_closed=())
     for _ in range(100):
         assert (
             watched.sees(pulls(100.0, 299.0, np.nan), drives(), inputs, inferred=np.array([10.0, np.nan, 0.0])) is None
@@ -72,10 +75,10 @@ def test_a_measured_tension_needs_two_readings_and_holds_at_once_while_it_rises(
     watched = Watched()
     assert watched.sees(pulls(100.0, 900.0, 100.0)) is None
     found = watched.sees(pulls(100.0, 950.0, 100.0))
-    assert found == Cause("line 2 pulls 950 N; at most 300 is allowed", at_once=True)
-    falling = watched.sees(pulls(100.0, 940.0, 100.0))
+    assert found == Cause("line 2 pulls 950 N; at most 300 is allowed", StopKind.HOLD)
+    falling = watched.sees(pulls(100.0, 900.0, 100.0))
     assert falling is not None
-    assert not falling.at_once
+    assert falling.kind is StopKind.RAMP
     assert watched.sees() == falling  # it holds until the load cells tell otherwise
     assert watched.sees(pulls(100.0, 100.0, 100.0)) is None
     assert watched.sees(pulls(100.0, 900.0, 100.0)) is None
@@ -83,7 +86,7 @@ def test_a_measured_tension_needs_two_readings_and_holds_at_once_while_it_rises(
 
 def test_tensions_by_lengths_are_judged_beside_measured_ones() -> None:
     found = Watched().sees(pulls(1.0, 1.0, 1.0), inferred=np.array([0.0, 301.0, np.nan]))
-    assert found == Cause("line 2 pulls 301 N; at most 300 is allowed, by the lengths", at_once=True)
+    assert found == Cause("line 2 pulls 301 N; at most 300 is allowed, by the lengths", StopKind.HOLD)
 
 
 def test_a_flipped_bit_is_no_speed_and_a_winch_that_races_is_one() -> None:
@@ -100,61 +103,67 @@ def test_a_flipped_bit_is_no_speed_and_a_winch_that_races_is_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "says", "at_once"),
+    ("changes", "says", "kind"),
     [
-        ({"following_errors": frozen([0.0, 0.0, -0.2])}, "line 3 follows its command with an error of 0.2 rad", True),
-        ({"velocities": frozen([0.0, 9.0, 0.0])}, "line 2 turns at 9 rad/s", False),
-        ({"torques": frozen([-25.0, 0.0, 0.0])}, "line 1 has a torque of 25 N m; at most 20", True),
+        (
+            {"following_errors": frozen([0.0, 0.0, -0.2])},
+            "line 3 follows its command with an error of 0.2 rad",
+            StopKind.HOLD,
+        ),
+        ({"velocities": frozen([0.0, 9.0, 0.0])}, "line 2 turns at 9 rad/s", StopKind.RAMP),
+        ({"torques": frozen([-25.0, 0.0, 0.0])}, "line 1 has a torque of 25 N m; at most 20", StopKind.HOLD),
     ],
 )
-def test_drives_are_judged_by_two_readings(changes: dict[str, Any], says: str, at_once: bool) -> None:
+def test_drives_are_judged_by_two_readings(changes: dict[str, Any], says: str, kind: StopKind) -> None:
     watched = Watched()
     assert watched.sees(drives(**changes)) is None
     found = watched.sees(drives(**changes))
     assert found is not None
     assert says in found.reason
-    assert found.at_once is at_once
+    assert found.kind is kind
 
 
 def test_a_fault_of_a_drive_needs_one() -> None:
     states, texts = (DriveState.ENABLED, DriveState.FAULT, DriveState.ENABLED), ("", "0x7380 position sensor", "")
     found = Watched().sees(drives(states=states, faults=texts))
-    assert found == Cause("the drive of line 2 reports a fault: 0x7380 position sensor", at_once=True)
+    assert found == Cause("the drive of line 2 reports a fault: 0x7380 position sensor", StopKind.BRAKE)
 
 
 @pytest.mark.parametrize(
-    ("state", "says", "at_once"),
+    ("state", "says", "kind"),
     [
-        ((False, True, True), "emergency-stop chain is open", False),
-        ((True, True, True), "safe torque off", True),
-        ((True, False, False), "enabling switch", False),
+        ((False, False, True), "emergency-stop chain is open", StopKind.RAMP),
+        ((True, True, True), "safe torque off", StopKind.BRAKE),
+        ((True, False, False), "enabling switch", StopKind.RAMP),
     ],
 )
-def test_inputs_stop_it(state: tuple[bool, bool, bool], says: str, at_once: bool) -> None:
-    found = Watched().sees(Inputs(0.0, *state, ()))
+def test_inputs_stop_it(state: tuple[bool, bool, bool], says: str, kind: StopKind) -> None:
+    found = Watched().sees(Inputs(math.inf, *state, ()))
     assert found is not None
     assert says in found.reason
-    assert found.at_once is at_once
+    assert found.kind is kind
 
 
-@pytest.mark.parametrize("condition", [Condition.DRIVE_FAULT, Condition.BRAKE, Condition.NO_EQUILIBRIUM])
-def test_some_notices_hold_at_once(condition: Condition) -> None:
+NOTICES = {
+    Condition.DRIVE_FAULT: StopKind.BRAKE,
+    Condition.BUS_SILENT: StopKind.BRAKE,
+    Condition.BRAKE: StopKind.KEEP,
+    Condition.NO_EQUILIBRIUM: StopKind.HOLD,
+    Condition.ESTOP: StopKind.RAMP,
+    Condition.CLOCK_BACK: StopKind.RAMP,
+}
+
+
+@pytest.mark.parametrize("condition", Condition)
+def test_notices_stop_it_as_they_should(condition: Condition) -> None:
     found = Watched().sees(conditions=(condition,))
-    assert found is not None
-    assert found.at_once
-
-
-@pytest.mark.parametrize("condition", [Condition.BUS_SILENT, Condition.ESTOP, Condition.CLOCK_BACK])
-def test_others_stop_by_a_ramp(condition: Condition) -> None:
-    found = Watched().sees(conditions=(condition,))
-    assert found is not None
-    assert not found.at_once
+    assert (None if found is None else found.kind) is NOTICES.get(condition)
 
 
 def test_the_more_urgent_cause_is_told() -> None:
     found = Watched().sees(conditions=(Condition.ESTOP, Condition.BRAKE))
     assert found is not None
-    assert found.at_once
+    assert found.kind is StopKind.KEEP
 
 
 def test_silence_of_a_source_that_must_speak_is_heard() -> None:
@@ -163,11 +172,11 @@ def test_silence_of_a_source_that_must_speak_is_heard() -> None:
         assert watched.sees(pulls(1.0, 1.0, 1.0)) is None
     for _ in range(11):
         found = watched.sees()
-    assert found == Cause("no reading of the load cells for over 0.1 s", at_once=False)
+    assert found == Cause("no reading of the load cells for over 0.1 s")
     watched = Watched()
     for _ in range(52):
         found = watched.sees(encoders=False)
-    assert found == Cause("no reading of the encoders for over 0.5 s", at_once=False)
+    assert found == Cause("no reading of the encoders for over 0.5 s")
 
 
 def test_a_load_cell_that_dies_is_silence_and_one_that_never_was_is_not() -> None:
@@ -176,30 +185,64 @@ def test_a_load_cell_that_dies_is_silence_and_one_that_never_was_is_not() -> Non
         assert watched.sees(pulls(1.0, 1.0, np.nan)) is None
     for _ in range(12):
         found = watched.sees(pulls(1.0, np.nan, np.nan))
-    assert found == Cause("no reading of the load cells for over 0.1 s", at_once=False)
+    assert found == Cause("no reading of the load cells for over 0.1 s")
 
 
 def test_a_reading_that_was_overtaken_is_not_heard() -> None:
     watched = Watched()
-    for time_ in (1.0, 1.1):
-        watched.sees(Tensions("load_cells", time_, frozen([100.0, 900.0, 100.0])))
-    late = watched.sees(Tensions("load_cells", 1.05, frozen([100.0, 100.0, 100.0])))
+    for _ in range(20):
+        watched.sees(pulls(100.0, 900.0, 100.0))
+    late = watched.sees(pulls(100.0, 100.0, 100.0, at=watched.now - 2.0 * DT))
     assert late is not None
     assert "pulls 900 N" in late.reason
 
 
-def test_winches_come_to_rest_together_and_brakes_close_after_them() -> None:
-    """One factor for all: the ratios of the speeds stay, so that no line is wound in against the others."""
-    stop = RampState(10.0, np.array([1.0, -2.0, 0.5]), at_once=False)
-    seen = [guard.ramp(LIMITS, stop, 10.0 + k * 0.05) for k in range(20)]
-    factors = np.array([speeds / stop.speeds for speeds, _ in seen])
-    assert np.ptp(factors, axis=1).max() < 1e-15
-    assert (np.diff(factors[:, 0]) <= 0.0).all()
-    assert factors[7, 0] == 0.0
-    braked = [closed for _, closed in seen]
-    assert braked.index(True) == 16  # 0.3 s of ramp and 0.5 s held
-    speeds, _ = guard.ramp(LIMITS, stop._replace(at_once=True), 10.0)
-    assert not speeds.any()
+def test_brakes_that_do_not_do_as_told_are_found() -> None:
+    open_, closed = (True, False, True), (True, True, True)
+    for to_close, contacts, says in ((True, open_, "line 2 does not close"), (False, closed, "line 1 does not open")):
+        watched, found = Watched(), []
+        for _ in range(60):
+            guard.take_note(watched.state, watched.now, closed=to_close)
+            inputs = Inputs(math.inf, chain_closed=True, torque_off=False, enabling=True, brakes_closed=contacts)
+            found.append(watched.sees(inputs))
+        assert found[:49] == [None] * 49
+        assert found[-1] is not None
+        assert says in found[-1].reason
+
+
+def test_one_number_too_few_is_a_cause_and_no_error() -> None:
+    for short in (pulls(1.0, 1.0), drives(faults=()), Encoders(math.inf, np.zeros(2, dtype=np.int64))):
+        found = Watched().sees(short, encoders=False)
+        assert found is not None
+        assert "do not tell 3 numbers" in found.reason
+
+
+def test_a_reading_of_the_future_silences_nobody() -> None:
+    watched = Watched()
+    assert watched.sees(pulls(100.0, 100.0, 100.0, at=1e6)) is None
+    watched.sees(pulls(100.0, 900.0, 100.0, at=watched.now + DT))
+    assert watched.sees(pulls(100.0, 900.0, 100.0, at=watched.now + DT)) is not None
+
+
+def test_who_dies_over_the_limit_has_not_recovered() -> None:
+    watched = Watched()
+    watched.sees(pulls(100.0, 900.0, 100.0))
+    watched.sees(pulls(100.0, np.nan, 100.0))
+    assert watched.sees(pulls(100.0, 900.0, 100.0)) is not None
+    for _ in range(50):
+        assert watched.sees(pulls(100.0, np.nan, 100.0)) is not None
+    assert watched.sees(pulls(100.0, 100.0, 100.0)) is None
+
+
+def test_counts_that_are_told_twice_hide_no_speed() -> None:
+    watched = Watched()
+    found = None
+    for _ in range(10):
+        watched.counts[0] += 20
+        again = Encoders(watched.now + DT, watched.counts.copy())
+        found = watched.sees(again)
+    assert found is not None
+    assert "turns at" in found.reason
 
 
 def test_a_step_takes_microseconds() -> None:
@@ -213,7 +256,5 @@ def test_a_step_takes_microseconds() -> None:
 def test_limits_that_limit_nothing_are_refused() -> None:
     with pytest.raises(InputError, match="over 0"):
         GuardSettings(np.array([300.0, 0.0]))
-    with pytest.raises(InputError, match="ramp_time = 0"):
-        GuardSettings(np.array([300.0]), ramp_time=0.0)
     with pytest.raises(InputError, match="encoders = -1"):
         GuardSettings(np.array([300.0]), timeouts={"encoders": -1.0})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ def moved(order: Order, *, again: float = 0.0, seconds: float = 20.0) -> list[Mo
     manual.begin(LIMITS, state, order, 0.0, np.array([0.0, 0.0, 1.0]))
     for k in range(round(seconds / DT)):
         if k * DT < again:
-            manual.begin(LIMITS, state, order, k * DT, None)
+            manual.begin(LIMITS, state, replace(order, time=k * DT), k * DT, None)
         steps.append(manual.step(LIMITS, state, k * DT, DT))
         if steps[-1].done:
             return steps
@@ -68,9 +69,35 @@ def test_a_jog_ends_when_nobody_repeats_it() -> None:
     ],
 )
 def test_what_cannot_be_obeyed_is_refused(order: Order, says: str) -> None:
-    assert says in manual.refusal(LIMITS, order)
-    assert bool(manual.refusal(LIMITS, order)) == bool(says)
+    assert says in manual.refusal(LIMITS, order, 0.0)
+    assert bool(manual.refusal(LIMITS, order, 0.0)) == bool(says)
 
 
 def test_without_a_parking_place_nobody_parks() -> None:
-    assert "no parking place" in manual.refusal(ManualSettings((0.0,) * 3, (1.0,) * 3, 0.5), Order(OrderKind.PARK))
+    assert "no parking place" in manual.refusal(ManualSettings((0.0,) * 3, (1.0,) * 3, 0.5), Order(OrderKind.PARK), 0.0)
+
+
+def test_an_order_that_is_old_moves_nothing() -> None:
+    order = Order(OrderKind.JOG, time=1.0, arguments={"velocity": (0.0, 0.1, 0.0)})
+    assert manual.refusal(LIMITS, order, 1.1) == ""
+    assert "over 0.2 s ago" in manual.refusal(LIMITS, order, 1.3)
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 0.2, 0.0), (-0.14, 0.14, 0.14), (0.0, 0.0, -0.25)])
+def test_a_jog_that_is_held_stops_at_the_limits(velocity: tuple[float, float, float]) -> None:
+    order = Order(OrderKind.JOG, arguments={"velocity": velocity})
+    steps = moved(order, again=19.0)
+    places = np.array([step.position for step in steps])
+    assert (places <= np.array(LIMITS.max_position) + 1e-9).all()
+    assert (places >= np.array(LIMITS.min_position) - 1e-9).all()
+    far = np.abs(places[-1] - [0.0, 0.0, 1.0]).max()
+    assert far == pytest.approx(1.0, abs=1e-3)
+    assert changes(steps).max() <= 0.5 * (1.0 + 1e-9)
+
+
+def test_from_outside_it_moves_only_inwards() -> None:
+    state = ManualState()
+    outside = np.array([0.0, 1.2, 1.0])
+    for way, goes in ((0.1, False), (-0.1, True)):
+        manual.begin(LIMITS, state, Order(OrderKind.JOG, arguments={"velocity": (0.0, way, 0.0)}), 0.0, outside)
+        assert manual.step(LIMITS, state, 0.1, DT).velocity.any() == goes

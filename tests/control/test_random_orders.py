@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from tools.random_orders import run_sequence
 
-from cablewright.control import guard, supervisor
+from cablewright.control import guard, manual, supervisor
 from cablewright.control.transitions import TRANSITIONS
-from cablewright.signals import OrderKind, PrintState
+from cablewright.signals import OrderKind, PrintState, WinchMode
+from cablewright.studies.prints import loop
 
 SEEDS = range(300)
 
@@ -20,8 +22,11 @@ def test_no_promise_is_broken_and_every_state_is_seen() -> None:
 BREAKS = {
     "the fault stays": (supervisor, "_no_reset", lambda *_: ""),
     "over its limit": (guard, "_measured_tensions", lambda *_: ([], True)),
-    "turn after a stop": (guard, "ramp", lambda _settings, stop, _now: (stop.speeds, False)),
-    "chain is open": (guard, "_inputs", lambda *_: []),
+    "brakes open": (loop, "advance", lambda _settings, stop, _dt: (stop.speeds, WinchMode.VELOCITY)),
+    "brakes close in fault on winches": (loop, "advance", lambda *_: (np.zeros(4), WinchMode.OFF)),
+    "beside a person": (supervisor, "_person", lambda *_: ""),
+    "nobody repeats": (manual, "LEASE", 1e9),
+    "reset with a cause": (guard, "_inputs", lambda *_: []),
     "left the fault": (supervisor, "TRANSITIONS", TRANSITIONS | {(PrintState.FAULT, OrderKind.START): PrintState.IDLE}),
 }
 

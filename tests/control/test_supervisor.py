@@ -12,6 +12,7 @@ import pytest
 from cablewright.control import supervisor
 from cablewright.control.guard import Cause
 from cablewright.control.guide import GuideMode, Target
+from cablewright.control.stop import StopKind
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.transitions import TRANSITIONS, Happening, table
 from cablewright.errors import InputError
@@ -29,7 +30,7 @@ from cablewright.signals import (
 )
 
 LIMITS = SupervisorSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.2, barrier_timeout=0.5)
-OVER = Cause("line 2 pulls 1200 N; at most 1000 is allowed", at_once=True)
+OVER = Cause("line 2 pulls 1200 N; at most 1000 is allowed", StopKind.HOLD)
 SWITCHED_ON = (OrderKind.RESET, OrderKind.ENABLE)
 PLACE = np.array([0.1, 0.2, 1.0])
 DT = 0.1
@@ -60,7 +61,7 @@ class Floor:
             readings: list[Reading] = [] if dark else [Barrier(self.now, self.broken)]
             notices = tuple(Notice(each) for each in changes.get("conditions", ()))
             estimate = believed(self.now, **changes.get("estimate", {}))
-            given = {key: changes[key] for key in ("cause", "powder", "standing") if key in changes}
+            given = {key: changes[key] for key in ("cause", "powder", "standing", "stopped") if key in changes}
             given["target"] = changes.get("target", aimed(path_speed=self.pace))
             frame = SensorFrame(self.now, tuple(readings), notices)
             told = [Order(each, "anna", self.now) for each in orders]
@@ -158,7 +159,7 @@ def test_a_hard_limit_stops_at_once_and_stays(floor: Floor, says: str) -> None:
     assert verdict.hold_winches
     assert not verdict.valve_allowed
     assert says in verdict.reason
-    assert verdict.at_once == (says == "pulls")
+    assert verdict.stop is (StopKind.HOLD if says == "pulls" else StopKind.RAMP)
     assert floor.go(50, OrderKind.RESUME).state is PrintState.FAULT
     assert floor.go(1, OrderKind.RESET).state is PrintState.OFF
     assert floor.go(1, OrderKind.ENABLE).state is PrintState.IDLE
@@ -167,11 +168,34 @@ def test_a_hard_limit_stops_at_once_and_stays(floor: Floor, says: str) -> None:
 def test_a_fault_is_reset_only_without_its_cause_and_after_the_stop(floor: Floor) -> None:
     """The guard's cause stands, the winches still turn, and an order that comes with the stop itself is too early."""
     assert floor.go(1, OrderKind.EMERGENCY, OrderKind.RESET).state is PrintState.FAULT
-    for changes, why in (({"cause": OVER}, "pulls 1200 N"), ({"standing": False}, "have not come to rest")):
+    for changes, why in (({"cause": OVER}, "pulls 1200 N"), ({"stopped": False}, "not at its end")):
+        floor.go()
         refused = floor.go(1, OrderKind.RESET, **changes)
         assert refused.state is PrintState.FAULT
         assert why in refused.orders[0].refusal
+    held = floor.go(1, OrderKind.RESET)
+    assert held.orders[0].refusal == "reset: it is held"
+    floor.go()
     assert floor.go(1, OrderKind.RESET).state is PrintState.OFF
+
+
+def test_a_reset_from_before_the_stop_is_none(floor: Floor) -> None:
+    floor.go(1, cause=OVER)
+    frame = SensorFrame(floor.now + DT, (Barrier(floor.now + DT, broken=False),))
+    told = [Order(OrderKind.RESET, "anna", floor.now - DT)]
+    refused = supervisor.step(floor.settings, floor.state, frame, believed(floor.now + DT), orders=told)
+    assert refused.orders[0].refusal == "reset: it was ordered before the stop"
+
+
+@pytest.mark.parametrize("order", [OrderKind.START, OrderKind.JOG, OrderKind.TAKE_UP, OrderKind.HOME])
+def test_nothing_begins_to_move_beside_a_person_or_before_it_stands(order: OrderKind) -> None:
+    made = Floor()
+    made.go(1, *SWITCHED_ON)
+    assert "rest" in made.go(1, order, standing=False).orders[0].refusal
+    made.go(20, dark=True)
+    assert made.go(1, order, dark=True).orders[0].refusal == f"{order}: no reading of the light barrier"
+    made.broken = True
+    assert made.go(1, order).orders[0].refusal == f"{order}: somebody is in the light barrier"
 
 
 @pytest.mark.parametrize("state", PrintState)
@@ -271,7 +295,7 @@ def test_an_emergency_stop_works_in_every_state(state: PrintState) -> None:
     made.state.state = state
     verdict = made.go(1, OrderKind.EMERGENCY)
     assert (verdict.state, verdict.hold_winches, verdict.reason) == (PrintState.FAULT, True, "emergency stop")
-    assert not verdict.at_once  # all winches come to rest together
+    assert verdict.stop is StopKind.RAMP  # all winches come to rest together
 
 
 def test_orders_that_do_not_fit_do_nothing(floor: Floor) -> None:

@@ -1,9 +1,8 @@
 """The guard of a machine: what it measures against its limits, in every state, before all else.
 
 It needs no estimate: tensions are measured, by load cells or torques, and those that follow from lengths are judged
-beside them. What it finds stops all winches together, by a ramp (category 1 of IEC 60204-1: stop under control, hold,
-then brake) or at once where a ramp would worsen it. It is software on a host: the emergency-stop chain, safe torque off
-and the drives' own limits are the builder's.
+beside them. What it finds stops all winches together (`stop`). It is software on a host: the emergency-stop chain, safe
+torque off and the drives' own limits are the builder's.
 """
 
 from __future__ import annotations
@@ -16,13 +15,16 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.control.stop import StopKind, StopSettings
 from cablewright.errors import InputError, require_positive
 from cablewright.signals import (
+    PER_LINE,
     Condition,
     Drives,
     DriveState,
     Encoders,
     Inputs,
+    Reading,
     SensorFrame,
     Tensions,
 )
@@ -30,15 +32,18 @@ from cablewright.signals import (
 CONFIRMED: Final = 2
 """Readings in a row that must be over a limit: one alone may be an outlier."""
 
-_AT_ONCE: Final = {
-    Condition.NO_EQUILIBRIUM: "the platform is in no equilibrium",
-    Condition.DRIVE_FAULT: str(Condition.DRIVE_FAULT),
-    Condition.BRAKE: str(Condition.BRAKE),
-}
-_BY_RAMP: Final = {
-    Condition.BUS_SILENT: str(Condition.BUS_SILENT),
-    Condition.ESTOP: str(Condition.ESTOP),
-    Condition.CLOCK_BACK: "the machine's clock jumped back",
+BRAKE_TIME: Final = 0.5
+"""Time that a brake has to close or open, s."""
+
+_FALLS: Final = 0.01  # of the limit: by so much a tension has fallen that falls
+
+_CONDITIONS: Final = {
+    Condition.NO_EQUILIBRIUM: ("the platform is in no equilibrium", StopKind.HOLD),
+    Condition.DRIVE_FAULT: (str(Condition.DRIVE_FAULT), StopKind.BRAKE),
+    Condition.BUS_SILENT: (str(Condition.BUS_SILENT), StopKind.BRAKE),
+    Condition.BRAKE: (str(Condition.BRAKE), StopKind.KEEP),
+    Condition.ESTOP: (str(Condition.ESTOP), StopKind.RAMP),
+    Condition.CLOCK_BACK: ("the machine's clock jumped back", StopKind.RAMP),
 }
 
 
@@ -48,8 +53,7 @@ class GuardSettings:
 
     ``max_tensions``: (m,) N at the sheaves. ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of
     a winch drum. ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
-    drum; None: speeds are judged by the drives alone. ``timeouts``: s without a reading, by source. ``ramp_time``: s in
-    which the winches come to rest together. ``hold_time``: s for which they are then held before brakes close.
+    drum; None: speeds are judged by the drives alone. ``timeouts``: s without a reading, by source.
     """
 
     max_tensions: Array
@@ -58,14 +62,13 @@ class GuardSettings:
     max_following_error: float | None = None
     counts_per_radian: float | None = None
     timeouts: Mapping[str, float] = field(default_factory=lambda: {"encoders": 0.5})
-    ramp_time: float = 0.3
-    hold_time: float = 0.5
+    stop: StopSettings = field(default_factory=StopSettings)
 
     def __post_init__(self) -> None:
         """Raise `InputError` for limits that are not positive and finite."""
         names = ("max_drum_speed", "max_following_error", "counts_per_radian")
         given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-        require_positive(**given, **self.timeouts, ramp_time=self.ramp_time, hold_time=self.hold_time)
+        require_positive(**given, **self.timeouts)
         for values in (self.max_tensions, self.max_torques):
             if values is not None and not (values > 0.0).all():
                 raise InputError(f"limits of the guard: {values.tolist()}: each must be over 0")
@@ -75,7 +78,7 @@ class Cause(NamedTuple):
     """Why the guard stops the machine."""
 
     reason: str
-    at_once: bool  # hold the winches without a ramp
+    kind: StopKind = StopKind.RAMP
 
 
 @dataclass(eq=False)
@@ -89,6 +92,18 @@ class GuardState:
     over: dict[str, dict[int, int]] = field(default_factory=dict)  # readings in a row, by limit and line
     last_tensions: dict[str, list[float]] = field(default_factory=dict)  # N, by source; the last known of each line
     last_counts: tuple[float, list[int]] | None = None  # s, and the counts of then
+    closing_since: float = math.nan  # s, of the first command since which brakes are to be closed
+    opening_since: float = math.nan  # s, since which they are to be open
+
+
+def take_note(state: GuardState, now: float, *, closed: bool) -> None:
+    """Take note of what is commanded to brakes at *now*, s; *state* changes in place."""
+    if closed:
+        state.closing_since = now if math.isnan(state.closing_since) else state.closing_since
+        state.opening_since = math.nan
+    else:
+        state.opening_since = now if math.isnan(state.opening_since) else state.opening_since
+        state.closing_since = math.nan
 
 
 def judge(
@@ -101,26 +116,36 @@ def judge(
     state.start_time = min(state.start_time, frame.time)
     for reading in frame.readings:
         source = reading.source if isinstance(reading, Tensions) else _SOURCES.get(type(reading), "")
-        if not source or reading.time < state.read_times.get(source, -math.inf):
-            continue  # not the guard's, or overtaken by a later one
-        state.read_times[source] = reading.time
-        whole = True
-        if isinstance(reading, Tensions):
-            state.causes[source], whole = _measured_tensions(settings, state, reading)
-        elif isinstance(reading, Encoders):
-            state.causes[source] = _encoder_speeds(settings, state, reading)
-        elif isinstance(reading, Drives):
-            state.causes[source] = _drives(settings, state, reading)
-        elif isinstance(reading, Inputs):
-            state.causes[source] = _inputs(reading)
-        if whole:
-            state.last_times[source] = frame.time
+        if source:
+            _read(settings, state, source, reading, frame.time)
     found = _conditions(frame) + _silences(settings, state, frame.time)
     for causes in state.causes.values():
         found += causes
     if inferred is not None:
         found += _inferred_tensions(settings, inferred)
-    return max(found, key=lambda cause: cause.at_once) if found else None
+    return max(found, key=lambda cause: cause.kind) if found else None
+
+
+def _read(settings: GuardSettings, state: GuardState, source: str, reading: Reading, now: float) -> None:
+    """Judge one reading, unless it is told again, or was overtaken. Nobody's clock is believed to be ahead."""
+    stamp = reading.time if reading.time <= now else now
+    if stamp <= state.read_times.get(source, -math.inf):
+        return
+    state.read_times[source] = stamp
+    m, whole = len(settings.max_tensions), True
+    if any(len(getattr(reading, name)) != m for name in PER_LINE.get(type(reading), ())):
+        state.causes[source] = [Cause(f"the {source.replace('_', ' ')} do not tell {m} numbers, one for each line")]
+        return
+    if isinstance(reading, Tensions):
+        state.causes[source], whole = _measured_tensions(settings, state, reading)
+    elif isinstance(reading, Encoders):
+        state.causes[source] = _encoder_speeds(settings, state, stamp, reading.counts.tolist())
+    elif isinstance(reading, Drives):
+        state.causes[source] = _drives(settings, state, reading)
+    elif isinstance(reading, Inputs):
+        state.causes[source] = _inputs(reading) + _brakes(state, reading, now)
+    if whole:
+        state.last_times[source] = now
 
 
 _SOURCES: Final[dict[type, str]] = {Encoders: "encoders", Drives: "drives", Inputs: "inputs"}
@@ -128,7 +153,7 @@ _SOURCES: Final[dict[type, str]] = {Encoders: "encoders", Drives: "drives", Inpu
 
 def _silences(settings: GuardSettings, state: GuardState, now: float) -> list[Cause]:
     return [
-        Cause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s", at_once=False)
+        Cause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s")
         for source, timeout in settings.timeouts.items()
         if now - state.last_times.get(source, state.start_time) > timeout
     ]
@@ -137,26 +162,25 @@ def _silences(settings: GuardSettings, state: GuardState, now: float) -> list[Ca
 def _conditions(frame: SensorFrame) -> list[Cause]:
     found = []
     for notice in frame.notices:
-        of = f": {notice.subject}" if notice.subject else ""
-        if notice.condition in _AT_ONCE:
-            found.append(Cause(f"{_AT_ONCE[notice.condition]}{of}", at_once=True))
-        elif notice.condition in _BY_RAMP:
-            found.append(Cause(f"{_BY_RAMP[notice.condition]}{of}", at_once=False))
+        if notice.condition in _CONDITIONS:
+            reason, kind = _CONDITIONS[notice.condition]
+            found.append(Cause(f"{reason}: {notice.subject}" if notice.subject else reason, kind))
     return found
 
 
 def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tensions) -> tuple[list[Cause], bool]:
-    """Lines over their limit, at once while a tension rises, as a ramp may go on winding its line in.
+    """Lines over their limit, at once unless a tension falls, as a ramp may go on winding its line in.
 
     Also returns whether no line is missing that was measured before.
     """
     now, limits = reading.tensions.tolist(), settings.max_tensions.tolist()
     before = state.last_tensions.get(reading.source, [math.nan] * len(now))
     state.last_tensions[reading.source] = [b if math.isnan(t) else t for t, b in zip(now, before, strict=True)]
-    found = [
-        Cause(_too_much("pulls", i, now, limits, "N"), at_once=not now[i] < before[i])
-        for i in _confirmed(state, reading.source, now, limits)
-    ]
+    found = []
+    for i in _confirmed(state, reading.source, now, limits):
+        known = state.last_tensions[reading.source]
+        falls = now[i] < before[i] - _FALLS * limits[i]
+        found.append(Cause(_too_much("pulls", i, known, limits, "N"), StopKind.RAMP if falls else StopKind.HOLD))
     return found, not any(math.isnan(t) and not math.isnan(b) for t, b in zip(now, before, strict=True))
 
 
@@ -166,25 +190,22 @@ def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[Cause]:
     if not over:
         return []
     worst = max(over, key=lambda i: float(now[i] / limits[i]))
-    return [Cause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", at_once=True)]
+    return [Cause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)]
 
 
-def _encoder_speeds(settings: GuardSettings, state: GuardState, reading: Encoders) -> list[Cause]:
+def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[Cause]:
     """A winch that turns too fast, by two pairs of counts in one direction: a single flipped bit comes back."""
-    counts = reading.counts.tolist()
-    before, state.last_counts = state.last_counts, (reading.time, counts)
+    before, state.last_counts = state.last_counts, (now, counts)
     if settings.counts_per_radian is None or settings.max_drum_speed is None or before is None:
         return []
-    elapsed = reading.time - before[0]
-    if not elapsed > 0.0:
-        return []
+    elapsed = now - before[0]
     per_second = 1.0 / (settings.counts_per_radian * elapsed)
     limits = [settings.max_drum_speed] * len(counts)
     found = []
     for way, name in ((per_second, "out"), (-per_second, "in")):
         speeds = [way * (now - then) for now, then in zip(counts, before[1], strict=True)]
         fast = _confirmed(state, name, speeds, limits)
-        found += [Cause(_too_much("turns at", i, speeds, limits, "rad/s"), at_once=False) for i in fast]
+        found += [Cause(_too_much("turns at", i, speeds, limits, "rad/s")) for i in fast]
     return found
 
 
@@ -194,27 +215,39 @@ def _drives(settings: GuardSettings, state: GuardState, reading: Drives) -> list
     if DriveState.FAULT in reading.states:
         for i, (drive, text) in enumerate(zip(reading.states, reading.faults, strict=True)):
             if drive is DriveState.FAULT:
-                found.append(Cause(f"the drive of line {i + 1} reports a fault: {text or 'no text'}", at_once=True))
+                why = f"the drive of line {i + 1} reports a fault: {text or 'no text'}"
+                found.append(Cause(why, StopKind.BRAKE))
     following, speed = settings.max_following_error, settings.max_drum_speed
-    for name, does, values, limits, unit, at_once in (
-        ("following", "follows its command with an error of", reading.following_errors, following, "rad", True),
-        ("speed", "turns at", reading.velocities, speed, "rad/s", False),
-        ("torque", "has a torque of", reading.torques, settings.max_torques, "N m", True),
+    hold, by_ramp, errors = StopKind.HOLD, StopKind.RAMP, reading.following_errors
+    for name, does, values, limits, unit, kind in (
+        ("following", "follows its command with an error of", errors, following, "rad", hold),
+        ("speed", "turns at", reading.velocities, speed, "rad/s", by_ramp),
+        ("torque", "has a torque of", reading.torques, settings.max_torques, "N m", hold),
     ):
         if limits is not None:
             most = limits.tolist() if isinstance(limits, np.ndarray) else [limits] * m
             sizes = [abs(value) for value in values.tolist()]
             over = _confirmed(state, name, sizes, most)
-            found += [Cause(_too_much(does, i, sizes, most, unit), at_once=at_once) for i in over]
+            found += [Cause(_too_much(does, i, sizes, most, unit), kind) for i in over]
     return found
 
 
 def _inputs(reading: Inputs) -> list[Cause]:
-    if not reading.chain_closed:
-        return [Cause(str(Condition.ESTOP), at_once=False)]
     if reading.torque_off:
-        return [Cause("safe torque off is active", at_once=True)]
-    return [] if reading.enabling else [Cause("the enabling switch is not pressed", at_once=False)]
+        return [Cause("safe torque off is active", StopKind.BRAKE)]
+    if not reading.chain_closed:
+        return [Cause(str(Condition.ESTOP))]
+    return [] if reading.enabling else [Cause("the enabling switch is not pressed")]
+
+
+def _brakes(state: GuardState, reading: Inputs, now: float) -> list[Cause]:
+    """Brakes that are not as they were commanded, by their own contacts, after the time that they have for it."""
+    for i, closed in enumerate(reading.brakes_closed):
+        if not closed and now - state.closing_since > BRAKE_TIME:
+            return [Cause(f"the brake of line {i + 1} does not close", StopKind.KEEP)]
+        if closed and now - state.opening_since > BRAKE_TIME:
+            return [Cause(f"the brake of line {i + 1} does not open", StopKind.HOLD)]
+    return []
 
 
 def _confirmed(state: GuardState, name: str, values: Sequence[float], limits: Sequence[float]) -> list[int]:
@@ -222,30 +255,15 @@ def _confirmed(state: GuardState, name: str, values: Sequence[float], limits: Se
 
     Lists and not arrays, here and above: of a dozen numbers they are several times as fast.
     """
-    over = [i for i, (value, limit) in enumerate(zip(values, limits, strict=True)) if value > limit]
-    if not over:
-        state.over.pop(name, None)
-        return []
     before = state.over.get(name, {})
-    state.over[name] = {i: before.get(i, 0) + 1 for i in over}
-    return [i for i, times in state.over[name].items() if times >= CONFIRMED]
+    state.over[name] = counted = {}
+    for i, (value, limit) in enumerate(zip(values, limits, strict=True)):
+        if value > limit:
+            counted[i] = before.get(i, 0) + 1
+        elif i in before and math.isnan(value):
+            counted[i] = before[i]  # who does not answer has not recovered
+    return [i for i, times in counted.items() if times >= CONFIRMED]
 
 
 def _too_much(does: str, i: int, values: Sequence[float], limits: Sequence[float], unit: str) -> str:
     return f"line {i + 1} {does} {values[i]:.3g} {unit}; at most {limits[i]:.3g} is allowed"
-
-
-class RampState(NamedTuple):
-    """A stop of all winches: since when, and from which speeds (m,), rad/s."""
-
-    since: float  # s
-    speeds: Array
-    at_once: bool
-
-
-def ramp(settings: GuardSettings, stop: RampState, now: float) -> tuple[Array, bool]:
-    """Return the speeds (m,), rad/s, of winches that stop together, and whether brakes are to be closed by now."""
-    if stop.at_once:
-        return np.zeros(len(stop.speeds)), now - stop.since >= settings.hold_time
-    left = 1.0 - (now - stop.since) / settings.ramp_time
-    return max(left, 0.0) * stop.speeds, now - stop.since >= settings.ramp_time + settings.hold_time

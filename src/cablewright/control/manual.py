@@ -23,11 +23,12 @@ _AT: Final = 1e-6  # m from a place that counts as there
 
 @dataclass(frozen=True)
 class ManualSettings:
-    """Limits of motions by hand. ``acceleration``: m/s^2. ``park``: (3,) m, the parking place; None: there is none."""
+    """Limits of motions by hand. ``acceleration``: m/s^2. ``max_speed``: m/s. ``park``: (3,) m; None: there is none."""
 
     min_position: tuple[float, float, float]
     max_position: tuple[float, float, float]
     acceleration: float
+    max_speed: float = MAX_SPEED
     park: tuple[float, float, float] | None = None
 
 
@@ -50,14 +51,14 @@ class Motion(NamedTuple):
     done: bool
 
 
-def refusal(settings: ManualSettings, order: Order) -> str:
-    """Return why a motion by hand is not begun; an empty text: it may be."""
+def refusal(settings: ManualSettings, order: Order, now: float) -> str:
+    """Return why a motion by hand is not begun at *now*, s; an empty text: it may be."""
     try:
         if order.kind is OrderKind.JOG:
             speed = float(np.linalg.norm(_vector(order, "velocity")))
-            if speed > MAX_SPEED:
-                return f"jog: velocity: {speed:g} m/s; at most {MAX_SPEED:g} is allowed by hand"
-            return ""
+            if speed > settings.max_speed:
+                return f"jog: velocity: {speed:g} m/s; at most {settings.max_speed:g} is allowed by hand"
+            return "" if now - order.time < LEASE else f"jog: it was ordered over {LEASE:g} s ago"
         goal = _goal(settings, order)
     except InputError as error:
         return str(error)
@@ -72,7 +73,7 @@ def begin(settings: ManualSettings, state: ManualState, order: Order, now: float
     if place is not None:
         state.position, state.velocity = place.copy(), np.zeros(3)
     if order.kind is OrderKind.JOG:
-        state.goal, state.wish, state.lease_end = None, _vector(order, "velocity"), now + LEASE
+        state.goal, state.wish, state.lease_end = None, _vector(order, "velocity"), min(now, order.time) + LEASE
     else:
         state.goal = _goal(settings, order)
 
@@ -80,7 +81,7 @@ def begin(settings: ManualSettings, state: ManualState, order: Order, now: float
 def step(settings: ManualSettings, state: ManualState, now: float, dt: float) -> Motion:
     """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place."""
     change = settings.acceleration * dt
-    wish = _towards(settings, state, dt) if state.goal is not None else state.wish * float(now < state.lease_end)
+    wish = _towards(settings, state, dt) if state.goal is not None else _jog(settings, state, now, dt)
     more = wish - state.velocity
     size = float(np.linalg.norm(more))
     state.velocity = wish if size <= change else state.velocity + more * (change / size)
@@ -89,6 +90,25 @@ def step(settings: ManualSettings, state: ManualState, now: float, dt: float) ->
     still = not state.velocity.any()
     there = state.goal is None or float(np.linalg.norm(state.goal - state.position)) <= _AT
     return Motion(here, state.velocity, still and (there if state.goal is not None else now >= state.lease_end))
+
+
+def _jog(settings: ManualSettings, state: ManualState, now: float, dt: float) -> Array:
+    """Velocity (3,), m/s, of a jog: none when it was not repeated, and so slow that it can stop within the limits."""
+    if now >= state.lease_end:
+        return np.zeros(3)
+    limits = zip(settings.min_position, settings.max_position, strict=True)
+    velocity = state.wish.copy()
+    for axis, (low, high) in enumerate(limits):
+        at, wish = float(state.position[axis]), float(state.wish[axis])
+        most = _stopping(settings, high - at if wish > 0.0 else at - low, dt)
+        velocity[axis] = min(max(wish, -most), most)
+    return velocity
+
+
+def _stopping(settings: ManualSettings, left: float, dt: float) -> float:
+    """Speed, m/s, from which a motion along one axis stops within *left*, m, in whole steps."""
+    change = settings.acceleration / math.sqrt(3.0) * dt  # the three axes share the acceleration
+    return max(math.sqrt(change * change + 2.0 * change / dt * max(left, 0.0)) - change, 0.0)
 
 
 def _towards(settings: ManualSettings, state: ManualState, dt: float) -> Array:
@@ -100,7 +120,7 @@ def _towards(settings: ManualSettings, state: ManualState, dt: float) -> Array:
         return np.zeros(3)
     change = settings.acceleration * dt
     stopping = math.sqrt(change * change + 2.0 * settings.acceleration * left) - change
-    return np.asarray(way * (min(MAX_SPEED, max(stopping, _AT / dt), left / dt) / left))
+    return np.asarray(way * (min(settings.max_speed, max(stopping, _AT / dt), left / dt) / left))
 
 
 def _goal(settings: ManualSettings, order: Order) -> Array:

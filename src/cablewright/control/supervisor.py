@@ -16,6 +16,7 @@ import numpy as np
 
 from cablewright.control.guard import Cause
 from cablewright.control.guide import GuideMode, Target
+from cablewright.control.stop import StopKind
 from cablewright.control.transitions import TRANSITIONS, Event, Happening
 from cablewright.errors import InputError, require_positive
 from cablewright.signals import (
@@ -29,6 +30,7 @@ from cablewright.signals import (
 )
 
 NOT_RESET: Final = "not reset since it was started"
+_POSITION_LOST: Final = "the position is not known"
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +70,7 @@ class SupervisorState:
     state: PrintState = PrintState.FAULT
     reason: str = NOT_RESET
     state_start: float = -math.inf  # s
+    first_frame_time: float = math.inf  # s
     finished: bool = False
     valid_since: float = math.nan  # s: start of the valid position; NaN: not valid
     last_valid_time: float = -math.inf  # s: of the last valid position
@@ -75,6 +78,7 @@ class SupervisorState:
     barrier_broken: bool = False
     stalled_since: float = math.nan
     resume_ordered: bool = False  # pending until the barrier is clear
+    reset_before: bool = False  # a reset was ordered in the last step: it is held
     barrier_stops: int = 0
     refills: int = 0
 
@@ -93,7 +97,7 @@ class Verdict(NamedTuple):
     hold_winches: bool  # overriding the controller
     valve_allowed: bool  # whether the valve may be open
     orders: tuple[Order, ...]  # those given, with why one was refused
-    at_once: bool  # in a fault: the winches are held without a ramp
+    stop: StopKind | None  # how the winches are to stop now
 
 
 class _Inputs(NamedTuple):
@@ -104,6 +108,7 @@ class _Inputs(NamedTuple):
     conditions: frozenset[Condition]
     cause: Cause | None
     standing: bool
+    stopped: bool
 
 
 def step(
@@ -114,22 +119,27 @@ def step(
     *,
     cause: Cause | None = None,
     standing: bool = True,
+    stopped: bool = True,
     target: Target | None = None,
     powder: float = math.inf,
     orders: Iterable[Order] = (),
 ) -> Verdict:
     """Return the verdict for one step; *state* changes in place.
 
-    *cause*: of the guard, to stop. *standing*: whether the winches are commanded to stand. *target*: of the last step.
-    *powder*, kg: estimate.
+    *cause*: of the guard, to stop. *standing*: whether the winches are commanded to stand; *stopped*: for as long as a
+    stop takes. *target*: of the last step. *powder*, kg: estimate. *orders* that are refused already change nothing.
     """
     now = frame.time
     _update_readings(state, frame, estimate)
     conditions = frozenset(notice.condition for notice in frame.notices)
-    inputs = _Inputs(now, estimate, target, powder, conditions, cause, standing)
-    answered = tuple(replace(order, refusal=_apply_order(state, order, inputs)) for order in orders)
+    inputs = _Inputs(now, estimate, target, powder, conditions, cause, standing, stopped)
+    given = tuple(orders)
+    answered = tuple(
+        order if order.refusal else replace(order, refusal=_apply_order(settings, state, order, inputs))
+        for order in given
+    )
+    state.reset_before = any(order.kind is OrderKind.RESET for order in given)
     danger = cause or _hard_limit(settings, state, inputs)
-    at_once = danger is not None and danger.at_once
     if danger is not None:
         if state.state is not PrintState.FAULT:
             _happen(state, Happening.DANGER, now, danger.reason)
@@ -145,7 +155,8 @@ def step(
     off = state.state in (PrintState.FAULT, PrintState.OFF)
     hold = off or (mode is GuideMode.HOLD and at_rest and state.state not in _HANDLED)
     valve = state.state not in _SHUT
-    return Verdict(state.state, state.reason, mode, hold, valve, answered, at_once)
+    kind = danger.kind if danger is not None else StopKind.RAMP if state.state is PrintState.FAULT else None
+    return Verdict(state.state, state.reason, mode, hold, valve, answered, kind)
 
 
 _RUNNING: Final = (PrintState.READY, PrintState.PRINTING)
@@ -156,6 +167,7 @@ _MODES = {PrintState.PRINTING: GuideMode.FOLLOW, PrintState.READY: GuideMode.APP
 
 
 def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estimate) -> None:
+    state.first_frame_time = min(state.first_frame_time, frame.time)
     for reading in frame.readings:
         if isinstance(reading, Barrier):
             state.last_barrier_time, state.barrier_broken = frame.time, reading.broken
@@ -172,12 +184,12 @@ def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estim
         state.stalled_since = frame.time
 
 
-def _apply_order(state: SupervisorState, order: Order, inputs: _Inputs) -> str:
+def _apply_order(settings: SupervisorSettings, state: SupervisorState, order: Order, inputs: _Inputs) -> str:
     """Apply an order. Returns why it is refused; an empty text: it is obeyed."""
     current, kind, now = state.state, order.kind, inputs.now
     if kind is OrderKind.OVERRIDE:
         return ""  # changes no state
-    if kind is OrderKind.RESET and current is PrintState.FAULT and (why := _no_reset(state, inputs)):
+    if kind is OrderKind.RESET and current is PrintState.FAULT and (why := _no_reset(state, order, inputs)):
         return f"reset: {why}"
     waits = kind is OrderKind.RESUME and current in (PrintState.PAUSED, PrintState.STOPPED)
     if waits or (kind is OrderKind.REFILLED and current is PrintState.REFILLING):
@@ -185,12 +197,27 @@ def _apply_order(state: SupervisorState, order: Order, inputs: _Inputs) -> str:
         return ""
     if (current, kind) not in TRANSITIONS:
         return f"{kind}: has no effect while the state is {current}"
+    if kind in _FROM_REST and current is not PrintState.MANUAL and not inputs.standing:
+        return f"{kind}: the winches have not come to rest"
+    if kind in MOVING and (why := _person(settings, state, now)):
+        return f"{kind}: {why}"
     if kind is OrderKind.START:
         state.finished = False
     _happen(state, kind, now, _REASONS.get(kind, ""))
     return ""
 
 
+MOVING: Final = (
+    OrderKind.START,
+    OrderKind.JOG,
+    OrderKind.GO_TO,
+    OrderKind.PARK,
+    OrderKind.TAKE_UP,
+    OrderKind.HOME,
+)
+"""Orders that let the machine move at once."""
+
+_FROM_REST: Final = (*MOVING, OrderKind.RELEASE, OrderKind.RESET)
 _REASONS: Final = {
     OrderKind.EMERGENCY: "emergency stop",
     OrderKind.RESET: "reset",
@@ -199,13 +226,16 @@ _REASONS: Final = {
 }
 
 
-def _no_reset(state: SupervisorState, inputs: _Inputs) -> str:
-    """Why a fault cannot be reset now: its cause, or another one, stands; or the stop is not at its end."""
+def _no_reset(state: SupervisorState, order: Order, inputs: _Inputs) -> str:
+    """Why a fault cannot be reset now: its cause, or another one, stands; the stop is not at its end; or no edge."""
     if inputs.cause is not None:
         return inputs.cause.reason
-    if not inputs.standing:
-        return "the winches have not come to rest"
-    return "" if inputs.now > state.state_start else "it is to be ordered after the stop"
+    if not inputs.stopped:
+        return "the stop is not at its end"
+    if state.reset_before:
+        return "it is held"
+    late = inputs.now > state.state_start and order.time >= state.state_start
+    return "" if late else "it was ordered before the stop"
 
 
 def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> Cause | None:
@@ -229,7 +259,7 @@ def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
 
 
 def _stop(reason: str) -> Cause:
-    return Cause(reason, at_once=False)
+    return Cause(reason)
 
 
 def _person(settings: SupervisorSettings, state: SupervisorState, now: float) -> str:
@@ -238,7 +268,8 @@ def _person(settings: SupervisorSettings, state: SupervisorState, now: float) ->
         return ""
     if state.barrier_broken:
         return "somebody is in the light barrier"
-    timed_out = now - max(state.last_barrier_time, state.state_start) > settings.barrier_timeout
+    last = state.last_barrier_time if math.isfinite(state.last_barrier_time) else state.first_frame_time
+    timed_out = now - last > settings.barrier_timeout
     return "no reading of the light barrier" if timed_out else ""
 
 
@@ -263,24 +294,26 @@ def _check_running(settings: SupervisorSettings, state: SupervisorState, inputs:
 
 def _check_handled(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
     """Leave a procedure, or a motion by hand, if there is a reason to stop."""
-    now, estimate, target = inputs.now, inputs.estimate, inputs.target
+    now = inputs.now
     if reason := _person(settings, state, now):
         _happen(state, Happening.PERSON, now, reason)
     elif reason := _winch_limit(settings, state, inputs):
         _happen(state, Happening.SOFT_LIMIT, now, reason)
-    elif state.state is PrintState.MANUAL and not estimate.valid:
+    elif state.state is PrintState.MANUAL and not inputs.estimate.valid:
         _happen(state, Happening.POSITION_LOST, now, _POSITION_LOST)
-    elif state.state is PrintState.MANUAL and target is not None:
-        limits = zip(settings.min_position, settings.max_position, strict=True)
-        for axis, (low, high) in enumerate(limits):
-            at, velocity = float(estimate.position[axis]), float(target.velocity[axis])
-            if (at < low and velocity < 0.0) or (at > high and velocity > 0.0):
-                reason = f"{'xyz'[axis]} = {at:.3f} m is outside {low:g} to {high:g} m"
-                _happen(state, Happening.SOFT_LIMIT, now, reason)
-                return
+    elif state.state is PrintState.MANUAL and (reason := _target_limit(settings, inputs)):
+        _happen(state, Happening.SOFT_LIMIT, now, reason)
 
 
-_POSITION_LOST = "the position is not known"
+def _target_limit(settings: SupervisorSettings, inputs: _Inputs) -> str:
+    """Whether the platform is too far from its target, or nobody can tell: the reason, or an empty text."""
+    if inputs.target is None:
+        return ""
+    error = inputs.target.position - inputs.estimate.position
+    distance = math.sqrt(float(error @ error))
+    if distance <= settings.max_error:
+        return ""
+    return f"the platform is {distance:.3f} m from its target; at most {settings.max_error:g} is allowed"
 
 
 def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> str:
@@ -288,10 +321,8 @@ def _soft_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
     if reason := _winch_limit(settings, state, inputs):
         return reason
     if inputs.target is not None and inputs.estimate.valid:
-        error = inputs.target.position - inputs.estimate.position
-        distance = math.sqrt(float(error @ error))
-        if distance > settings.max_error:
-            return f"the platform is {distance:.3f} m from its target; at most {settings.max_error:g} is allowed"
+        if reason := _target_limit(settings, inputs):
+            return reason
         excess = float(np.nanmax(inputs.estimate.excess, initial=-math.inf))
         if excess > settings.max_excess:
             return f"a line is {excess:.3f} m too long; at most {settings.max_excess:g} is allowed"
@@ -318,8 +349,13 @@ def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inpu
         state.finished = True
         _happen(state, Happening.PATH_END, now, "finished")
     found = state.state is PrintState.PAUSED and state.reason == _POSITION_LOST and _is_settled(settings, state, now)
-    if found or (state.resume_ordered and not (settings.barrier_timeout is not None and state.barrier_broken)):
+    if found or (state.resume_ordered and inputs.standing and not _person(settings, state, now)):
         _happen(state, Happening.MAY_RESUME, now, "")
+
+
+def fail(state: SupervisorState, now: float, reason: str) -> None:
+    """Take note of a danger that the control itself has found."""
+    _happen(state, Happening.DANGER, now, reason)
 
 
 def end_procedure(state: SupervisorState, now: float, failure: str = "") -> None:

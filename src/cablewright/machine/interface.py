@@ -51,7 +51,8 @@ class Machine(Protocol):
     def step(self, command: Command) -> SensorFrame:
         """Send *command*, wait until the step is due, and return the readings that arrived.
 
-        What goes wrong on the way is a notice of the frame, not an error. Raises `InputError` for an invalid command:
+        What goes wrong on the way is a notice of the frame, not an error, and is told again with each frame while it
+        lasts. Raises `InputError` for an invalid command:
         of another number of winches, not finite, older than the last, of a mode or output that it does not have.
         Raises `StopIteration` when a replayed machine's log is over.
         """
@@ -91,12 +92,17 @@ def check_command(abilities: Abilities, command: Command, last_time: float) -> N
         raise InputError(f"command.winch_speeds: {m} finite numbers are expected, rad/s; got {speeds}")
     if not 0.0 <= command.valve <= 1.0:
         raise InputError(f"command.valve = {command.valve:g}: must be from 0 (shut) to 1 (open)")
+    if not math.isfinite(command.time):
+        raise InputError(f"command.time = {command.time:g} s: a finite number is expected")
     if not command.time >= last_time:
         raise InputError(f"command.time = {command.time:g} s: the clock jumped back, from {last_time:g} s")
     if command.modes:
         _check_modes(abilities, command, speeds)
     if unknown := sorted(command.outputs.keys() - abilities.outputs):
         raise InputError(f"command.outputs: {unknown[0]!r}: the machine has no such output")
+    for name, value in command.outputs.items():
+        if not math.isfinite(value):
+            raise InputError(f"command.outputs: {name} = {value:g}: a finite number is expected")
 
 
 def _check_modes(abilities: Abilities, command: Command, speeds: list[float]) -> None:
@@ -109,5 +115,11 @@ def _check_modes(abilities: Abilities, command: Command, speeds: list[float]) ->
             raise InputError(f"command.modes: {mode.value!r} of winch {i + 1}: the machine has {known}")
         if mode in (WinchMode.OFF, WinchMode.HOLD) and speed != 0.0:
             raise InputError(f"command.winch_speeds: {speed:g} rad/s of winch {i + 1}, which is {mode.value!r}")
-    if WinchMode.TENSION in modes and (command.tensions is None or len(command.tensions) != m):
+    if WinchMode.TENSION not in modes:
+        return
+    tensions = np.full(0, np.nan) if command.tensions is None else np.asarray(command.tensions, dtype=np.float64)
+    if tensions.shape != (m,):
         raise InputError(f"command.tensions: {m} are expected with the mode 'tension'")
+    for i, (mode, tension) in enumerate(zip(modes, tensions.tolist(), strict=True)):
+        if mode is WinchMode.TENSION and not 0.0 <= tension < math.inf:
+            raise InputError(f"command.tensions: {tension:g} N of winch {i + 1}: a finite number from 0 on is expected")

@@ -36,6 +36,8 @@ class Attendant:
             self._since, self._state = now, state
         if printer.supervisor.is_new and not printer.finished:
             return (OrderKind.RESET, OrderKind.ENABLE, OrderKind.START)
+        if state is PrintState.IDLE and not printer.finished:
+            return (OrderKind.START,)
         if state is PrintState.PAUSED:
             if printer.supervisor.barrier_broken:
                 self._since = now

@@ -9,10 +9,12 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.choices import HeightRule, LawName
+from cablewright.control import manual
 from cablewright.control.guard import GuardSettings
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings
+from cablewright.control.stop import StopSettings
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import AnswerError, InputError
@@ -60,7 +62,7 @@ def planned(
         velocity,
         _limits(robot, settings, path, period),
         _guard(robot, settings, path, period),
-        ManualSettings(scene.frame_min, scene.frame_max, path.acceleration),
+        ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, manual.MAX_SPEED - velocity.max_correction),
         HeightControl(float(begin[2]) - scene.frame_min[2]) if over_structure else None,
         drum.flow if drum.capacity else 0.0,
         drum.powder if drum.capacity else math.inf,
@@ -107,7 +109,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
         max_drum_speed=_DRUM_SPEED * winch.max_speed,
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         timeouts=timeouts,
-        ramp_time=min(max(fastest / path.acceleration, low), high),
+        stop=StopSettings(ramp_time=min(max(fastest / path.acceleration, low), high)),
     )
 
 

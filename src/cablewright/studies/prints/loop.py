@@ -16,20 +16,22 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.control import guard, guide, height, manual, supervisor, velocity
-from cablewright.control.guard import GuardSettings, GuardState, RampState
+from cablewright.control.clock import FrameClock
+from cablewright.control.guard import GuardSettings, GuardState
 from cablewright.control.guide import GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings, ManualState
+from cablewright.control.orders import BY_HAND, OrderState, examine
 from cablewright.control.procedure import Procedure
+from cablewright.control.stop import StopKind, StopState, advance
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
-from cablewright.machine.interface import Machine, require_abilities
+from cablewright.errors import InputError
+from cablewright.machine.interface import Machine, check_command, require_abilities
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.signals import (
     Command,
-    Condition,
     Estimate,
-    Notice,
     Order,
     OrderKind,
     PrintState,
@@ -43,11 +45,9 @@ from cablewright.studies.estimators import Estimator
 MakeEstimator = Callable[[Array, Array], Estimator]
 """Makes an estimator from the platform's last position (3,), m, and the winch drums' radii (m,), m; 0: unknown."""
 
-_SAME: Final = 1e-6  # of a period: elapsed times that differ by less are a period, told by a clock with rounding
-_LATE: Final = 1.5  # periods after which a step is an overrun
-_MOST: Final = 3.0  # periods for which the control goes on after a gap
 _COLLECT_STEPS: Final = 100  # between garbage collections of a loop in real time
 _MAX_STEPS: Final = 100_000_000
+_SAFETY_TIMEOUT: Final = 0.5  # s without drives or inputs, of a machine that has them
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +93,11 @@ class Printer:
 
         Raises `InputError` for a machine that lacks what the plan needs.
         """
-        m = plan.velocity.model.m
-        require_abilities(machine.abilities, m, plan.sensors)
-        self.plan, self.machine = plan, machine
+        m, able = plan.velocity.model.m, machine.abilities
+        require_abilities(able, m, plan.sensors)
+        silent = {source: _SAFETY_TIMEOUT for source in ("drives", "inputs") if source in able.sensors}
+        guarded = replace(plan.guard, timeouts=silent | dict(plan.guard.timeouts))
+        self.plan, self.machine = replace(plan, guard=guarded), machine
         self.guide, self.supervisor = GuideState(), SupervisorState()
         self.velocity = velocity.start(plan.velocity)
         self.powder = plan.powder  # kg in the drum, estimated
@@ -104,10 +106,10 @@ class Printer:
         self.radii = np.zeros(m)  # (m,) m, last estimated, of the winch drums; 0: unknown
         self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self.speed_share = 1.0  # of the planned speed
-        self._now = now
-        self._command = Command(now, frozen(np.zeros(m)))
+        self._clock, self._orders = FrameClock(machine.period, now), OrderState()
         self._guard, self._manual = GuardState(), ManualState()
-        self._ramp: RampState | None = None
+        self._stop: StopState | None = StopState.closed(m)
+        self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
         self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
         if archive is not None:
@@ -122,7 +124,7 @@ class Printer:
     @property
     def time(self) -> float:
         """The machine's time at the last frame, s."""
-        return self._now
+        return self._clock.now
 
     @property
     def command(self) -> Command:
@@ -149,26 +151,35 @@ class Printer:
     def step(self, orders: tuple[Order, ...] = ()) -> Step:
         """Run one period of the machine and compute the next command."""
         command = self._command
-        frame, dt = self._timed(self.machine.step(command))
+        frame, dt = self._clock.tell(self.machine.step(command))
         self.frame_times = time.perf_counter(), time.thread_time()
         self.powder -= self.plan.flow * command.valve * dt
         estimate = self.estimator.step(frame)
         state = self.supervisor.state
-        refused = {order: why for order in orders if (why := self._refusal(order))}
+        stopped = self._stop is None or self._stop.at_rest(self.plan.guard.stop)
         verdict = supervisor.step(
             self.plan.supervisor,
             self.supervisor,
             frame,
             estimate,
             cause=guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions),
-            standing=not command.winch_speeds.any(),
+            standing=not command.winch_speeds.any() and WinchMode.TENSION not in command.modes,
+            stopped=stopped,
             target=self.target,
             powder=self.powder,
-            orders=[order for order in orders if order not in refused],
+            orders=examine(
+                self.plan.manual,
+                self._orders,
+                orders,
+                self.time,
+                known=math.isfinite(self.supervisor.valid_since),
+                procedures=self.plan.procedures,
+            ),
         )
         if estimate.valid:
             self.last_position[:], self.radii[:] = estimate.position, estimate.radii
-        self._on_transition(state, verdict, command)
+        self._on_transition(state, verdict)
+        self._begin_stop(state, verdict, command)
         self._obey(verdict.orders, state, estimate)
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
             self.guide.height_offset = height.step(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
@@ -176,53 +187,27 @@ class Printer:
             self.guide.position, self._approach_pending = estimate.position.copy(), False
         target = self._next_target(verdict, dt)
         self.target = None if self._approach_pending else target
-        self._command = self._decide(frame, verdict, estimate, target, dt)
-        answered = (*verdict.orders, *(replace(order, refusal=why) for order, why in refused.items()))
-        return Step(command, frame, estimate, self._progress(verdict, estimate, target), answered)
+        self._command = self._sound(self._decide(frame, verdict, estimate, target, dt))
+        guard.take_note(self._guard, frame.time, closed=WinchMode.OFF in self._command.modes)
+        return Step(command, frame, estimate, self._progress(verdict, estimate, target), verdict.orders)
 
-    def _timed(self, frame: SensorFrame) -> tuple[SensorFrame, float]:
-        """The frame, and the time that has elapsed since the last one, s: a period, or more up to a limit.
-
-        A late frame has a notice. One that is not later than the last has another, no readings and the time of one
-        period later: whoever judges by times sees silence.
-        """
-        period, elapsed = self.machine.period, frame.time - self._now
-        if not elapsed > 0.0:
-            self._now += period
-            return SensorFrame(self._now, (), (*frame.notices, Notice(Condition.CLOCK_BACK))), period
-        self._now = frame.time
-        if abs(elapsed - period) <= _SAME * period:
-            return frame, period
-        if elapsed > _LATE * period:
-            frame = replace(frame, notices=(*frame.notices, Notice(Condition.OVERRUN)))
-        return frame, min(elapsed, _MOST * period)
-
-    def _refusal(self, order: Order) -> str:
-        """Why an order cannot be obeyed, whatever the state; an empty text: the state decides."""
-        if order.kind in (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK):
-            if not math.isfinite(self.supervisor.valid_since):
-                return f"{order.kind}: the position is not known"
-            return manual.refusal(self.plan.manual, order)
-        if order.kind in _PROCEDURES and _PROCEDURES[order.kind] not in self.plan.procedures:
-            return f"{order.kind}: the plan has no procedure for it"
-        if order.kind is OrderKind.OVERRIDE:
-            share = order.arguments.get("share", ())
-            if len(share) != 1 or not 0.0 <= share[0] <= 1.0:
-                return f"override: share = {share}: one number from 0 to 1 is expected"
-        return ""
-
-    def _on_transition(self, previous: PrintState, verdict: Verdict, command: Command) -> None:
-        """Set where the target continues, and how the winches stop, after a change of state."""
-        faulted, worse = verdict.state is PrintState.FAULT, verdict.at_once and not (self._ramp and self._ramp.at_once)
+    def _begin_stop(self, previous: PrintState, verdict: Verdict, command: Command) -> None:
+        """Begin a stop of the winches, make one more urgent, or end it where the state lets them move."""
         interrupted = previous in _HANDLED and verdict.state is PrintState.IDLE
-        if (faulted and (self._ramp is None or worse)) or interrupted:
-            at_once = verdict.at_once or self.machine.period >= self.plan.guard.ramp_time
-            self._ramp = RampState(self._now, command.winch_speeds, at_once)
+        if verdict.state in (PrintState.FAULT, PrintState.OFF) or interrupted:
+            if self._stop is None:
+                self._stop = StopState(command.winch_speeds)
+            self._stop.brakes = not interrupted
+            if verdict.stop is not None:
+                self._stop.worsen(verdict.stop)
         elif verdict.state is not previous:
-            self._ramp = None
+            self._stop = None
+
+    def _on_transition(self, previous: PrintState, verdict: Verdict) -> None:
+        """Set where the target continues after a change of state."""
         if verdict.state is previous:
             return
-        if faulted:  # the target stands with the machine
+        if verdict.state is PrintState.FAULT:  # the target stands with the machine
             self.guide.speed_factor, self.guide.speed = 0.0, 0.0
         if verdict.state is PrintState.REFILLING and self.powder > self.plan.supervisor.refill_mass:
             self._powder_out_time = self.guide.path_time  # earlier than estimated: the path will continue from here
@@ -232,7 +217,7 @@ class Printer:
             self.guide.position, self.guide.speed_factor, self.guide.speed = None, 0.0, 0.0
             self._approach_pending = True
         if verdict.state in self.plan.procedures:
-            self.plan.procedures[verdict.state].begin(self._now)
+            self.plan.procedures[verdict.state].begin(self.time)
 
     def _obey(self, orders: tuple[Order, ...], previous: PrintState, estimate: Estimate) -> None:
         """Take the arguments of the orders that were accepted."""
@@ -241,27 +226,25 @@ class Printer:
                 continue
             if order.kind is OrderKind.OVERRIDE:
                 self.speed_share = order.arguments["share"][0]
-            elif self.supervisor.state is PrintState.MANUAL and order.kind in _BY_HAND:
+            elif self.supervisor.state is PrintState.MANUAL and order.kind in BY_HAND:
                 place = estimate.position if previous is not PrintState.MANUAL else None
-                manual.begin(self.plan.manual, self._manual, order, self._now, place)
+                manual.begin(self.plan.manual, self._manual, order, self.time, place)
 
     def _next_target(self, verdict: Verdict, dt: float) -> Target:
         if verdict.state is not PrintState.MANUAL:
             return guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
-        motion = manual.step(self.plan.manual, self._manual, self._now, dt)
+        motion = manual.step(self.plan.manual, self._manual, self.time, dt)
         if motion.done:
-            supervisor.end_procedure(self.supervisor, self._now)
+            supervisor.end_procedure(self.supervisor, self.time)
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
         layer = int(path.track.layer[path.track.piece(distance)])
         return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False)
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         now, m = frame.time, self.plan.velocity.model.m
-        if self._ramp is not None:
-            speeds, braked = guard.ramp(self.plan.guard, self._ramp, now)
-            return self._standing(now, frozen(speeds), braked and verdict.state is PrintState.FAULT)
-        if verdict.state is PrintState.OFF:
-            return self._standing(now, frozen(np.zeros(m)), True)
+        if self._stop is not None:
+            speeds, mode = advance(self.plan.guard.stop, self._stop, self.machine.period)
+            return self._standing(now, frozen(speeds), mode)
         if verdict.state in self.plan.procedures:
             return self._proceed(now, verdict, frame, estimate, dt)
         if verdict.hold_winches or not estimate.valid:
@@ -270,18 +253,35 @@ class Printer:
         opening = target.path_speed / self.plan.path.print_speed if target.extruding and verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0))
 
-    def _standing(self, now: float, speeds: Array, braked: bool) -> Command:
-        """A command that stops: by *speeds*, then held, then with brakes closed where the machine has the modes."""
-        modes = self.machine.abilities.modes
-        wanted = WinchMode.VELOCITY if speeds.any() else WinchMode.OFF if braked else WinchMode.HOLD
-        return Command(now, speeds, modes=(wanted,) * len(speeds) if wanted in modes else ())
+    def _standing(self, now: float, speeds: Array, mode: WinchMode) -> Command:
+        """A command of a stop, in its mode where the machine has it."""
+        return Command(now, speeds, modes=(mode,) * len(speeds) if self._has(mode) else ())
+
+    def _has(self, mode: WinchMode) -> bool:
+        return mode is not WinchMode.VELOCITY and mode in self.machine.abilities.modes
 
     def _proceed(self, now: float, verdict: Verdict, frame: SensorFrame, estimate: Estimate, dt: float) -> Command:
-        """The command of the procedure that runs."""
+        """The command of the procedure that runs. Where it ends, the winches come to rest by a ramp."""
         done = self.plan.procedures[verdict.state].step(frame, estimate, dt)
         if done.finished or done.failure:
             supervisor.end_procedure(self.supervisor, now, done.failure)
+            self._stop = StopState(self._command.winch_speeds, brakes=False)
+            speeds, mode = advance(self.plan.guard.stop, self._stop, self.machine.period)
+            return self._standing(now, frozen(speeds), mode)
         return Command(now, frozen(done.winch_speeds), modes=done.modes, tensions=done.tensions)
+
+    def _sound(self, command: Command) -> Command:
+        """The command, if a machine can take it within the limits; else all winches stop, and the state is a fault."""
+        try:
+            check_command(self.machine.abilities, command, -math.inf)
+            most = self.plan.guard.max_drum_speed or math.inf
+            if not float(np.abs(command.winch_speeds).max()) <= most:
+                raise InputError(f"command.winch_speeds: over {most:g} rad/s")
+        except InputError as error:
+            supervisor.fail(self.supervisor, command.time, f"the control went wrong: {error}")
+            self._stop = StopState(np.zeros(self.plan.velocity.model.m), StopKind.HOLD)
+            return self._standing(command.time, frozen(self._stop.speeds), WinchMode.HOLD)
+        return command
 
     def _progress(self, verdict: Verdict, estimate: Estimate, target: Target) -> Progress:
         error = math.nan
@@ -293,8 +293,6 @@ class Printer:
 
 
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
-_BY_HAND: Final = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK)
-_PROCEDURES: Final = {OrderKind.TAKE_UP: PrintState.TENSIONING, OrderKind.HOME: PrintState.HOMING}
 
 
 class Operator(Protocol):
@@ -320,8 +318,8 @@ def run(printer: Printer, operator: Operator, recorder: StepRecorder) -> int:
     The machine is opened before and closed after, whatever happens; an error on the way stops it first.
     """
     machine = printer.machine
-    machine.open()
     try:
+        machine.open()
         for number in range(1, _MAX_STEPS):
             step = printer.step(operator.orders(printer, printer.time))
             last = operator.is_over(printer)
@@ -332,5 +330,7 @@ def run(printer: Printer, operator: Operator, recorder: StepRecorder) -> int:
                 gc.collect(1)
         return _MAX_STEPS
     finally:
-        machine.stop()
-        machine.close()
+        try:
+            machine.stop()
+        finally:
+            machine.close()

@@ -1,0 +1,98 @@
+"""Orders as they come, from anybody: which can be obeyed whatever the state, and who counts more."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Final
+
+from cablewright.control import manual
+from cablewright.control.manual import ManualSettings
+from cablewright.control.supervisor import MOVING
+from cablewright.signals import Order, OrderKind, PrintState
+from cablewright.units import LARGEST
+
+BY_HAND: Final = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK)
+"""Orders of motions by hand."""
+
+_STOPS: Final = (OrderKind.STOP, OrderKind.EMERGENCY, OrderKind.PAUSE)
+_PROCEDURES: Final = {OrderKind.TAKE_UP: PrintState.TENSIONING, OrderKind.HOME: PrintState.HOMING}
+_MAX_ARGUMENTS: Final = 20  # of an order
+
+
+@dataclass(eq=False)
+class OrderState:
+    """Changed in place by `examine`."""
+
+    jog_time: float = -math.inf  # s, of the last order to jog
+    jog_stopped: bool = False  # a stop was ordered since nobody asked to jog
+
+
+def examine(
+    settings: ManualSettings,
+    state: OrderState,
+    orders: tuple[Order, ...],
+    now: float,
+    *,
+    known: bool,
+    procedures: Collection[PrintState],
+) -> list[Order]:
+    """Return the orders at *now*, s, each with why it cannot be obeyed; an empty text leaves it to the state.
+
+    *known*: whether the position is. *procedures*: that the plan has. A stop counts more than what moves beside it, and
+    a jog that was stopped begins anew only after nobody has asked for one for a while.
+    """
+    stops = any(order.kind in _STOPS for order in orders)
+    found = []
+    for order in orders:
+        if not _is_sound(order):
+            why = f"{order.kind}: time and arguments: finite numbers are expected, in tuples"
+            found.append(replace(order, time=now, arguments={}, refusal=why))
+        elif stops and order.kind in (*MOVING, OrderKind.RESUME, OrderKind.RESET):
+            found.append(replace(order, refusal=f"{order.kind}: a stop was ordered at the same time"))
+        else:
+            found.append(replace(order, refusal=_refusal(settings, state, order, now, known, procedures)))
+    state.jog_stopped |= stops
+    return found
+
+
+def _refusal(
+    settings: ManualSettings,
+    state: OrderState,
+    order: Order,
+    now: float,
+    known: bool,
+    procedures: Collection[PrintState],
+) -> str:
+    if order.kind in BY_HAND and not known:
+        return f"{order.kind}: the position is not known"
+    if order.kind is OrderKind.JOG:
+        held, state.jog_time = now - state.jog_time <= manual.LEASE, now
+        if state.jog_stopped and held:
+            return "jog: it was stopped; let go first"
+        state.jog_stopped = False
+    if order.kind in BY_HAND:
+        return manual.refusal(settings, order, now)
+    if order.kind in _PROCEDURES and _PROCEDURES[order.kind] not in procedures:
+        return f"{order.kind}: the plan has no procedure for it"
+    if order.kind is OrderKind.OVERRIDE:
+        share = order.arguments.get("share", ())
+        if len(share) != 1 or not 0.0 <= share[0] <= 1.0:
+            return f"override: share = {share}: one number from 0 to 1 is expected"
+    return ""
+
+
+def _is_sound(order: Order) -> bool:
+    """Whether time and arguments, which may come from anywhere, are finite numbers and tuples of such."""
+    arguments: object = order.arguments
+    if not (isinstance(arguments, dict) and len(arguments) <= _MAX_ARGUMENTS and _is_finite(order.time)):
+        return False
+    return all(
+        isinstance(key, str) and isinstance(values, tuple) and all(map(_is_finite, values))
+        for key, values in arguments.items()
+    )
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, int | float) and abs(value) <= LARGEST

@@ -1,0 +1,79 @@
+"""How all winches stop together: by a ramp, held, then with brakes closed. A stop never goes back.
+
+Category 1 of IEC 60204-1, or its last stages alone where a ramp would make things worse. It advances by one period with
+each command: a step that comes late, or a clock that jumps, skips nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.errors import require_positive
+from cablewright.signals import WinchMode
+
+
+class StopKind(IntEnum):
+    """How a stop begins, and ends; the most urgent one counts."""
+
+    RAMP = 0  # then hold, then brake
+    HOLD = 1  # at once, then brake
+    KEEP = 2  # hold at once and keep torque on: a brake cannot be relied on
+    BRAKE = 3  # at once: a winch has no torque
+
+
+@dataclass(frozen=True)
+class StopSettings:
+    """``ramp_time``: s in which the winches come to rest together. ``hold_time``: s held before brakes close."""
+
+    ramp_time: float = 0.3
+    hold_time: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for times that are not positive and finite."""
+        require_positive(**vars(self))
+
+
+@dataclass(eq=False)
+class StopState:
+    """A stop of winches that turned at ``speeds`` (m,), rad/s. Changed in place."""
+
+    speeds: Array
+    kind: StopKind = StopKind.RAMP
+    brakes: bool = True  # whether it ends with brakes closed
+    left: float = 1.0  # share of the speeds that is still commanded
+    held: float = -1.0  # s since the first command of zero speed; negative: none yet
+    braked: bool = False
+
+    @classmethod
+    def closed(cls, m: int) -> StopState:
+        """The end of a stop of *m* winches: brakes are closed."""
+        return cls(np.zeros(m), braked=True)
+
+    def worsen(self, kind: StopKind) -> None:
+        """Go on as a more urgent stop of that *kind*; a less urgent one changes nothing."""
+        self.kind = max(self.kind, kind)
+
+    def at_rest(self, settings: StopSettings) -> bool:
+        """Whether it has come to its end: held for its time, or braked."""
+        return self.braked or self.held >= settings.hold_time
+
+
+def advance(settings: StopSettings, stop: StopState, dt: float) -> tuple[Array, WinchMode]:
+    """Return speeds (m,), rad/s, and mode to command a period *dt*, s, after the last ones; *stop* changes in place."""
+    none = np.zeros(len(stop.speeds))
+    if stop.held >= 0.0:
+        stop.held += dt
+    ends = stop.brakes and stop.kind is not StopKind.KEEP and stop.held >= settings.hold_time
+    if stop.braked or ends or stop.kind is StopKind.BRAKE:
+        stop.braked = True
+        return none, WinchMode.OFF
+    if stop.kind is StopKind.RAMP and stop.held < 0.0 and stop.speeds.any():
+        stop.left -= dt / settings.ramp_time
+        if stop.left > 0.0:
+            return stop.left * stop.speeds, WinchMode.VELOCITY
+    stop.held = max(stop.held, 0.0)
+    return none, WinchMode.HOLD
