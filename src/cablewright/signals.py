@@ -49,6 +49,7 @@ class Condition(StrEnum):
     BUS_SILENT = "a winch's drive does not answer"
     ESTOP = "the emergency-stop chain is open"
     BRAKE = "a brake is not as it was commanded"
+    NOT_SAVED = "counts of the winches could not be saved: after a loss of power it is to be homed"
 
 
 @dataclass(frozen=True)

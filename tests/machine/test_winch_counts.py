@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.machine.interface import Abilities
 from cablewright.machine.winch_counts import BITS, CountFile, Remembering, Unwrapped
-from cablewright.signals import Command, Encoders, SensorFrame, WinchMode
+from cablewright.signals import Command, Condition, Encoders, SensorFrame, WinchMode
 
 DT = 0.1
 LINES = ("a", "b")
@@ -149,3 +150,55 @@ def test_a_file_that_is_damaged_or_of_another_is_refused(tmp_path: Path, content
     (tmp_path / "counts.json").write_text(content)
     with pytest.raises(InputError, match=says):
         remembering(tmp_path).open()
+
+
+def test_silence_is_no_standstill(tmp_path: Path) -> None:
+    machine = remembering(tmp_path)
+    own = machine.machine
+    assert isinstance(own, Winches)
+    machine.open()
+    driven(machine, 0.1, 0.0, steps=1)
+    step = own.step
+    own.step = lambda command: replace(step(command), readings=())  # type: ignore[method-assign]
+    for _ in range(30):
+        machine.step(command(0.0, 0.0))
+    assert not (tmp_path / "counts.json").exists()
+
+
+def test_a_creep_is_no_standstill(tmp_path: Path) -> None:
+    machine = remembering(tmp_path)
+    own = machine.machine
+    assert isinstance(own, Winches)
+    machine.open()
+    for _ in range(30):
+        own.turned += [2.0, 0.0]
+        machine.step(command(0.0, 0.0))
+    assert not (tmp_path / "counts.json").exists()
+
+
+def test_saved_counts_are_not_lost_to_a_first_command_that_turns(tmp_path: Path) -> None:
+    machine = remembering(tmp_path)
+    machine.open()
+    driven(machine, 0.0, 0.0)
+    driven(machine, 0.001, 0.0, steps=1)
+    driven(machine, 0.0, 0.0)
+    again = remembering(tmp_path)
+    again.open()
+    np.testing.assert_array_equal(driven(again, 0.001, 0.0, steps=2), [200_000, 0])
+    again.machine = Winches()
+    again.open()
+    assert not again.restored
+    np.testing.assert_array_equal(driven(again, 0.0, 0.0, steps=1), [0, 0])
+
+
+def test_a_full_disk_at_a_standstill_is_a_notice(tmp_path: Path, monkeypatch) -> None:
+    machine = remembering(tmp_path)
+    machine.open()
+
+    def full(*_: object, **__: object) -> None:
+        raise EnvironmentFault("no space left")
+
+    monkeypatch.setattr(CountFile, "write", full)
+    for _ in range(20):
+        frame = machine.step(command(0.0, 0.0))
+    assert [notice.condition for notice in frame.notices] == [Condition.NOT_SAVED]

@@ -25,6 +25,7 @@ from cablewright.signals import (
     Order,
     OrderKind,
     PrintState,
+    Scan,
     SensorFrame,
     WinchMode,
 )
@@ -150,7 +151,7 @@ def test_its_log_has_no_truth_and_its_checkpoint_only_the_print(tmp_path: Path) 
     chosen = twin("quasi-static")
     machine = OwnMachine(made(chosen))
     printer = printer_of(chosen, machine)
-    head = LogHead(chosen.robot, machine.plant.settings, machine.period, "quasi-static", 0)
+    head = LogHead(chosen.robot, machine.plant.settings, machine.period, kind="real")
     with (
         write_log(tmp_path / "log.mcap", head) as log,
         SnapshotWriter(tmp_path / "checkpoint.bin", lambda _: b"") as writer,
@@ -222,7 +223,14 @@ class Jumping(OwnMachine):
 
     def step(self, command: Command) -> SensorFrame:
         frame = super().step(command)
-        return replace(frame, time=frame.time - 5.0) if frame.time > 8.0 else frame
+        if frame.time <= 8.0:
+            return frame
+        early = [
+            replace(each, **{key: getattr(each, key) - 5.0})
+            for each in frame.readings
+            for key in (("begin",) if isinstance(each, Scan) else ("time",))
+        ]
+        return replace(frame, time=frame.time - 5.0, readings=tuple(early))
 
 
 def test_a_clock_that_jumps_back_is_a_fault_that_can_be_reset() -> None:

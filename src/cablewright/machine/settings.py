@@ -80,9 +80,11 @@ class WinchSettings(Description):
     not known), and ``radius_turns``: turns over which it changes.
     """
 
-    MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("radius_walk", "walk_turns", "sideways_walk"), "[simulation.winch]"
-    )
+    MOVED: ClassVar[Mapping[str, str]] = {
+        "radius_walk": "[simulation.winch], and what the filter expects of it is winch.radius_deviation: both",
+        "walk_turns": "[simulation.winch], and what the filter expects of it is winch.radius_turns: both",
+        "sideways_walk": "[simulation.winch]",
+    }
 
     max_speed: Factor
     max_torque: Positive[Torque]
@@ -93,8 +95,8 @@ class WinchSettings(Description):
     capacity: Annotated[Length, Field(gt=0.0, le=10_000.0)]
     width: Span
     pitch: Span
-    radius_deviation: Width = 0.0
-    radius_turns: Factor = 10.0
+    radius_deviation: Annotated[Width, Field(le=1.0)] = 0.0
+    radius_turns: Annotated[Factor, Field(ge=0.01)] = 10.0
 
     @model_validator(mode="after")
     def _cable_fits(self) -> Self:

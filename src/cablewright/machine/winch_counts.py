@@ -3,7 +3,7 @@
 Counts on disk are valid only between a standstill, with the winches held, and the next motion: the mark is taken away
 on disk before the first command that turns a winch, and when one turns without a command. So whoever finds the mark
 knows that nothing has moved since, as long as the machine had power; whether somebody turned a drum without power, only
-its lengths can tell.
+its lengths can tell. Counters are taken to begin anew with the power.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from cablewright.errors import InputError
+from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import write_whole
 from cablewright.machine.interface import Abilities, Machine
-from cablewright.signals import Command, Encoders, SensorFrame, WinchMode
+from cablewright.signals import Command, Condition, Encoders, Notice, Reading, SensorFrame, WinchMode
 from cablewright.toml_input import read_bytes
 
 BITS: Final = 32
@@ -109,16 +109,19 @@ class CountFile:
 class Remembering:
     """A machine whose counts are kept on disk; its frames have totals, over wraps and over a loss of power.
 
-    ``restored``: whether the saved counts were valid, so that the totals go on from them.
+    ``restored``: whether the saved counts were valid, so that the totals go on from them. Where a file cannot be
+    written at a standstill, frames have the notice NOT_SAVED.
     """
 
     machine: Machine
     file: CountFile
     restored: bool = False
     _unwrapped: Unwrapped = field(default_factory=Unwrapped, repr=False)
+    _saved: NDArray[np.int64] | None = field(default=None, repr=False)  # before the first reading
     _totals: NDArray[np.int64] | None = field(default=None, repr=False)  # of the last reading
     _marked: NDArray[np.int64] | None = field(default=None, repr=False)  # valid on disk
-    _still_since: float = field(default=math.nan, repr=False)
+    _still: tuple[float, NDArray[np.int64]] | None = field(default=None, repr=False)  # s, since when, and the totals
+    _read_time: float = field(default=-math.inf, repr=False)  # s, of the frame with the last reading
 
     @property
     def period(self) -> float:
@@ -133,8 +136,9 @@ class Remembering:
     def open(self) -> None:
         """As `Machine`; reads the saved counts. Raises `InputError` for a file that is damaged or of another."""
         saved = self.file.read()
-        self._marked = saved.counts if saved is not None and saved.valid else None
-        self.restored = self._marked is not None
+        self._saved = self._marked = saved.counts if saved is not None and saved.valid else None
+        self._unwrapped, self._totals, self._still = Unwrapped(), None, None
+        self.restored = self._saved is not None
         self.machine.open()
 
     def step(self, command: Command) -> SensorFrame:
@@ -143,16 +147,13 @@ class Remembering:
         if moves:
             self._unmark()
         frame = self.machine.step(command)
-        readings = tuple(self._counted(each) if isinstance(each, Encoders) else each for each in frame.readings)
-        if moves or self._totals is None:
-            self._still_since = math.nan
-        elif self._marked is None:
-            if math.isnan(self._still_since):
-                self._still_since = frame.time
-            if frame.time - self._still_since >= STILL:
-                self.file.write(self._totals, valid=True)
-                self._marked = self._totals
-        return replace(frame, readings=readings)
+        readings = tuple(self._counted(each, frame.time) for each in frame.readings)
+        notices = frame.notices
+        try:
+            self._keep(frame.time, moves)
+        except EnvironmentFault:
+            notices = (*notices, Notice(Condition.NOT_SAVED))
+        return SensorFrame(frame.time, readings, notices)
 
     def stop(self) -> None:
         """As `Machine`."""
@@ -162,18 +163,30 @@ class Remembering:
         """As `Machine`."""
         self.machine.close()
 
-    def _counted(self, reading: Encoders) -> Encoders:
-        """The reading with totals."""
-        if self._totals is None and self._marked is not None:
-            self._unwrapped = Unwrapped(self._marked, reading.counts)
-        before, self._totals = self._totals, self._unwrapped.total(reading.counts)
-        if before is not None and np.abs(self._totals - before).max() > GRAIN:
-            self._still_since = math.nan
-        if self._marked is not None and np.abs(self._totals - self._marked).max() > GRAIN:
-            self._unmark()
+    def _counted(self, reading: Reading, now: float) -> Reading:
+        """The reading; with totals if it is of the encoders."""
+        if not isinstance(reading, Encoders):
+            return reading
+        if self._totals is None and self._saved is not None:
+            self._unwrapped = Unwrapped(self._saved, reading.counts)
+        self._totals, self._read_time = self._unwrapped.total(reading.counts), now
         totals = self._totals.copy()
         totals.flags.writeable = False
         return replace(reading, counts=totals)
+
+    def _keep(self, now: float, moves: bool) -> None:
+        """Take the mark away where a drum turns by itself, and set it where all have stood, as readings show."""
+        totals = self._totals
+        if moves or totals is None:
+            self._still = None
+            return
+        if self._marked is not None and np.abs(totals - self._marked).max() > GRAIN:
+            self._unmark()
+        if self._still is None or np.abs(totals - self._still[1]).max() > GRAIN:
+            self._still = now, totals
+        if self._marked is None and self._read_time - self._still[0] >= STILL - 1e-9:
+            self.file.write(totals, valid=True)
+            self._marked = totals
 
     def _unmark(self) -> None:
         if self._marked is not None:

@@ -19,7 +19,7 @@ from cablewright.machine.files import machine_names
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import write_log
 from cablewright.machine.settings import require_robot
-from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.machine.simulated.settings import TwinSettings, load_twin, whole_machine
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.curve import MAX_LENGTH
@@ -128,7 +128,7 @@ def machine_of(robot: Robot, machine: TwinSettings | str | Path | None) -> TwinS
     if machine is None:
         own = load_twin(robot.name if robot.name in machine_names() else _DEFAULT)
         return own if own.owner.robot == robot.name else own.with_owner(robot=None)
-    settings = machine if isinstance(machine, TwinSettings) else load_twin(machine)
+    settings = whole_machine(machine)
     require_robot(settings.owner, robot.name)
     return settings
 

@@ -15,6 +15,7 @@ from cablewright.signals import Condition, DriveState, Fault, Notice, OrderKind,
 
 _MAX_NUMBERS: Final = 100_000  # in one array of a message
 _MAX_TEXT: Final = 300  # letters
+_MAX_SUBJECT: Final = 60  # letters
 _MAX_ARGUMENTS: Final = 100  # of an order or a command
 _COVARIANCE: Final = 9  # rows of an estimate's covariance
 
@@ -81,6 +82,10 @@ def _text(value: Any) -> str:
     return value
 
 
+def _fitting(text: str, letters: int) -> str:
+    return text[:letters].encode("utf-8", "replace").decode()
+
+
 def _choice(choices: type[StrEnum], what: str) -> Kind:
     """Return the kind of one of the *choices*, by its value."""
 
@@ -104,7 +109,7 @@ def _tuple_of(kind: Kind, what: str, *, optional: bool = False) -> Kind:
 def _arguments(value: Any) -> dict[str, tuple[float, ...]]:
     if not isinstance(value, dict) or len(value) > _MAX_ARGUMENTS:
         raise ValueError("an object of lists of numbers is expected")
-    return {_text(key): tuple(_numbers(each).tolist()) for key, each in value.items()}
+    return {_text(key): tuple(_numbers_or_nan(each).tolist()) for key, each in value.items()}
 
 
 def _outputs(value: Any) -> dict[str, float]:
@@ -162,7 +167,7 @@ def _notice(value: Any) -> Notice:
     name = value.get("condition") if isinstance(value, dict) else None
     if not isinstance(name, str) or name not in Condition.__members__:
         raise ValueError(f"unknown condition {str(name)[:60]!r}")
-    return Notice(Condition[name], str(value.get("whose", ""))[:60])
+    return Notice(Condition[name], str(value.get("whose", ""))[:_MAX_SUBJECT])
 
 
 def _listed(values: Any) -> Any:
@@ -183,11 +188,12 @@ NUMBER: Final = Kind({"type": "number"}, _number)
 NUMBER_OR_NAN: Final = Kind({"type": ["number", "null"]}, lambda value: math.nan if value is None else _number(value))
 WHOLE_NUMBER: Final = Kind({"type": "integer"}, _of(int, "a whole number"))
 FLAG: Final = Kind({"type": "boolean"}, _of(bool, "true or false"))
-TEXT: Final = Kind({"type": "string"}, _text)
+TEXT: Final = Kind({"type": "string"}, _text, lambda text: _fitting(text, _MAX_TEXT))
+"""Texts that come from anywhere are cut, and written without what no JSON holds."""
 STATE: Final = _choice(PrintState, "state")
 ORDER: Final = _choice(OrderKind, "order")
 ARGUMENTS: Final = Kind(
-    {"type": "object"}, _arguments, lambda values: {key: list(numbers) for key, numbers in values.items()}
+    {"type": "object"}, _arguments, lambda values: {TEXT.write(key): list(each) for key, each in values.items()}
 )
 OUTPUTS: Final = Kind({"type": "object"}, _outputs, lambda values: dict(values) or None)
 MODES: Final = _tuple_of(_choice(WinchMode, "winch mode"), "winch modes", optional=True)
@@ -199,7 +205,7 @@ NUMBERS_OR_NONE: Final = Kind(
     lambda value: None if value is None else _numbers_or_nan(value),
     lambda values: None if values is None else _listed(values),
 )
-TEXTS: Final = _tuple_of(TEXT, "texts")
+TEXTS: Final = _tuple_of(TEXT, "texts")._replace(write=lambda texts: [_fitting(text, _MAX_TEXT) for text in texts])
 CLOSED: Final = _tuple_of(FLAG, "true or false")
 PLACE: Final = Kind(NUMBERS.schema, _place, _listed)
 COUNTS: Final = Kind(array_schema(WHOLE_NUMBER.schema), _counts, _listed)
@@ -220,5 +226,5 @@ FAULTS: Final = Kind(
 NOTICES: Final = Kind(
     array_schema(object_schema(condition=TEXT.schema, whose=TEXT.schema)),
     lambda value: tuple(map(_notice, _list(value, (dict,), "notices"))),
-    lambda notices: [{"condition": notice.condition.name, "whose": notice.subject} for notice in notices],
+    lambda notices: [{"condition": n.condition.name, "whose": _fitting(n.subject, _MAX_SUBJECT)} for n in notices],
 )

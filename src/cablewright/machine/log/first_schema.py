@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+from cablewright.errors import InputError
 from cablewright.machine import sensors, settings
 from cablewright.validation import Description
 
@@ -24,8 +25,12 @@ _TABLES: Final[Mapping[str, type[Description]]] = {
 def from_first_schema(head: Mapping[str, Any]) -> dict[str, Any]:
     """Return a *head* of schema 1, without its key ``schema``, as one of schema 2 of a simulated machine.
 
-    What has no place in one stays where it is, so that it is refused there by name.
+    What has no place in one stays where it is, so that it is refused there by name. Raises `InputError` for keys of
+    schema 2.
     """
+    for key in ("kind", "simulation", "versions", "epoch"):
+        if key in head:
+            raise InputError(f"the head's {key}: schema 1 has no such key")
     found = dict(head)
     if not isinstance(found.get("settings"), dict):
         return found

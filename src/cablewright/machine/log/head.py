@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, fields
 from datetime import timedelta
 from importlib.metadata import version
 from typing import Annotated, Any, Final, Literal
@@ -16,8 +16,10 @@ from cablewright.machine.log.first_schema import from_first_schema
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import SimulationSettings
 from cablewright.robot import Robot
+from cablewright.validation import shown
 
 NEWEST_SCHEMA: Final = 2
+_MAX_HEAD: Final = 1 << 20  # letters; ours has some thousand
 
 VERSIONS: Final = "versions"
 """Key of the programs' versions, which may differ between the segments of one run."""
@@ -60,7 +62,7 @@ class LogHead:
 
     def __post_init__(self) -> None:
         """Raise `InputError` for a machine that is not simulated, but has what only a simulation has."""
-        if self.kind == "real":
+        if self.kind != "simulated":
             for key in ("simulation", "plant", "seed"):
                 if getattr(self, key) is not None:
                     raise InputError(f"the head's {key}: a {self.kind} machine has none; only a simulated one has")
@@ -84,13 +86,19 @@ def written_head(head: LogHead) -> dict[str, str]:
 
 def read_head(texts: Mapping[str, str], origin: str) -> LogHead:
     """Return the head of a log's metadata, of this schema or an earlier one. Raises `InputError`, naming *origin*."""
+    if sum(map(len, texts.values())) > _MAX_HEAD:
+        raise InputError(f"{origin}: the head is larger than {_MAX_HEAD >> 20} MiB")
     try:
         values: dict[str, Any] = {key: json.loads(text) for key, text in texts.items()}
     except (ValueError, RecursionError):
         raise InputError(f"{origin}: the head is no JSON") from None
     schema = values.pop("schema", None)
     if type(schema) is not int or not 1 <= schema <= NEWEST_SCHEMA:
-        raise InputError(f"{origin}: schema {schema!r} of the log: this cablewright reads 1 to {NEWEST_SCHEMA}")
+        raise InputError(f"{origin}: schema {shown(schema)} of the log: this cablewright reads 1 to {NEWEST_SCHEMA}")
+    expected = {each.name for each in fields(LogHead)}
+    required = expected if schema == NEWEST_SCHEMA else set()
+    for key in sorted(values.keys() - expected) + sorted({"kind", "versions"} & required - values.keys()):
+        raise InputError(f"{origin}: the head's {shown(key)}: {'unknown key' if key in values else 'is missing'}")
     try:
         return _HEAD.validate_python(from_first_schema(values) if schema == 1 else values)
     except ValidationError as error:

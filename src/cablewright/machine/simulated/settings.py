@@ -239,6 +239,16 @@ def load_twin(name_or_path: str | Path) -> TwinSettings:
     return TwinSettings(owner=validated(MachineSettings, table, origin), simulation=simulation)
 
 
+def whole_machine(machine: TwinSettings | str | Path) -> TwinSettings:
+    """Return both parts of a *machine*: as given, or of a library name or a TOML file. Raises `InputError`."""
+    if isinstance(machine, TwinSettings):
+        return machine
+    if isinstance(machine, MachineSettings):
+        why = "load_machine gives what the owner knows; load_twin gives that and what only a simulation has"
+        raise InputError(f"machine {machine.name!r}: {why}")
+    return load_twin(machine)
+
+
 def require_hanging(robot: Robot) -> None:
     """Raise `InputError` for lines that no plant can hang: of several spans, without weight, or without gravity."""
     robot.require_plain("the simulated machine")
@@ -250,8 +260,13 @@ def require_hanging(robot: Robot) -> None:
             raise InputError(f"{origin}: the cable of line {line.name!r} has no weight, which a plant needs")
 
 
-def check_faults(simulation: SimulationSettings, lines: tuple[str, ...]) -> None:
-    """Raise `UnknownName` where a planned fault names a line that the robot does not have."""
-    for fault in simulation.faults:
+def check_faults(settings: TwinSettings, lines: tuple[str, ...]) -> None:
+    """Raise `UnknownName` where a planned fault names a line or a sensor that robot and machine do not have."""
+    own = settings.owner
+    has = {*own.lidars, *(key for key in _SENSORS if getattr(own, key) is not None)}
+    sources = {"climate" if key == "climate_sensor" else key for key in has}
+    for fault in settings.simulation.faults:
+        if fault.source not in sources:
+            raise UnknownName("sensor to have a fault", fault.source, sorted(sources))
         if fault.line is not None and fault.line not in lines:
             raise UnknownName("line", fault.line, lines)

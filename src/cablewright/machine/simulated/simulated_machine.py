@@ -96,7 +96,7 @@ class SimulatedMachine:
         """
         if plant not in PLANTS:
             raise UnknownName("plant", plant, PLANTS)
-        check_faults(settings.simulation, tuple(line.name for line in robot.lines))
+        check_faults(settings, tuple(line.name for line in robot.lines))
         self._start = np.array(start, dtype=np.float64)
         self._identity = _identity_of(robot, settings, seed, plant)
         self.rig = Rig(as_built(robot, settings.simulation.tolerances, seed), settings, start, seed)

@@ -16,7 +16,7 @@ from cablewright.errors import InputError, UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.files import machine_names
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
-from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -84,7 +84,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
             known = ", ".join(machine_names())
             raise InputError(f"robot {robot.name!r}: has no machine of its own; give --machine FILE, or one of {known}")
         machine = robot.name
-    given = machine if isinstance(machine, TwinSettings) else load_twin(machine)
+    given = whole_machine(machine)
     require_robot(given.owner, robot.name)
     owner = extruding(given.owner, job.bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
