@@ -96,9 +96,10 @@ class Archive:
         live[...] = self._array(name, live, live.shape)
 
     def scratch(self, name: str, live: NamedTuple) -> None:
-        """Workspace of a kernel, with any values; loaded in place."""
+        """Workspace of a kernel, with any values and parts that may be None; loaded in place."""
         for part, values in zip(live._fields, live, strict=True):
-            values[...] = self._array(f"{name}.{part}", values, values.shape, bound=None)
+            if values is not None:
+                values[...] = self._array(f"{name}.{part}", values, values.shape, bound=None)
 
     def rows(self, name: str, now: Sequence[Array], width: int, max_rows: int) -> list[Array]:
         """Up to *max_rows* rows (*width*,)."""
