@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.kinds import idle, kind_fits, leverages, resisting
+from cablewright.calibration.kinds import idle, kind_fits, leverages
 from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Sigmas
 from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.simulation import measure, random_poses, simulate_calibration
 from cablewright.calibration.solve import calibrate
+from cablewright.calibration.weights import resisting
 from cablewright.robot import Robot, load
 
 WANG = load("wang2021")

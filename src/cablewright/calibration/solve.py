@@ -17,7 +17,6 @@ from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.elastic_start import elastic_fit
-from cablewright.calibration.kinds import resisting, roughly_weighed, weighed
 from cablewright.calibration.observability import Information, information, projected
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan, plan_of
@@ -26,6 +25,7 @@ from cablewright.calibration.problem import CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.status import status_of
 from cablewright.calibration.verdict import NEED, judged
+from cablewright.calibration.weights import resisting, roughly_weighed, weighed
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model

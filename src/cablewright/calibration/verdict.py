@@ -10,10 +10,11 @@ import numpy as np
 from scipy import stats
 
 from cablewright.calibration.halves import predicted_halves
-from cablewright.calibration.kinds import estimates_encoders, kind_fits
+from cablewright.calibration.kinds import kind_fits
 from cablewright.calibration.lengths_alone import others_of, together
 from cablewright.calibration.rearranged import better_arrangement, motion, stray
 from cablewright.calibration.result import Calibration
+from cablewright.calibration.weights import estimates_encoders
 
 NEED: Final = 2e-3
 """Default of what printing needs: max sigma of a coordinate of an exit point, m."""

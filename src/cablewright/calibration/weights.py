@@ -1,0 +1,149 @@
+"""Weights from residuals: the sigma of each kind of measurement, and rows far off that pull no harder than others.
+
+The sigma of a kind is such that its squared residuals sum to its redundancy (Foerstner 1979): at the end of the rounds
+that is the variance component of restricted maximum likelihood.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array
+from cablewright.calibration.kinds import kind_fits, kind_of, leverages
+from cablewright.calibration.pose_fit import PoseFit, refit
+from cablewright.calibration.problem import CalibrationProblem
+
+_ROUNDS: Final = 8
+_EVENING: Final = 15  # rounds: a sigma told 1000 times too large falls by a few times in each
+_SAME: Final = 0.02  # relative change of a sigma, or of weights, that ends the rounds
+_ROUGHLY: Final = 0.2  # such a change where gross errors may still be in
+_ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
+_TESTED: Final = 0.05  # redundancy of a row whose residual tells of its sigma
+_EXACT: Final = 1e-6  # m: min estimated sigma of the encoders
+_SMALLEST: Final = 1e-4  # min estimated sigma of another kind over the told one
+_MEDIAN: Final = 0.6745  # median of the size of a standard normal number
+_RESISTING: Final = ("positions", "planes", "ranges")
+_HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % efficient where nothing is wrong
+
+
+def estimates_encoders(problem: CalibrationProblem) -> bool:
+    """Whether the sigma of the encoders, which weighs them against other rows, is to be found from the residuals."""
+    return problem.plan.sigma.encoder is None and problem.has_other_sensors
+
+
+def roughly_weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
+    """Return problem and fit with the encoders' sigma from the median of their residuals, which no few errors move."""
+    if not estimates_encoders(problem):
+        return problem, found
+    for _ in range(_ROUNDS):
+        ratio = _medians(problem, found, np.where(kind_of(problem) == "lengths", 0, -1)).get(0)
+        if ratio is None:
+            break
+        problem, found, change = _weighed(problem, found, ratio)
+        if change < _ROUGHLY:
+            break
+    return problem, found
+
+
+def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
+    """Return problem and fit with the encoders' sigma such that their residuals are as large as it predicts."""
+    if not estimates_encoders(problem):
+        return problem, found
+    for _ in range(_ROUNDS):
+        lengths = kind_fits(problem, found)[0]
+        if not lengths.redundancy >= _ENOUGH:
+            break
+        problem, found, change = _weighed(problem, found, lengths.ratio)
+        if change < _SAME:
+            break
+    return problem, found
+
+
+def _weighed(problem: CalibrationProblem, found: PoseFit, ratio: float) -> tuple[CalibrationProblem, PoseFit, float]:
+    """Return problem and fit with *ratio* times the sigma of the encoders, and its relative change."""
+    sigma = max(ratio * problem.encoder_sigma, _EXACT)
+    factor = np.where(kind_of(problem) == "lengths", sigma / problem.encoder_sigma, 1.0)
+    change = abs(np.log(sigma / problem.encoder_sigma))
+    problem, weights = _divided(problem, found, factor)
+    problem = replace(problem, found_encoder=sigma)
+    return problem, refit(problem, found, weights), float(change)
+
+
+def _divided(problem: CalibrationProblem, found: PoseFit, factor: Array) -> tuple[CalibrationProblem, Array]:
+    """Return the problem, and the weights (R,) of a fit, with weights over *factor* (e,) or (N, e)."""
+    weights, every = found.weights.copy(), problem.weights.copy()
+    for each in (weights, every):
+        problem.of_poses(each)[:] /= factor
+    return replace(problem, weights=every), weights
+
+
+def _medians(problem: CalibrationProblem, found: PoseFit, group: NDArray[np.int64]) -> dict[int, float]:
+    """Return by *group* (e,) or (N, e) its sigma over that of its weights, from the median of its residuals.
+
+    Groups below 0 and those with too little redundancy have none.
+    """
+    free = np.where(problem.of_poses(found.weights) > 0.0, 1.0 - leverages(problem, found), 0.0)
+    size = np.abs(problem.derivatives(found.theta, found.poses, found.weights).residual)
+    group, made = np.broadcast_to(group, free.shape), {}
+    for each in np.unique(group[group >= 0]).tolist():
+        of = (group == each) & (free > _TESTED)
+        if free[of].sum() >= _ENOUGH:
+            made[each] = float(np.median(size[of] / np.sqrt(free[of]))) / _MEDIAN
+    return made
+
+
+def evened(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
+    """Return problem and fit with the sigma of every kind from the median of its residuals, for comparing rows.
+
+    Positions told to a millimetre and those told to a metre are two kinds. A kind with too little redundancy keeps its
+    sigma.
+    """
+    group, factor = _groups(problem), np.ones(problem.of_poses(problem.weights).shape)
+    lengths = np.broadcast_to(kind_of(problem) == "lengths", factor.shape)
+    smallest = np.where(lengths, _EXACT / problem.encoder_sigma, _SMALLEST)
+    even = problem
+    for _ in range(_EVENING):
+        ratio = np.ones(factor.shape)
+        for each, size in _medians(even, found, group).items():
+            ratio[group == each] = size
+        wanted = np.maximum(factor * ratio, smallest)
+        if np.abs(np.log(wanted / factor)).max() < _ROUGHLY:
+            break
+        even, weights = _divided(even, found, wanted / factor)
+        even = replace(even, found_encoder=float(wanted[0, 0]) * problem.encoder_sigma)
+        factor, found = wanted, refit(even, found, weights)
+    return even, found
+
+
+def _groups(problem: CalibrationProblem) -> NDArray[np.int64]:
+    """Return the group of each row (N, e): its kind, and for positions the power of ten of the told sigma."""
+    names, weights = kind_of(problem), problem.of_poses(problem.weights)
+    _, kinds = np.unique(names, return_inverse=True)
+    group = np.broadcast_to(100 * kinds, weights.shape).copy()
+    placed = (weights > 0.0) & (names == "positions")
+    group[placed] += 50 + np.round(np.log10(weights[placed])).astype(np.int64).clip(-49, 49)
+    return group
+
+
+def resisting(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
+    """Return the fit in which a measured position, plane or range far off by its sigma pulls no harder than at 1.5."""
+    soft = np.isin(kind_of(problem), _RESISTING)
+    if not soft.any():
+        return found
+    full = found.weights
+    share = np.ones(problem.of_poses(full).shape)
+    for _ in range(_ROUNDS):
+        free = np.maximum(1.0 - leverages(problem, found), 1e-3)
+        residual = problem.derivatives(found.theta, found.poses, full).residual
+        size = np.abs(residual) / np.sqrt(free)
+        wanted = np.where(soft, np.sqrt(_HUBER / np.maximum(size, _HUBER)), 1.0)
+        if np.abs(wanted - share).max() < _SAME:
+            break
+        share, weights = wanted, full.copy()
+        problem.of_poses(weights)[:] *= share
+        found = refit(problem, found, weights)
+    return found
