@@ -1,6 +1,6 @@
 """The search for gross errors: how often it leaves something out of data without any, and how often it finds them.
 
-`python -m benchmarks.calibration_search [FILES] [SEED]` prints for each kind of file of `wang2021` the share of files of
+`python -m benchmarks.calibration_search [FILES] [SEED]` prints for each kind of file the share of files of
 which something is left out, or exactly what is wrong, with its 95 % interval (Clopper and Pearson).
 """
 
