@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.observability import information
 from cablewright.calibration.pose_fit import PoseFit
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.problem import SURVEY, CalibrationProblem
 from cablewright.kernels.fitting import calibration_residuals as rows_of
 
 NAMES: Final = {
@@ -31,15 +31,12 @@ NAMES: Final = {
 }
 """What people call the kinds of rows that belong to poses."""
 
-SURVEY: Final = "surveyed points and distances"
-"""What people call the rows that belong to no pose."""
-
 _CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better
 
 
 @dataclass(frozen=True)
 class KindFit:
-    """How well one kind of measurement fits: rms residual over sigma, for its redundancy."""
+    """How well one kind of measurement fits: rms residual over the told sigma, for its redundancy."""
 
     name: str
     ratio: float
@@ -73,7 +70,7 @@ def kind_fits(problem: CalibrationProblem, found: PoseFit) -> tuple[KindFit, ...
         of = used & (names == name)
         total = float(free[of].sum())
         ratio = float(np.sqrt(np.sum(residual[of] ** 2) / total)) if total > 0.0 else np.nan
-        made.append(KindFit(name, ratio, total, int(of.sum())))
+        made.append(KindFit(name, ratio * problem.factors.get(name, 1.0), total, int(of.sum())))
     return (*made, *_of_no_pose(problem, found))
 
 
@@ -88,7 +85,7 @@ def _of_no_pose(problem: CalibrationProblem, found: PoseFit) -> Iterator[KindFit
     total = float((1.0 - taken[measured].clip(0.0, 1.0)).sum())
     if total > 0.0:
         ratio = float(np.sqrt(np.sum(rows.others[measured] ** 2) / total))
-        yield KindFit(SURVEY, ratio, total, int(measured.sum()))
+        yield KindFit(SURVEY, ratio * problem.factors.get(SURVEY, 1.0), total, int(measured.sum()))
 
 
 def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:

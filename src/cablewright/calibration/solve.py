@@ -17,11 +17,12 @@ from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.elastic_start import elastic_fit
-from cablewright.calibration.observability import Information, information, projected
+from cablewright.calibration.kinds import kind_of
+from cablewright.calibration.observability import Information, information
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, framed, to_file_frame
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import SURVEY, CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.status import status_of
 from cablewright.calibration.verdict import NEED, judged
@@ -138,10 +139,11 @@ def _rms(problem: CalibrationProblem, found: PoseFit) -> float:
 
 
 def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) -> tuple[float, float]:
-    """Return sigma of the encoders over that of their weights, and the root of chi-squared per degree of freedom."""
-    derivatives = problem.derivatives(found.theta, found.poses, found.weights)
-    off, _, _ = projected(derivatives)
-    square = float(np.sum(off * off) + np.sum(derivatives.others**2))
+    """Return sigma of the encoders over that of their weights, and the root of chi-squared per freedom, as told."""
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    told = np.array([problem.factors.get(name, 1.0) for name in kind_of(problem).tolist()])
+    survey = np.where(problem.is_prior, 1.0, problem.factors.get(SURVEY, 1.0))
+    square = float(np.sum((rows.residual * told) ** 2) + np.sum((rows.others * survey) ** 2))
     surplus = posterior.redundancy
     chi = math.sqrt(square / surplus) if surplus > 0 else math.nan
     if problem.plan.sigma.encoder is not None or problem.has_other_sensors:

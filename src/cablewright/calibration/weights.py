@@ -6,22 +6,29 @@ that is the variance component of restricted maximum likelihood.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from cablewright.arrays import Array
-from cablewright.calibration.kinds import kind_fits, kind_of, leverages
+from cablewright.calibration.kinds import KindFit, kind_fits, kind_of, leverages
 from cablewright.calibration.pose_fit import PoseFit, refit
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.problem import SURVEY, CalibrationProblem
 
 _ROUNDS: Final = 8
 _EVENING: Final = 15  # rounds: a sigma told 1000 times too large falls by a few times in each
 _SAME: Final = 0.02  # relative change of a sigma, or of weights, that ends the rounds
 _ROUGHLY: Final = 0.2  # such a change where gross errors may still be in
 _ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
+_LEAST: Final = 1.0  # redundancy with which a told sigma may grow
+_DENIED: Final = 0.05  # probability of residuals, by the told sigma, under which it grows
+_SENSORS: Final = {"tensions": "tension", "swivel angles": "swivel", "tilts": "tilt"}
+"""The key of the plan's sigma of a kind, where that has a default."""
+
 _TESTED: Final = 0.05  # redundancy of a row whose residual tells of its sigma
 _EXACT: Final = 1e-6  # m: min estimated sigma of the encoders
 _SMALLEST: Final = 1e-4  # min estimated sigma of another kind over the told one
@@ -50,17 +57,54 @@ def roughly_weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibr
 
 
 def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with the encoders' sigma such that their residuals are as large as it predicts."""
-    if not estimates_encoders(problem):
+    """Return problem and fit with the sigma of each kind such that its residuals are as large as it predicts.
+
+    A told sigma never falls, for residuals do not show what is alike in all; it grows where residuals deny it. That of
+    the encoders, if it is not told, and those that the plan leaves at their default fall too. A kind with too little
+    redundancy keeps its sigma. Lengths alone need no weight.
+    """
+    if not problem.has_other_sensors and problem.plan.sigma.encoder is None:
         return problem, found
     for _ in range(_ROUNDS):
-        lengths = kind_fits(problem, found)[0]
-        if not lengths.redundancy >= _ENOUGH:
-            break
-        problem, found, change = _weighed(problem, found, lengths.ratio)
+        wanted = {each.name: _wanted(problem, each) for each in kind_fits(problem, found)}
+        change = max(abs(np.log(wanted[name] / problem.factors.get(name, 1.0))) for name in wanted)
         if change < _SAME:
             break
+        problem, found = _with_factors(problem, found, wanted)
     return problem, found
+
+
+def _wanted(problem: CalibrationProblem, fit: KindFit) -> float:
+    """Return the factor on the told sigma of a kind that its residuals ask for."""
+    now = problem.factors.get(fit.name, 1.0)
+    free = fit.name == "lengths" and problem.plan.sigma.encoder is None
+    key, told = _SENSORS.get(fit.name), problem.plan.sigma.model_fields_set
+    if free or (key is not None and key not in told):
+        smallest = _EXACT * now / problem.encoder_sigma if free else _SMALLEST
+        return max(fit.ratio, smallest) if fit.redundancy >= _ENOUGH else now
+    if fit.redundancy < _LEAST or not fit.ratio > 1.0:
+        return 1.0
+    denied = stats.chi2.sf(fit.ratio**2 * fit.redundancy, fit.redundancy) < _DENIED
+    return fit.ratio if denied or now > 1.0 else 1.0
+
+
+def _with_factors(
+    problem: CalibrationProblem, found: PoseFit, wanted: Mapping[str, float]
+) -> tuple[CalibrationProblem, PoseFit]:
+    """Return problem and fit with told sigmas times *wanted*, by kind."""
+    share = {name: factor / problem.factors.get(name, 1.0) for name, factor in wanted.items()}
+    by_row = np.array([share.get(name, 1.0) for name in kind_of(problem).tolist()])
+    survey = share.get(SURVEY, 1.0)
+    again, weights = _divided(problem.with_survey_weighed(1.0 / survey), found, by_row)
+    for each in (again.weights, weights):
+        each[problem.poses * problem.per_pose :] /= survey
+    encoder = share.get("lengths", 1.0)
+    sigma = problem.found_encoder if encoder == 1.0 else encoder * problem.encoder_sigma
+    told = dict(wanted)
+    if problem.plan.sigma.encoder is None:  # there is no sigma that it would be a factor on
+        told.pop("lengths", None)
+    again = replace(again, found_encoder=sigma, factors={**problem.factors, **told})
+    return again, refit(again, found, weights)
 
 
 def _weighed(problem: CalibrationProblem, found: PoseFit, ratio: float) -> tuple[CalibrationProblem, PoseFit, float]:
