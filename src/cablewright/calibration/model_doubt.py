@@ -1,7 +1,7 @@
 """What a wrong model adds to sigmas: numbers of the robot file that count as known, and scatter from pose to pose.
 
-Known numbers are considered (Schmidt 1966): each is believed to a standard deviation, the data say how far off it is, and
-what that shifts is added to the covariance: little where data deny a shift, all of it where they show one or cannot
+Known numbers are considered (Schmidt 1966): each is believed to a standard deviation, the data say how far off it is,
+and what that shifts is added to the covariance: little where data deny a shift, all of it where they show one or cannot
 tell. Beside it stands the covariance by the scatter of the poses (a sandwich, clustered by pose, HC3).
 """
 
@@ -22,7 +22,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot
 from cablewright.solvers.inverse import solve_inverse
 
-RADIUS: Final = 0.05  # of a sheave's radius: the cable's own radius is often left out
+RADIUS: Final = 0.03  # of a sheave's radius: the cable's own radius may be in it or not
 BUILD_UP: Final = 2e-3  # 1/m: a layer of 4 mm cable on a drum of 0.1 m, every 20 m
 STRETCH: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
 MODULUS: Final = 0.2  # of the file's, where lines stretch
@@ -37,7 +37,7 @@ class Considered:
     unit: str
     value: float  # how far off, as far as it is believed and the data say
     sigma: float
-    shift: tuple[float, ...]  # (k,) what that does to the free unknowns
+    shift: float  # m, what that does to a coordinate of an exit point, at most
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
     known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
     motion = -posterior.covariance @ (known.T @ other)  # (k, q): of the unknowns, as the numbers change
-    covariance, considered = noise, []
+    covariance, considered, exits = noise, [], problem.named("exit_point")
     if len(numbers):
         left = other.T @ other + other.T @ known @ motion
         believed = np.diag([1.0 / each.sigma**2 for each in numbers])
@@ -68,7 +68,7 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
         value = -spread @ (other.T @ off.ravel()) / scale**2
         covariance = noise + motion @ (spread + np.outer(value, value)) @ motion.T
         for at, each in enumerate(numbers):
-            shift = tuple((motion[:, at] * value[at]).tolist())
+            shift = float(np.abs(motion[exits, at] * value[at]).max(initial=0.0))
             considered.append(replace(each, value=float(value[at]), sigma=float(spread[at, at] ** 0.5), shift=shift))
     scatter = _by_scatter(
         off, reduced[..., :k], problem.derivatives(found.theta, found.poses).others_by_unknown, posterior
@@ -106,13 +106,13 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
     for each in wider.free_unknowns[len(found.theta) :]:
         believed = {"build_up": BUILD_UP, "modulus": MODULUS}.get(each.name)
         sigma = RADIUS * float(wider.start[wider.unknowns.index(each)]) if believed is None else believed
-        numbers.append(Considered(each.label, each.unit, 0.0, sigma, ()))
+        numbers.append(Considered(each.label, each.unit, 0.0, sigma, 0.0))
     stretch = None if problem.elastic else _stretch(problem, found)
     if stretch is None:
         return wider, np.zeros((problem.poses, problem.per_pose, 0)), numbers
     extra = np.zeros((problem.poses, problem.per_pose, 1))
     extra[:, : robot.m, 0] = problem.of_poses(found.weights)[:, : robot.m] * stretch
-    return wider, extra, [*numbers, Considered("stretch of all lines over that by the file", "1", 0.0, STRETCH, ())]
+    return wider, extra, [*numbers, Considered("stretch of all lines over that by the file", "1", 0.0, STRETCH, 0.0)]
 
 
 def _with_unknowns(plan: CalibrationPlan, names: tuple[str, ...], shared: tuple[str, ...]) -> CalibrationPlan:

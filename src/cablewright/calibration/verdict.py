@@ -40,7 +40,7 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
         other = better_arrangement(found.problem, found.fit, rough)
         return "bad", tuple(each for each in (other, found.reason) if each)
     doubts = [*_moved(found, rough), *_left_out(found), *_sigma_of_positions(found), *_together(found)]
-    doubts += [*_unexplained(found, need), *_halves(found)]
+    doubts += [*_unexplained(found, need), *_halves(found), *_denied(found, need)]
     if doubts or _elsewhere(found, rough):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
@@ -184,6 +184,20 @@ def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
                 f"{_RATIO[0]:g}: they contradict the model or the other measurements",
                 kind.ratio > _RATIO[1],
             )
+
+
+def _denied(found: Calibration, need: float) -> Iterator[_Reason]:
+    """Numbers of the file that count as known and that the data deny, if that moves exit points by what matters."""
+    wrong = [each for each in found.doubt.considered if abs(each.value) > _BEYOND * each.sigma and each.shift > need]
+    if wrong:
+        worst = max(wrong, key=lambda each: each.shift)
+        unit = "" if worst.unit == "1" else f" {worst.unit}"
+        yield _Reason(
+            f"the data ask for {worst.value:+.3g}{unit} of {worst.words}, {abs(worst.value) / worst.sigma:.3g} sigmas from "
+            f"what is assumed, which moves exit points by {_mm(worst.shift)}, limit {_mm(need)}: model it, or make it "
+            "an unknown",
+            False,
+        )
 
 
 def _halves(found: Calibration) -> Iterator[_Reason]:

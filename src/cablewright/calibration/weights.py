@@ -43,17 +43,39 @@ def estimates_encoders(problem: CalibrationProblem) -> bool:
 
 
 def roughly_weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with the encoders' sigma from the median of their residuals, which no few errors move."""
-    if not estimates_encoders(problem):
+    """Return problem and fit with sigmas that are not told from the median of residuals, which no few errors move.
+
+    They are those of the encoders beside other sensors, and of kinds that the plan leaves at their default.
+    """
+    names = kind_of(problem)
+    kinds = [name for name in dict.fromkeys(names.tolist()) if _is_open(problem, name)]
+    if not problem.has_other_sensors or not kinds:
         return problem, found
+    group = np.array([kinds.index(name) if name in kinds else -1 for name in names.tolist()])
     for _ in range(_ROUNDS):
-        ratio = _medians(problem, found, np.where(kind_of(problem) == "lengths", 0, -1)).get(0)
-        if ratio is None:
+        wanted = {}
+        for at, ratio in _medians(problem, found, group).items():
+            wanted[kinds[at]] = _bounded(problem, kinds[at], ratio * problem.factors.get(kinds[at], 1.0))
+        if not wanted:
             break
-        problem, found, change = _weighed(problem, found, ratio)
+        change = max(abs(np.log(factor / problem.factors.get(name, 1.0))) for name, factor in wanted.items())
+        problem, found = _with_factors(problem, found, wanted)
         if change < _ROUGHLY:
             break
     return problem, found
+
+
+def _is_open(problem: CalibrationProblem, name: str) -> bool:
+    """Whether the sigma of a kind is not told."""
+    told = problem.plan.sigma.model_fields_set
+    if name == "lengths":
+        return problem.plan.sigma.encoder is None
+    return name in _SENSORS and _SENSORS[name] not in told
+
+
+def _bounded(problem: CalibrationProblem, name: str, factor: float) -> float:
+    """Return a factor on a sigma that is not told, such that data without noise are not taken for exact."""
+    return max(factor, _EXACT / problem.encoder_sigma if name == "lengths" else _SMALLEST)
 
 
 def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
@@ -77,11 +99,8 @@ def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationPro
 def _wanted(problem: CalibrationProblem, fit: KindFit) -> float:
     """Return the factor on the told sigma of a kind that its residuals ask for."""
     now = problem.factors.get(fit.name, 1.0)
-    free = fit.name == "lengths" and problem.plan.sigma.encoder is None
-    key, told = _SENSORS.get(fit.name), problem.plan.sigma.model_fields_set
-    if free or (key is not None and key not in told):
-        smallest = _EXACT * now / problem.encoder_sigma if free else _SMALLEST
-        return max(fit.ratio, smallest) if fit.redundancy >= _ENOUGH else now
+    if _is_open(problem, fit.name):
+        return _bounded(problem, fit.name, fit.ratio) if fit.redundancy >= _ENOUGH else now
     if fit.redundancy < _LEAST or not fit.ratio > 1.0:
         return 1.0
     denied = stats.chi2.sf(fit.ratio**2 * fit.redundancy, fit.redundancy) < _DENIED
@@ -105,16 +124,6 @@ def _with_factors(
         told.pop("lengths", None)
     again = replace(again, found_encoder=sigma, factors={**problem.factors, **told})
     return again, refit(again, found, weights)
-
-
-def _weighed(problem: CalibrationProblem, found: PoseFit, ratio: float) -> tuple[CalibrationProblem, PoseFit, float]:
-    """Return problem and fit with *ratio* times the sigma of the encoders, and its relative change."""
-    sigma = max(ratio * problem.encoder_sigma, _EXACT)
-    factor = np.where(kind_of(problem) == "lengths", sigma / problem.encoder_sigma, 1.0)
-    change = abs(np.log(sigma / problem.encoder_sigma))
-    problem, weights = _divided(problem, found, factor)
-    problem = replace(problem, found_encoder=sigma)
-    return problem, refit(problem, found, weights), float(change)
 
 
 def _divided(problem: CalibrationProblem, found: PoseFit, factor: Array) -> tuple[CalibrationProblem, Array]:
