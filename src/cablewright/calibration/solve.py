@@ -17,7 +17,7 @@ from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.elastic_start import elastic_fit
-from cablewright.calibration.kinds import kind_of
+from cablewright.calibration.kinds import kind_fits, kind_of
 from cablewright.calibration.observability import Information, information
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan, plan_of
@@ -26,7 +26,7 @@ from cablewright.calibration.problem import SURVEY, CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.status import status_of
 from cablewright.calibration.verdict import NEED, judged
-from cablewright.calibration.weights import resisting, roughly_weighed, weighed
+from cablewright.calibration.weights import ENOUGH, resisting, roughly_weighed, weighed
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -113,7 +113,7 @@ def calibrate(
     scale, chi = _scale(problem, found, posterior)
     rms = _rms(problem, found)
     status, reason = status_of(problem, found, posterior, rms, chi)
-    notes = tuple(_notes(free, alone, scale, chi, rejected))
+    notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found))
     made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
     verdict, reasons = judged(made, need, rough)
     return replace(made, verdict=verdict, reasons=reasons)
@@ -168,3 +168,15 @@ def _notes(
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
     if rejected:
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
+
+
+def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
+    """Yield sentences on the sigma of each kind of measurement: what residuals make of it, or that they cannot."""
+    if found.code != 0 or not problem.has_other_sensors:
+        return
+    for kind in kind_fits(problem, found):
+        factor = problem.factors.get(kind.name, 1.0)
+        if factor != 1.0:
+            yield f"residuals of the {kind.name} ask for {factor:.3g} times their sigma: so much is assumed"
+        elif kind.name != "lengths" and kind.redundancy < ENOUGH:
+            yield f"the {kind.name} have a redundancy of {kind.redundancy:.2g} only: their sigma is as given"

@@ -23,7 +23,7 @@ _ROUNDS: Final = 8
 _EVENING: Final = 15  # rounds: a sigma told 1000 times too large falls by a few times in each
 _SAME: Final = 0.02  # relative change of a sigma, or of weights, that ends the rounds
 _ROUGHLY: Final = 0.2  # such a change where gross errors may still be in
-_ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
+ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
 _LEAST: Final = 1.0  # redundancy with which a told sigma may grow
 _DENIED: Final = 0.05  # probability of residuals, by the told sigma, under which it grows
 _SENSORS: Final = {"tensions": "tension", "swivel angles": "swivel", "tilts": "tilt"}
@@ -100,7 +100,7 @@ def _wanted(problem: CalibrationProblem, fit: KindFit) -> float:
     """Return the factor on the told sigma of a kind that its residuals ask for."""
     now = problem.factors.get(fit.name, 1.0)
     if _is_open(problem, fit.name):
-        return _bounded(problem, fit.name, fit.ratio) if fit.redundancy >= _ENOUGH else now
+        return _bounded(problem, fit.name, fit.ratio) if fit.redundancy >= ENOUGH else now
     if fit.redundancy < _LEAST or not fit.ratio > 1.0:
         return 1.0
     denied = stats.chi2.sf(fit.ratio**2 * fit.redundancy, fit.redundancy) < _DENIED
@@ -144,7 +144,7 @@ def _medians(problem: CalibrationProblem, found: PoseFit, group: NDArray[np.int6
     group, made = np.broadcast_to(group, free.shape), {}
     for each in np.unique(group[group >= 0]).tolist():
         of = (group == each) & (free > _TESTED)
-        if free[of].sum() >= _ENOUGH:
+        if free[of].sum() >= ENOUGH:
             made[each] = float(np.median(size[of] / np.sqrt(free[of]))) / _MEDIAN
     return made
 
