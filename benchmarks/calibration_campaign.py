@@ -1,4 +1,4 @@
-"""Calibrations of machines with effects that the model does not have: is what is said to be good right?
+"""Calibrations of machines with effects that the model does not have: how often what is said to be good is right.
 
 `python -m benchmarks.calibration_campaign [MACHINES] [SEED]` draws machines SEED, SEED + 1, .. and the effects on each:
 lines that stretch, spools that build up, sheaves of another radius, surveyed points that are off by 3 mm, 10 % of the

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.halves import predicted_halves
+from cablewright.calibration.cross_checks import predicted_halves
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import CalibrationProblem, Measured

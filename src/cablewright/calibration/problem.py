@@ -131,12 +131,9 @@ class CalibrationProblem:
         return replace(again, weights=other.weights, found_encoder=other.found_encoder, factors=other.factors)
 
     def with_survey_weighed(self, share: float) -> Self:
-        """Return the same problem with *share* times the weight of surveyed points and the level; distances stay."""
-        linear, wanted = self.rows.linear.copy(), self.rows.wanted.copy()
-        measured = np.logical_not(self.is_prior[len(self.is_prior) - len(wanted) :])
-        linear[measured] *= share
-        wanted[measured] *= share
-        return replace(self, rows=self.rows._replace(linear=linear, wanted=wanted))
+        """Return the same with *share* times the weight of surveyed points and the level; that of distances stays."""
+        by, rows = np.where(self.is_prior[len(self.plan.distances) :], 1.0, share), self.rows
+        return replace(self, rows=rows._replace(linear=rows.linear * by[:, None], wanted=rows.wanted * by))
 
     def for_poses_only(self, theta: Array) -> CalibrationProblem:
         """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""

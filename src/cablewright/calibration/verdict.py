@@ -9,9 +9,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy import stats
 
-from cablewright.calibration.halves import predicted_halves
+from cablewright.calibration.cross_checks import others_of, predicted_halves, together
 from cablewright.calibration.kinds import kind_fits
-from cablewright.calibration.lengths_alone import others_of, together
 from cablewright.calibration.rearranged import better_arrangement, motion, stray
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.weights import estimates_encoders
@@ -192,10 +191,10 @@ def _denied(found: Calibration, need: float) -> Iterator[_Reason]:
     if wrong:
         worst = max(wrong, key=lambda each: each.shift)
         unit = "" if worst.unit == "1" else f" {worst.unit}"
+        times = abs(worst.value) / worst.sigma
         yield _Reason(
-            f"the data ask for {worst.value:+.3g}{unit} of {worst.words}, {abs(worst.value) / worst.sigma:.3g} sigmas from "
-            f"what is assumed, which moves exit points by {_mm(worst.shift)}, limit {_mm(need)}: model it, or make it "
-            "an unknown",
+            f"the data ask for {worst.value:+.3g}{unit} of {worst.words}, {times:.3g} sigmas from what is assumed, and "
+            f"that moves exit points by {_mm(worst.shift)}, limit {_mm(need)}: model it, or make it an unknown",
             False,
         )
 
