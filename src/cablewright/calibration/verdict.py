@@ -123,12 +123,12 @@ def _overstated(found: Calibration) -> float | None:
 
 
 def _sigma_of_positions(found: Calibration) -> Iterator[_Reason]:
-    """Positions whose sigma is overstated: rows that always fit hide how well the others do."""
+    """Positions whose sigma is overstated: rows that always fit test nothing."""
     ratio = _overstated(found)
     if ratio is not None:
         yield _Reason(
             f"residuals of the positions are {ratio:.3g} times what their sigma explains, limit {_TOO_LARGE:.2g}: it "
-            "is too large, and makes the search for gross errors and the sigma of the encoders wrong",
+            "is too large, so they count for less than they could",
             False,
         )
 
