@@ -130,7 +130,7 @@ def bound_rows(runs: int) -> Iterator[Row]:
         found = calibrate(WANG, again.measured)
         exits, _ = aligned(found.values[:12].reshape(4, 3), TRUE)
         errors.append(np.append((exits - TRUE).ravel(), found.values[12:] - truth[12:]))
-        shares.append(np.abs(errors[-1]) / found.sigma)
+        shares.append(np.abs(errors[-1]) / found.noise_sigma)
     bound = np.diag(information(problem, truth, simulated.poses, problem.weights).covariance)
     square = np.array(errors) ** 2
     for name, part in (("exit points", slice(0, 12)), ("home lengths", slice(12, 16))):

@@ -129,8 +129,8 @@ def bound_rows(runs: int) -> Iterator[Row]:
         exits, _ = aligned(found.values[:12].reshape(-1, 3), truth)
         off = np.append((exits - truth).ravel(), found.values[12:] - made.home_lengths)
         square.append(off**2)
-        bound.append(found.sigma**2)
-        shares.append(np.abs(off) / found.sigma)
+        bound.append(found.noise_sigma**2)
+        shares.append(np.abs(off) / found.noise_sigma)
     ratio = float(np.sqrt(np.mean(square) / np.mean(bound)))
     yield Row("paty2021, 40 poses, 0.1 mm, 5 N: rms over the bound", ratio, "", "0.85..1.15", 0.85 <= ratio <= 1.15)
     for times, share in ((1.0, 68.3), (1.96, 95.0)):

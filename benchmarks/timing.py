@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 
+from scipy import stats
+
 
 @dataclass(frozen=True)
 class Row:
@@ -63,3 +65,11 @@ def medians(functions: list[Callable[[], object]], calls: int) -> list[float]:
             function()
             own.append(time.perf_counter() - begin)
     return [statistics.median(own) for own in times]
+
+
+def interval(hits: int, of: int) -> str:
+    """A share of hits in per cent, with its 95 % interval (Clopper and Pearson 1934)."""
+    low = stats.beta.ppf(0.025, hits, of - hits + 1) if hits else 0.0
+    high = stats.beta.ppf(0.975, hits + 1, of - hits) if hits < of else 1.0
+    share = 100.0 * hits / of if of else float("nan")
+    return f"{share:.1f} % of {of} ({100.0 * low:.1f} to {100.0 * high:.1f})"

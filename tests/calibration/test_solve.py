@@ -78,7 +78,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
         off, lengths, _ = errors(found.values, found.poses, made)
         exits.append(off.ravel())
         offsets.append(lengths)
-        shares.append(np.abs(np.append(off.ravel(), lengths)) / found.sigma)
+        shares.append(np.abs(np.append(off.ravel(), lengths)) / found.noise_sigma)
     problem = CalibrationProblem.of(WANG, made.measured)
     truth = np.append(TRUE.ravel(), made.home_lengths)
     bound = np.sqrt(np.diag(information(problem, truth, made.poses, problem.weights).covariance))
@@ -112,7 +112,7 @@ def test_a_suggestion_keeps_its_promise() -> None:
     truth = float(np.linalg.norm(TRUE[2] - TRUE[3]))
     distance = MeasuredDistance(between=("north-east", "north-west"), value=truth, deviation=1e-3)
     again = calibrate(WANG, made.measured, plan.model_copy(update={"distances": (distance,)}))
-    before, after = (float(np.sqrt(np.mean(each.sigma[:12] ** 2))) for each in (found, again))
+    before, after = (float(np.sqrt(np.mean(each.noise_sigma[:12] ** 2))) for each in (found, again))
     assert before == pytest.approx(told.before, rel=1e-6)
     assert after == pytest.approx(told.after, rel=0.02)
 
@@ -156,8 +156,8 @@ def test_priors_and_surveyed_points_shrink_sigmas() -> None:
     plain = calibrate(WANG, made.measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)))
     prior = CalibrationPlan(sigma=Sigmas(encoder=1e-4), priors=(Prior(name="exit_point", deviation=2e-3),))
     known = calibrate(WANG, made.measured, prior)
-    assert (known.sigma[:12] < 2.0e-3).all()
-    assert np.sqrt(np.mean(plain.sigma[:12] ** 2)) > 2.0 * np.sqrt(np.mean(known.sigma[:12] ** 2))
+    assert (known.noise_sigma[:12] < 2.0e-3).all()
+    assert np.sqrt(np.mean(plain.noise_sigma[:12] ** 2)) > 2.0 * np.sqrt(np.mean(known.noise_sigma[:12] ** 2))
     assert known.gauge == GAUGE  # before datum and priors
     points = tuple(Point(line=line.name, at=line.exit_point, deviation=1e-3) for line in WANG.lines[:3])
     surveyed = calibrate(WANG, made.measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4), points=points))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.halves import predicted_halves
+from cablewright.calibration.cross_checks import predicted_halves
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import CalibrationProblem, Measured
@@ -48,9 +48,9 @@ def ordered(order: list[int], signs: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0), s
 @pytest.mark.parametrize("seed", range(10))
 def test_what_is_measured_well_is_good(seed: int) -> None:
     made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
-    found = calibrate(WANG, made.measured, SURVEYED)
+    found = calibrate(WANG, made.measured, SURVEYED, need=5e-3)
     assert (found.verdict, found.reasons, found.refusal, found.ok) == ("good", (), "", True)
-    assert np.abs(found.values[:12] - TRUE.ravel()).max() < 4.0 * 2e-3  # what good means, at 4 sigmas
+    assert np.abs(found.values[:12] - TRUE.ravel()).max() < 4.0 * 5e-3  # what good means, at 4 sigmas
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -240,7 +240,8 @@ def test_a_distance_and_counts_that_contradict_surveyed_points(seed: int) -> Non
     ):
         found = calibrate(WANG, measured, used)
         assert found.verdict != "good"
-        assert any("lengths alone fit to" in each for each in found.reasons)
+        said = ("lengths alone fit to", "residuals of the surveyed points")
+        assert any(each.startswith(said) for each in found.reasons)
 
 
 def test_what_is_too_few_to_test_the_encoders() -> None:

@@ -54,6 +54,10 @@ class ElasticProblem(CalibrationProblem):
         """Return the same problem with no unknown held."""
         return ElasticProblem.under(self.model, self.measured, self.plan, hold=False)
 
+    def with_plan(self, plan: CalibrationPlan) -> ElasticProblem:
+        """Return the same data with another plan, whose datum is held."""
+        return ElasticProblem.under(self.model, self.measured, plan)
+
     @property
     def elastic(self) -> bool:
         """Whether lines stretch or sag: they do."""

@@ -1,4 +1,4 @@
-"""Kinds of measurements: how well each fits for its sigma, which rows carry something, and weights that resist errors.
+"""Kinds of measurements: how well each fits for its sigma, and which rows carry something.
 
 A row's leverage is the share of it that the fit takes as its own: rows of redundancy 1 - leverage test the fit.
 """
@@ -6,7 +6,7 @@ A row's leverage is the share of it that the fit takes as its own: rows of redun
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.observability import information
-from cablewright.calibration.pose_fit import PoseFit, fit
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.pose_fit import PoseFit
+from cablewright.calibration.problem import SURVEY, CalibrationProblem
 from cablewright.kernels.fitting import calibration_residuals as rows_of
 
 NAMES: Final = {
@@ -31,22 +31,12 @@ NAMES: Final = {
 }
 """What people call the kinds of rows that belong to poses."""
 
-SURVEY: Final = "surveyed points and distances"
-"""What people call the rows that belong to no pose."""
-
-_RESISTING: Final = ("positions", "planes", "ranges")
-_HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % efficient where nothing is wrong
-_ROUNDS: Final = 8
-_SAME: Final = 0.02  # relative change of a sigma, or of weights, that ends the rounds
 _CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better
-_FEW: Final = 5.0  # redundancy of the lengths with which their sigma can be estimated
-_EXACT: Final = 1e-6  # m: min estimated sigma of the encoders
-_MEDIAN: Final = 0.6745  # median of the size of a standard normal number
 
 
 @dataclass(frozen=True)
 class KindFit:
-    """How well one kind of measurement fits: rms residual over sigma, for its redundancy."""
+    """How well one kind of measurement fits: rms residual over the told sigma, for its redundancy."""
 
     name: str
     ratio: float
@@ -80,7 +70,7 @@ def kind_fits(problem: CalibrationProblem, found: PoseFit) -> tuple[KindFit, ...
         of = used & (names == name)
         total = float(free[of].sum())
         ratio = float(np.sqrt(np.sum(residual[of] ** 2) / total)) if total > 0.0 else np.nan
-        made.append(KindFit(name, ratio, total, int(of.sum())))
+        made.append(KindFit(name, ratio * problem.factors.get(name, 1.0), total, int(of.sum())))
     return (*made, *_of_no_pose(problem, found))
 
 
@@ -95,7 +85,7 @@ def _of_no_pose(problem: CalibrationProblem, found: PoseFit) -> Iterator[KindFit
     total = float((1.0 - taken[measured].clip(0.0, 1.0)).sum())
     if total > 0.0:
         ratio = float(np.sqrt(np.sum(rows.others[measured] ** 2) / total))
-        yield KindFit(SURVEY, ratio, total, int(measured.sum()))
+        yield KindFit(SURVEY, ratio * problem.factors.get(SURVEY, 1.0), total, int(measured.sum()))
 
 
 def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:
@@ -114,75 +104,3 @@ def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:
         if after.null.shape[1] > before.null.shape[1]:
             return np.zeros_like(vague)
     return np.asarray(vague)
-
-
-def estimates_encoders(problem: CalibrationProblem) -> bool:
-    """Whether the sigma of the encoders, which weighs them against other rows, is to be found from the residuals."""
-    return problem.plan.sigma.encoder is None and problem.has_other_sensors
-
-
-def roughly_weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with the encoders' sigma from the median of their residuals, which no few errors move."""
-    if not estimates_encoders(problem):
-        return problem, found
-    for _ in range(_ROUNDS):
-        lengths = kind_of(problem) == "lengths"
-        free = 1.0 - leverages(problem, found)[:, lengths]
-        residual = problem.derivatives(found.theta, found.poses).residual[:, lengths]
-        tested = free > 0.05
-        if free.sum() < _FEW or not tested.any():
-            break
-        ratio = float(np.median(np.abs(residual[tested]) / np.sqrt(free[tested]))) / _MEDIAN
-        problem, found, change = _weighed(problem, found, ratio)
-        if change < 10.0 * _SAME:
-            break
-    return problem, found
-
-
-def weighed(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, PoseFit]:
-    """Return problem and fit with the encoders' sigma such that their residuals are as large as it predicts."""
-    if not estimates_encoders(problem):
-        return problem, found
-    for _ in range(_ROUNDS):
-        lengths = kind_fits(problem, found)[0]
-        if not lengths.redundancy >= _FEW:
-            break
-        problem, found, change = _weighed(problem, found, lengths.ratio)
-        if change < _SAME:
-            break
-    return problem, found
-
-
-def _weighed(problem: CalibrationProblem, found: PoseFit, ratio: float) -> tuple[CalibrationProblem, PoseFit, float]:
-    """Return problem and fit with *ratio* times the sigma of the encoders, and its relative change."""
-    sigma = max(ratio * problem.encoder_sigma, _EXACT)
-    change = abs(np.log(sigma / problem.encoder_sigma))
-    lengths = kind_of(problem) == "lengths"
-    weights, every = found.weights.copy(), problem.weights.copy()
-    for each in (weights, every):
-        problem.of_poses(each)[:, lengths] *= problem.encoder_sigma / sigma
-    problem = replace(problem, weights=every, found_encoder=sigma)
-    again = fit(problem, found.theta, found.poses, weights)
-    found = replace(found, theta=again.theta, poses=again.poses, weights=weights, cost=again.cost, code=again.code)
-    return problem, found, float(change)
-
-
-def resisting(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
-    """Return the fit in which a measured position, plane or range far off by its sigma pulls no harder than at 1.5."""
-    soft = np.isin(kind_of(problem), _RESISTING)
-    if not soft.any():
-        return found
-    full = found.weights
-    share = np.ones(problem.of_poses(full).shape)
-    for _ in range(_ROUNDS):
-        free = np.maximum(1.0 - leverages(problem, found), 1e-3)
-        residual = problem.derivatives(found.theta, found.poses, full).residual
-        size = np.abs(residual) / np.sqrt(free)
-        wanted = np.where(soft, np.sqrt(_HUBER / np.maximum(size, _HUBER)), 1.0)
-        if np.abs(wanted - share).max() < _SAME:
-            break
-        share, weights = wanted, full.copy()
-        problem.of_poses(weights)[:] *= share
-        again = fit(problem, found.theta, found.poses, weights)
-        found = replace(found, theta=again.theta, poses=again.poses, weights=weights, cost=again.cost, code=again.code)
-    return found

@@ -87,6 +87,12 @@ def fit(
     return fits(problem, theta[None], poses[None], weights, settings)[0]
 
 
+def refit(problem: CalibrationProblem, found: PoseFit, weights: Array | None = None) -> PoseFit:
+    """Fit again from a fit, with its weights or others (R,); its starts and steps stay told."""
+    again = fit(problem, found.theta, found.poses, found.weights if weights is None else weights)
+    return replace(found, theta=again.theta, poses=again.poses, weights=again.weights, cost=again.cost, code=again.code)
+
+
 def quick_fit(problem: CalibrationProblem, rough: float) -> PoseFit:
     """Fit from the file's numbers and the start values of the poses only."""
     start = first_start(problem)
@@ -251,8 +257,7 @@ def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
         off = np.linalg.norm(rows @ found.theta - wanted) / _frame_weight(problem) if len(rows) else 0.0
         if turn and off < _SETTLED:
             break
-        again = fit(framed, found.theta, found.poses, found.weights)
-        found = replace(found, theta=again.theta, poses=again.poses, cost=again.cost, code=again.code)
+        found = refit(framed, found)
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final, NamedTuple, Self
@@ -25,6 +25,9 @@ from cablewright.robot import RigidPlatform, Robot
 
 ENCODER_SIGMA = 1e-4
 """Default standard deviation of the encoders, m, which weighs them against other sensors."""
+
+SURVEY: Final = "surveyed points and distances"
+"""What people call the rows that belong to no pose."""
 
 NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
 
@@ -100,6 +103,7 @@ class CalibrationProblem:
     limits: Array  # (2, k) min and max of the free unknowns
     frame: tuple[Array, Array] = field(default=NO_FRAME, kw_only=True)
     found_encoder: float | None = field(default=None, kw_only=True)  # m, the encoders' sigma from the residuals
+    factors: Mapping[str, float] = field(default_factory=dict, kw_only=True)  # on told sigmas, by kind of measurement
 
     @classmethod
     def of(
@@ -116,9 +120,20 @@ class CalibrationProblem:
         """Return the same problem with no unknown held."""
         return CalibrationProblem.of(self.robot, self.measured, self.plan, hold=False)
 
+    def with_plan(self, plan: CalibrationPlan) -> CalibrationProblem:
+        """Return the same data with another plan, whose datum is held."""
+        return CalibrationProblem.of(self.robot, self.measured, plan)
+
     def weighed_as(self, other: CalibrationProblem) -> Self:
         """Return the same problem with the weights of another one of the same rows."""
-        return replace(self, weights=other.weights, found_encoder=other.found_encoder)
+        share = self.factors.get(SURVEY, 1.0) / other.factors.get(SURVEY, 1.0)
+        again = self.with_survey_weighed(share)
+        return replace(again, weights=other.weights, found_encoder=other.found_encoder, factors=other.factors)
+
+    def with_survey_weighed(self, share: float) -> Self:
+        """Return the same with *share* times the weight of surveyed points and the level; that of distances stays."""
+        by, rows = np.where(self.is_prior[len(self.plan.distances) :], 1.0, share), self.rows
+        return replace(self, rows=rows._replace(linear=rows.linear * by[:, None], wanted=rows.wanted * by))
 
     def for_poses_only(self, theta: Array) -> CalibrationProblem:
         """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""

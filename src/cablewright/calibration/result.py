@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array, Mask
+from cablewright.calibration.model_doubt import ModelDoubt, model_doubt
 from cablewright.calibration.observability import (
     Direction,
     Information,
@@ -75,6 +76,16 @@ FIGURES = (
            along="unknown"),
     Figure("sigma", "SI", "Standard deviation of each unknown, by its name.", partial(_by_label, "sigma"), "", 3,
            along="unknown"),
+    Figure("noise_sigma", "SI", "Standard deviation by the noise of the measurements alone, by its name.",
+           partial(_by_label, "noise_sigma"), along="unknown", detail=True),
+    Figure("considered", "", "Numbers of the robot file that count as known: how far off they may be.",
+           lambda of: of.doubt.considered, detail=True, parts=(
+        Figure("words", "", "The number."),
+        Figure("value", "SI", "How far off the data say it is, as far as it is believed."),
+        Figure("sigma", "SI", "Standard deviation of that."),
+        Figure("unit", "", "Unit of both."),
+        Figure("shift", "m", "What that moves a coordinate of an exit point by, at most."),
+    )),
     Figure("changes", "SI", "Change from the robot file; null for what is not in it.", name="change", digits=3,
            along="unknown"),
     Figure("units", "", "SI units of the unknowns.", lambda of: [each.unit for each in of.unknowns], "unit",
@@ -177,10 +188,24 @@ class Calibration(Pictured):
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the unknowns (k, k), with datum and priors."""
+        """Covariance of the unknowns (k, k), with datum and priors: of noise, or larger where the model is in doubt."""
+        return self._of_all(self.doubt.covariance)
+
+    @cached_property
+    def noise_sigma(self) -> Array:
+        """Standard deviations of the unknowns (k,) by the noise of the measurements alone."""
+        return np.asarray(np.sqrt(np.diag(self._of_all(self.posterior.covariance * self.scale**2)).clip(min=0.0)))
+
+    @cached_property
+    def doubt(self) -> ModelDoubt:
+        """What numbers of the robot file that are not among the unknowns, and scatter of the poses, add to sigmas."""
+        return model_doubt(self.problem, self.fit, self.posterior, self.scale)
+
+    def _of_all(self, covariance: Array) -> Array:
+        """Return the covariance of all unknowns (k, k), SI, from that of the free ones."""
         free = ~self.problem.held
         found = np.zeros((len(free), len(free)))
-        found[np.ix_(free, free)] = self.posterior.covariance * self.scale**2
+        found[np.ix_(free, free)] = covariance
         return found * np.outer(self._sizes, self._sizes)
 
     @property
@@ -225,7 +250,7 @@ class Calibration(Pictured):
         """The effect of one more measurement each, the most helpful first."""
         if not math.isfinite(self.scale) or self.scale <= 0.0:
             return ()
-        free, theta = self.problem.without_datum(), self.problem.whole(self.fit.theta)
+        free, theta = self.problem.without_datum().weighed_as(self.problem), self.problem.whole(self.fit.theta)
         counted = information(free, theta, self.fit.poses, self.fit.weights, priors=True)
         return suggestions(counted, max(self.scale, _MIN_SIGMA / self.problem.encoder_sigma))
 

@@ -17,15 +17,16 @@ from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.elastic_start import elastic_fit
-from cablewright.calibration.kinds import resisting, roughly_weighed, weighed
-from cablewright.calibration.observability import Information, information, projected
+from cablewright.calibration.kinds import kind_fits, kind_of
+from cablewright.calibration.observability import Information, information
 from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, framed, to_file_frame
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import SURVEY, CalibrationProblem, Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.status import status_of
 from cablewright.calibration.verdict import NEED, judged
+from cablewright.calibration.weights import ENOUGH, resisting, roughly_weighed, weighed
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -112,7 +113,7 @@ def calibrate(
     scale, chi = _scale(problem, found, posterior)
     rms = _rms(problem, found)
     status, reason = status_of(problem, found, posterior, rms, chi)
-    notes = tuple(_notes(free, alone, scale, chi, rejected))
+    notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found))
     made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
     verdict, reasons = judged(made, need, rough)
     return replace(made, verdict=verdict, reasons=reasons)
@@ -138,10 +139,11 @@ def _rms(problem: CalibrationProblem, found: PoseFit) -> float:
 
 
 def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) -> tuple[float, float]:
-    """Return sigma of the encoders over that of their weights, and the root of chi-squared per degree of freedom."""
-    derivatives = problem.derivatives(found.theta, found.poses, found.weights)
-    off, _, _ = projected(derivatives)
-    square = float(np.sum(off * off) + np.sum(derivatives.others**2))
+    """Return sigma of the encoders over that of their weights, and the root of chi-squared per freedom, as told."""
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    told = np.array([problem.factors.get(name, 1.0) for name in kind_of(problem).tolist()])
+    survey = np.where(problem.is_prior, 1.0, problem.factors.get(SURVEY, 1.0))
+    square = float(np.sum((rows.residual * told) ** 2) + np.sum((rows.others * survey) ** 2))
     surplus = posterior.redundancy
     chi = math.sqrt(square / surplus) if surplus > 0 else math.nan
     if problem.plan.sigma.encoder is not None or problem.has_other_sensors:
@@ -166,3 +168,15 @@ def _notes(
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
     if rejected:
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
+
+
+def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
+    """Yield sentences on the sigma of each kind of measurement: what residuals make of it, or that they cannot."""
+    if found.code != 0 or not problem.has_other_sensors:
+        return
+    for kind in kind_fits(problem, found):
+        factor = problem.factors.get(kind.name, 1.0)
+        if factor != 1.0:
+            yield f"residuals of the {kind.name} ask for {factor:.3g} times their sigma: so much is assumed"
+        elif kind.name != "lengths" and kind.redundancy < ENOUGH:
+            yield f"the {kind.name} have a redundancy of {kind.redundancy:.2g} only: their sigma is as given"

@@ -9,11 +9,11 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy import stats
 
-from cablewright.calibration.halves import predicted_halves
-from cablewright.calibration.kinds import estimates_encoders, kind_fits
-from cablewright.calibration.lengths_alone import others_of, together
+from cablewright.calibration.cross_checks import others_of, predicted_halves, together
+from cablewright.calibration.kinds import kind_fits
 from cablewright.calibration.rearranged import better_arrangement, motion, stray
 from cablewright.calibration.result import Calibration
+from cablewright.calibration.weights import estimates_encoders
 
 NEED: Final = 2e-3
 """Default of what printing needs: max sigma of a coordinate of an exit point, m."""
@@ -39,7 +39,7 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
         other = better_arrangement(found.problem, found.fit, rough)
         return "bad", tuple(each for each in (other, found.reason) if each)
     doubts = [*_moved(found, rough), *_left_out(found), *_sigma_of_positions(found), *_together(found)]
-    doubts += [*_unexplained(found, need), *_halves(found)]
+    doubts += [*_unexplained(found, need), *_halves(found), *_denied(found, need)]
     if doubts or _elsewhere(found, rough):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
@@ -123,12 +123,12 @@ def _overstated(found: Calibration) -> float | None:
 
 
 def _sigma_of_positions(found: Calibration) -> Iterator[_Reason]:
-    """Positions whose sigma is overstated: rows that always fit hide how well the others do."""
+    """Positions whose sigma is overstated: rows that always fit test nothing."""
     ratio = _overstated(found)
     if ratio is not None:
         yield _Reason(
             f"residuals of the positions are {ratio:.3g} times what their sigma explains, limit {_TOO_LARGE:.2g}: it "
-            "is too large, and makes the search for gross errors and the sigma of the encoders wrong",
+            "is too large, so they count for less than they could",
             False,
         )
 
@@ -183,6 +183,20 @@ def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
                 f"{_RATIO[0]:g}: they contradict the model or the other measurements",
                 kind.ratio > _RATIO[1],
             )
+
+
+def _denied(found: Calibration, need: float) -> Iterator[_Reason]:
+    """Numbers of the file that count as known and that the data deny, if that moves exit points by what matters."""
+    wrong = [each for each in found.doubt.considered if abs(each.value) > _BEYOND * each.sigma and each.shift > need]
+    if wrong:
+        worst = max(wrong, key=lambda each: each.shift)
+        unit = "" if worst.unit == "1" else f" {worst.unit}"
+        times = abs(worst.value) / worst.sigma
+        yield _Reason(
+            f"the data ask for {worst.value:+.3g}{unit} of {worst.words}, {times:.3g} sigmas from what is assumed, and "
+            f"that moves exit points by {_mm(worst.shift)}, limit {_mm(need)}: model it, or make it an unknown",
+            False,
+        )
 
 
 def _halves(found: Calibration) -> Iterator[_Reason]:

@@ -1,0 +1,146 @@
+"""What a wrong model adds to sigmas: numbers of the robot file that count as known, and scatter from pose to pose.
+
+Known numbers are considered (Schmidt 1966): each is believed to a standard deviation, the data say how far off it is,
+and what that shifts is added to the covariance: little where data deny a shift, all of it where they show one or cannot
+tell. Beside it stands the covariance by the scatter of the poses (a sandwich, clustered by pose, HC3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.calibration.observability import Information, projected
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.pose_fit import PoseFit
+from cablewright.calibration.problem import CalibrationProblem
+from cablewright.models.fidelity import CableLaw, Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import Eyelet, Robot
+from cablewright.solvers.inverse import solve_inverse
+
+RADIUS: Final = 0.03  # of a sheave's radius: the cable's own radius may be in it or not
+BUILD_UP: Final = 2e-3  # 1/m: a layer of 4 mm cable on a drum of 0.1 m, every 20 m
+STRETCH: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
+MODULUS: Final = 0.2  # of the file's, where lines stretch
+_LEAST: Final = 0.05  # of the information: min that is left without a pose
+
+
+@dataclass(frozen=True)
+class Considered:
+    """A number of the file that counts as known: how far off the data say it is."""
+
+    words: str
+    unit: str
+    value: float  # how far off, as far as it is believed and the data say
+    sigma: float
+    shift: float  # m, what that does to a coordinate of an exit point, at most
+
+
+@dataclass(frozen=True, eq=False)
+class ModelDoubt:
+    """The covariance (k, k) of the free unknowns with what a wrong model adds, and the numbers that were considered."""
+
+    covariance: Array
+    considered: tuple[Considered, ...]
+
+
+def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Information, scale: float) -> ModelDoubt:
+    """Return the covariance of the unknowns at a solution; *scale*: sigma of a row over that of its weight."""
+    noise = posterior.covariance * scale**2
+    if not (np.isfinite(found.cost) and 0.0 < scale < np.inf):
+        return ModelDoubt(noise, ())
+    wider, extra, numbers = _considered(problem, found)
+    rows = wider.derivatives(_theta(wider, problem, found), found.poses, found.weights)
+    k = len(found.theta)
+    by_all = np.concatenate([rows.by_unknown, extra], axis=2)
+    off, reduced, _ = projected(replace(rows, by_unknown=by_all))
+    known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
+    motion = -posterior.covariance @ (known.T @ other)  # (k, q): of the unknowns, as the numbers change
+    covariance, considered, exits = noise, [], problem.named("exit_point")
+    if len(numbers):
+        left = other.T @ other + other.T @ known @ motion
+        believed = np.diag([1.0 / each.sigma**2 for each in numbers])
+        spread = np.linalg.inv(left / scale**2 + believed)
+        value = -spread @ (other.T @ off.ravel()) / scale**2
+        covariance = noise + motion @ (spread + np.outer(value, value)) @ motion.T
+        for at, each in enumerate(numbers):
+            shift = float(np.abs(motion[exits, at] * value[at]).max(initial=0.0))
+            considered.append(replace(each, value=float(value[at]), sigma=float(spread[at, at] ** 0.5), shift=shift))
+    scatter = _by_scatter(
+        off, reduced[..., :k], problem.derivatives(found.theta, found.poses).others_by_unknown, posterior
+    )
+    larger = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(np.diag(covariance), 1e-300), 1.0))
+    return ModelDoubt(covariance * np.outer(larger, larger), tuple(considered))
+
+
+def _by_scatter(off: Array, rows: Array, others: Array, posterior: Information) -> Array:
+    """Return the covariance (k, k) by how the poses scatter, as if each were left out once."""
+    values, vectors = np.linalg.eigh(posterior.covariance)
+    kept = values > 1e-14 * max(values.max(initial=0.0), 1e-300)
+    root = vectors[:, kept] * np.sqrt(values[kept])  # (k, r): unknowns of sigma 1
+    own = rows @ root
+    left = np.eye(own.shape[2]) - np.einsum("nea,neb->nab", own, own)
+    sizes, turned = np.linalg.eigh(left)
+    inverse = np.einsum("nab,nb,ncb->nac", turned, 1.0 / np.maximum(sizes, _LEAST), turned)
+    change = np.einsum("nac,nec,ne->na", inverse, own, np.where(np.isfinite(off), off, 0.0))
+    known = others @ root
+    return np.asarray(root @ (change.T @ change + known.T @ known) @ root.T)
+
+
+def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, Array, list[Considered]]:
+    """Return the problem with more unknowns, the derivatives (N, e, q) of its rows by others, and what they all are."""
+    robot, plan, names = problem.robot, problem.plan, []
+    if "sheave_radius" not in plan.unknowns and any(not isinstance(line.sheave, Eyelet) for line in robot.lines):
+        names.append("sheave_radius")
+    if not {"build_up", "drum_radius"} & set(plan.unknowns):
+        names.append("build_up")
+    if problem.elastic and "modulus" not in plan.unknowns:
+        names.append("modulus")
+    shared = tuple(name for name in names if name != "sheave_radius")
+    wider = problem.with_plan(_with_unknowns(plan, tuple(names), shared))
+    numbers = []
+    for each in wider.free_unknowns[len(found.theta) :]:
+        believed = {"build_up": BUILD_UP, "modulus": MODULUS}.get(each.name)
+        sigma = RADIUS * float(wider.start[wider.unknowns.index(each)]) if believed is None else believed
+        numbers.append(Considered(each.label, each.unit, 0.0, sigma, 0.0))
+    stretch = None if problem.elastic else _stretch(problem, found)
+    if stretch is None:
+        return wider, np.zeros((problem.poses, problem.per_pose, 0)), numbers
+    extra = np.zeros((problem.poses, problem.per_pose, 1))
+    extra[:, : robot.m, 0] = problem.of_poses(found.weights)[:, : robot.m] * stretch
+    return wider, extra, [*numbers, Considered("stretch of all lines over that by the file", "1", 0.0, STRETCH, 0.0)]
+
+
+def _with_unknowns(plan: CalibrationPlan, names: tuple[str, ...], shared: tuple[str, ...]) -> CalibrationPlan:
+    return plan.model_copy(update={"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)})
+
+
+def _theta(wider: CalibrationProblem, problem: CalibrationProblem, found: PoseFit) -> Array:
+    """Return the free unknowns of the wider problem: those found, and the file's."""
+    return np.append(found.theta, wider.free[len(problem.free_unknowns) :])
+
+
+def _stretch(problem: CalibrationProblem, found: PoseFit) -> Array | None:
+    """Return by how much each line (N, m) stretches by the file's stiffness, m; None if nothing loads the lines.
+
+    With measured tensions, or the least that hold the pose.
+    """
+    robot = problem.robot
+    lengths = problem.lengths(found.theta, found.poses)
+    compliance = 1.0 / np.array([line.cable.stiffness for line in robot.lines])
+    tensions = problem.measured.tensions
+    if tensions is None:
+        if not _is_loaded(robot):
+            return None
+        exits = np.broadcast_to(problem.exit_points(found.theta), (problem.poses, robot.m, 3))
+        model = Model(robot, Fidelity.of(CableLaw.RIGID))
+        tensions = solve_inverse(model, found.poses, exit_points=np.ascontiguousarray(exits)).tensions
+    return np.asarray(np.nan_to_num(tensions) * lengths * compliance)
+
+
+def _is_loaded(robot: Robot) -> bool:
+    return robot.scene.gravity > 0.0 and robot.m >= robot.n
