@@ -67,7 +67,7 @@ def rows(seconds: dict[PlantName, float]) -> Iterator[Row]:
 
 def guard_time() -> float:
     """Seconds of one step of the guard on a machine with 8 lines and all that it reads."""
-    m, state = 8, GuardState()
+    m = 8
     limits = GuardSettings(
         np.full(m, 900.0),
         max_torques=np.full(m, 50.0),
@@ -77,14 +77,13 @@ def guard_time() -> float:
         timeouts={"encoders": 0.5, "load_cells": 0.1, "drives": 0.1},
     )
     quiet = np.zeros(m)
-    drives = Drives(0.0, (DriveState.ENABLED,) * m, quiet, quiet, quiet, quiet, ("",) * m)
     frames = [
         SensorFrame(
             0.01 * k,
             (
                 Encoders(0.01 * k, np.full(m, k, dtype=np.int64)),
                 Tensions("load_cells", 0.01 * k, np.full(m, 300.0)),
-                drives,
+                Drives(0.01 * k, (DriveState.ENABLED,) * m, quiet, quiet, quiet, quiet, ("",) * m),
                 Inputs(0.01 * k, chain_closed=True, torque_off=False, enabling=True, brakes_closed=()),
             ),
         )
@@ -93,6 +92,7 @@ def guard_time() -> float:
     inferred = np.full(m, 300.0)
 
     def run() -> None:
+        state = GuardState()
         for frame in frames:
             assert judge(limits, state, frame, inferred) is None
 
