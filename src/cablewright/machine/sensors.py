@@ -27,7 +27,11 @@ def _flaws(table: str) -> dict[str, str]:
 
 
 class LidarSettings(Description):
-    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: masked angles, rad."""
+    """A planar lidar on the drum. ``axes``: x and y of its plane in the drum's frame; ``masks``: masked angles, rad.
+
+    ``place_deviation``, m, and ``turn_deviation``, rad: standard deviations of where it is mounted, along and about
+    each axis of the drum.
+    """
 
     MOVED: ClassVar[Mapping[str, str]] = _flaws("lidars.NAME")
 
@@ -40,6 +44,8 @@ class LidarSettings(Description):
     bias: Width
     place: Vec3
     axes: tuple[_Axis, _Axis]
+    place_deviation: Annotated[Width, Field(le=1.0)] = 0.0
+    turn_deviation: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
     masks: Annotated[tuple[tuple[Angle, Angle], ...], Field(max_length=20)] = ()
 
     @model_validator(mode="after")
@@ -55,7 +61,7 @@ class LidarSettings(Description):
 
 
 class InertialSensor(Description):
-    """Accelerometer and gyro at ``place``; m/s^2 and rad/s."""
+    """Accelerometer and gyro at ``place``. ``turn_deviation``: rad, of its mounting about each axis."""
 
     MOVED: ClassVar[Mapping[str, str]] = _flaws("inertial")
 
@@ -65,16 +71,18 @@ class InertialSensor(Description):
     acceleration_bias: Size
     rate_deviation: Size
     rate_bias: Size
+    turn_deviation: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
 
 
 class LineSensor(Description):
-    """Accelerometers on the lines, ``from_platform`` along the cable before B."""
+    """Accelerometers on the lines, ``from_platform`` along the cable before B. ``bias``: rad, of each one's zero."""
 
     MOVED: ClassVar[Mapping[str, str]] = _flaws("line_angles")
 
     rate: Rate
     from_platform: Width
     deviation: NonNegative[Angle]
+    bias: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
 
 
 class DistanceSensor(Description):
@@ -115,11 +123,15 @@ class BarrierSensor(Description):
 
 
 class TensionSensor(Description):
-    """Tensions at the sheaves, N: by load cells, or by the torques of the motors. ``most``: what one shows at most."""
+    """Tensions at the sheaves, N: by load cells, or by the torques of the motors. ``most``: what one shows at most.
+
+    ``gain_deviation``: standard deviation of each one's scale, as a share.
+    """
 
     rate: Rate
     deviation: Size
     bias: Size = 0.0
+    gain_deviation: Share = 0.0
     most: Factor
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Final, Self
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError
-from cablewright.machine.quantities import Delay, Factor, Heavy, Span, Time, Width
+from cablewright.machine.quantities import Delay, Factor, Heavy, Share, Span, Time, Width
 from cablewright.machine.sensors import (
     BarrierSensor,
     ClimateSensor,
@@ -120,11 +120,15 @@ class WallFace(Description):
 
 
 class RoomSettings(Description):
-    """Walls and ceiling that lidars see, as surveyed."""
+    """Walls and ceiling that lidars see, as surveyed.
+
+    ``deviation``: standard deviation, m, of each end of a wall from where it was surveyed, across the wall.
+    """
 
     MOVED: ClassVar[Mapping[str, str]] = {"cell": "[simulation.room]"}
 
     ceiling: Span
+    deviation: Annotated[Width, Field(le=1.0)] = 0.0
     walls: Annotated[tuple[WallFace, ...], Field(max_length=MAX_WALLS)]
 
     @model_validator(mode="after")
@@ -132,6 +136,18 @@ class RoomSettings(Description):
         if self.walls:
             require_unique_names("walls", (wall.name for wall in self.walls))
         return self
+
+
+class ClockSettings(Description):
+    """The clock on the drum, which stamps what is heard over the wireless link, as its owner knows it.
+
+    ``offset``: standard deviation, s, of its difference from the machine's at the start; ``drift``: of its rate.
+    ``latency``: s, the shortest time that a reading takes.
+    """
+
+    offset: Annotated[Delay, Field(le=10.0)] = 0.0
+    drift: Annotated[Share, Field(le=0.01)] = 0.0
+    latency: Annotated[Delay, Field(le=10.0)] = 0.0
 
 
 class MachineSettings(FileDescription):
@@ -153,6 +169,7 @@ class MachineSettings(FileDescription):
     extrusion: Extrusion | None = None
     winch: WinchSettings
     room: RoomSettings
+    clock: ClockSettings | None = None
     lidars: dict[LidarName, LidarSettings] = Field(default_factory=dict)
     inertial: InertialSensor | None = None
     line_angles: LineSensor | None = None
