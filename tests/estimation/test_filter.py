@@ -347,10 +347,9 @@ def test_frames_without_readings_tell_no_place() -> None:
 
 
 def test_the_layout_has_room_for_all() -> None:
-    lay = Layout.of(4, 2)
-    parts = [part for part in lay if isinstance(part, slice)]
-    assert [part.stop for part in parts[:-1]] == [part.start for part in parts[1:]]
-    assert lay.size == parts[-1].stop + 1
+    lay = Layout.of(4, 2, 4)
+    parts = [part if isinstance(part, slice) else slice(part, part + 1) for part in lay[:-1]]
+    assert [part.stop for part in parts] == [part.start for part in parts[1:]] + [lay.size]
 
 
 def test_what_is_no_standard_deviation_is_refused() -> None:

@@ -39,7 +39,8 @@ class HeightSettings:
     ``sigma``: m, of one range: corrects the bias of taking the lowest of noisy points; 0, as the paper: no correction.
     ``max_slope``: of the line through the lowest points, beyond which they are no floor. ``floor_cone``: rad, half
     angle in which the floor is searched instead, as the lowest level with many points, because the cone may contain
-    only structure; None, as the paper: in the cone. ``floor``: m, world, height of the floor.
+    only structure; None, as the paper: in the cone. ``floor``: m, world, height of the floor. ``place_sigma``, m, and
+    ``turn_sigma``, rad: of the lidar's mount along and about each axis of the drum.
     """
 
     mount: tuple[float, float, float]
@@ -51,6 +52,8 @@ class HeightSettings:
     max_slope: float = 0.2
     floor_cone: float | None = None
     floor: float = 0.0
+    place_sigma: float = 0.0
+    turn_sigma: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a line through one point."""

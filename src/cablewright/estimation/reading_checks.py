@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.estimation.drum_clock import DrumClock
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.robot import Line
-from cablewright.signals import Encoders, Inertial, Scan
+from cablewright.signals import Encoders, Inertial, Reading, Scan, SensorFrame
 
 HISTORY_LENGTH: Final = 1500
 """Rows of a `TimeBuffer`: 15 s at 10 ms."""
@@ -27,15 +29,23 @@ class ReadingChecks:
     """The last reading of each sensor, and how many of the IMU's in a row were bad."""
 
     monitor: FaultMonitor
+    clock: DrumClock | None = None
     last_imu: Inertial | None = None
     imu_repeats: int = 0  # identical to the last bit
     imu_outliers: int = 0  # implausible
     last_encoders: Encoders | None = None
     last_ranges: dict[str, Array] = field(default_factory=dict)  # of each lidar's last turn
 
+    def accepted(self, frame: SensorFrame) -> Iterator[Reading]:
+        """Yield a frame's readings by the machine's clock, as `FaultMonitor.accepted`."""
+        readings = frame.readings if self.clock is None else self.clock.corrected(frame.readings, frame.time)
+        return self.monitor.accepted(readings, frame.time)
+
     def reset(self) -> None:
         """Remove the last readings, because the clock was reset."""
         self.last_imu, self.last_encoders = None, None
+        if self.clock is not None:
+            self.clock.restart()
 
 
 def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial) -> bool | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -12,6 +12,7 @@ from cablewright.errors import InputError
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.drum_radius import RadiusSettings
 from cablewright.estimation.chain.state import ObserverSettings
+from cablewright.estimation.drum_clock import ClockSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman.state import FilterSettings
@@ -30,6 +31,7 @@ _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
 _TOLERANCE: Final = 1e-6  # m, of faces on one line
 _RADIUS_BOUNDS: Final = (0.8, 1.5)  # times the bare drum's radius
 _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
+_DRIFT_TIME: Final = 60.0  # s over which the drum's clock drifts one way before its lag shows it
 _HORIZONTAL: Final = ("north", "south")
 
 
@@ -51,7 +53,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     radii = tuple(radius for radius in nominal if radius is not None)
     if len(radii) < robot.m:
         raise InputError(f"robot {robot.name!r}: a winch without drum_radius, which the estimation needs")
-    vertical, winch = settings.lidars.get("vertical"), settings.winch
+    vertical, winch, clock = settings.lidars.get("vertical"), settings.winch, settings.clock
     return ObserverSettings(
         model=model,
         walls=WallSettings(walls, tuple(_lidar(name, lidar, walls) for name, lidar in mounted.items())),
@@ -63,12 +65,20 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         height=None
         if vertical is None
-        else HeightSettings(vertical.place, vertical.axes, sigma=vertical.deviation, floor_cone=_FLOOR_CONE),
+        else HeightSettings(
+            vertical.place,
+            vertical.axes,
+            sigma=vertical.deviation,
+            floor_cone=_FLOOR_CONE,
+            place_sigma=vertical.place_deviation,
+            turn_sigma=vertical.turn_deviation,
+        ),
         tilt=TiltSettings(robot.scene.gravity),
         max_drum_speed=winch.max_speed,
         valve_depth=settings.drum.valve,
         lasers=tuple(lasers),
         timeouts=_timeouts(settings),
+        clock=None if clock is None else ClockSettings(clock.offset, clock.drift, clock.latency),
     )
 
 
@@ -83,12 +93,21 @@ def filter_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[La
         sigmas |= {
             "gyro_bias_sigma": max(inertial.rate_bias, 1e-5),
             "gyro_noise": max(inertial.rate_deviation, 1e-5) / math.sqrt(inertial.rate),
-            "accelerometer_bias_sigma": max(inertial.acceleration_bias / robot.scene.gravity, 1e-5),
+            "accelerometer_bias_sigma": max(
+                math.hypot(inertial.acceleration_bias / robot.scene.gravity, inertial.turn_deviation), 1e-5
+            ),
         }
     if vertical is not None:
         sigmas["height_bias_sigma"] = max(vertical.bias, 1e-4)
     if settings.distance is not None:
         sigmas["distance_sigma"] = max(settings.distance.deviation, 1e-4)
+    if settings.line_angles is not None:
+        sigmas["zero_sigma"] = settings.line_angles.bias
+    if settings.clock is not None:
+        sigmas["clock_sigma"], sigmas["clock_noise"] = (
+            settings.clock.offset,
+            settings.clock.drift * math.sqrt(_DRIFT_TIME),
+        )
     return FilterSettings(chain, **sigmas)
 
 
@@ -123,7 +142,7 @@ def surveyed_walls(room: RoomSettings) -> RoomMap:
         raise InputError("room.walls: none, but the estimation needs walls")
     ends = [end for wall in room.walls for end in (wall.start, wall.end)]
     middle = [0.5 * (min(column) + max(column)) for column in zip(*ends, strict=True)]
-    found: list[tuple[RoomWall, float]] = []
+    found: list[tuple[RoomWall, float, list[float]]] = []
     for face in room.walls:
         dx, dy = face.end[0] - face.start[0], face.end[1] - face.start[1]
         length = math.hypot(dx, dy)
@@ -131,14 +150,28 @@ def surveyed_walls(room: RoomSettings) -> RoomMap:
         distance = nx * face.start[0] + ny * face.start[1]
         if distance < nx * middle[0] + ny * middle[1]:
             nx, ny, distance = -nx, -ny, -distance
-        for i, (wall, before) in enumerate(found):
+        places = [nx * y - ny * x for x, y in (face.start, face.end)]
+        for i, (wall, before, others) in enumerate(found):
             if math.dist(wall.normal, (nx, ny)) < _TOLERANCE and abs(wall.distance - distance) < _TOLERANCE:
-                found[i] = wall, before + length
+                found[i] = wall, before + length, others + places
                 break
         else:
             name = face.name.split(",")[0]
-            found.append((RoomWall(name, (nx, ny), distance), length))
-    return RoomMap(tuple(wall for wall, length in found if length >= _MIN_WALL))
+            found.append((RoomWall(name, (nx, ny), distance), length, places))
+    return RoomMap(
+        tuple(_surveyed(wall, places, room.deviation) for wall, length, places in found if length >= _MIN_WALL)
+    )
+
+
+def _surveyed(wall: RoomWall, places: list[float], deviation: float) -> RoomWall:
+    """Return *wall* with the sigmas that independent errors of both its ends, at *places* m along it, give."""
+    first, last = min(places), max(places)
+    return replace(
+        wall,
+        reference=0.5 * (first + last),
+        distance_sigma=deviation / math.sqrt(2.0),
+        angle_sigma=deviation * math.sqrt(2.0) / (last - first),
+    )
 
 
 def _lidar(name: str, lidar: LidarSettings, room: RoomMap) -> LidarModel:
@@ -161,6 +194,8 @@ def _lidar(name: str, lidar: LidarSettings, room: RoomMap) -> LidarModel:
         bias_sigma=lidar.bias,
         masks=lidar.masks,
         visible_walls=visible,
+        place_sigma=lidar.place_deviation,
+        turn_sigma=lidar.turn_deviation,
     )
 
 

@@ -17,6 +17,7 @@ from cablewright.errors import Status
 from cablewright.estimation import slackness, tilt
 from cablewright.estimation.chain import drum_radius, lengths
 from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, ObserverState
+from cablewright.estimation.drum_clock import DrumClock
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.estimation.lidar import localisation
@@ -67,7 +68,9 @@ def start(settings: ObserverSettings) -> ObserverState:
         lengths.move_to(settings.slackness, no_reading, tracker, paid_out, middle)
     localisation.step(settings.walls, localisation.start(), _SQUARE_ROOM)
     return ObserverState(
-        ReadingChecks(FaultMonitor(dict(settings.timeouts))),
+        ReadingChecks(
+            FaultMonitor(dict(settings.timeouts)), None if settings.clock is None else DrumClock(settings.clock)
+        ),
         localisation.start(),
         no_reading,
         drum_radius.start(settings.radius),
@@ -84,7 +87,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     state.time = frame.time
     line_angles: LineAngles | None = None
-    for reading in state.monitor.accepted(frame.readings, frame.time):
+    for reading in state.checks.accepted(frame):
         if isinstance(reading, LineAngles):
             line_angles = reading
         else:

@@ -12,6 +12,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
+from cablewright.estimation.drum_clock import ClockSettings
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightEstimate, HeightSettings
 from cablewright.estimation.lidar.localisation import LidarTurn, TurnFeatures, WallPose, WallSettings, WallState
@@ -36,7 +37,8 @@ class ObserverSettings:
     ``deskew``: correct the rays of a turn for the drum's motion by odometry, not for its tilt alone. ``gather_time``: s
     to wait for the other lidars' turns. ``gate``: m, by which a lidar's position may differ from the expected one;
     after ``max_rejections`` in a row it is accepted anyway. ``position_timeout``: s without an accepted lidar position
-    until the estimate is invalid. ``timeouts``: s by source, without a reading, until that is a fault.
+    until the estimate is invalid. ``timeouts``: s by source, without a reading, until that is a fault. ``clock``: that
+    of the drum; None: it is the machine's.
     """
 
     model: Model
@@ -57,6 +59,7 @@ class ObserverSettings:
     max_rejections: int = 4
     position_timeout: float = 30.0
     timeouts: Mapping[str, float] = field(default_factory=dict)
+    clock: ClockSettings | None = None
 
     def __post_init__(self) -> None:
         """Refuse lidars without a model, platforms with a rotation and counts that are not positive."""

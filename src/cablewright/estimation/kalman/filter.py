@@ -8,6 +8,7 @@ chain finds the first position. docs/estimation.md has the equations.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -43,6 +44,7 @@ from cablewright.signals import (
 )
 
 _POSITION_SIGMA: Final = 0.01  # m, of the chain's first position
+_WALL_RANGE: Final = 5.0  # m, typical, of a wall from a lidar
 _TILT_SIGMA: Final = math.radians(0.15)  # at the start
 _YAW_SIGMA: Final = math.radians(0.5)  # at the start
 _LENGTH_SIGMA: Final = 5e-3  # m, at the start, besides the position's
@@ -63,7 +65,7 @@ def start(settings: FilterSettings) -> FilterState:
     """Return the state before the first frame."""
     chain = observer.start(settings.chain)
     own = settings.chain
-    lay = Layout.of(own.model.m, len(own.lidars))
+    lay = Layout.of(own.model.m, len(own.lidars), len(own.walls.room.walls))
     weight = float(PlatformNumbers(own.model.packed.platform).weight)
     return FilterState(
         chain.checks,
@@ -87,7 +89,7 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     _advance_clock(settings, state, frame.time, dt)
     line_angles: LineAngles | None = None
-    for reading in state.monitor.accepted(frame.readings, frame.time):
+    for reading in _accepted(settings, state, frame, dt):
         if isinstance(reading, LineAngles):
             line_angles = reading
         else:
@@ -109,6 +111,18 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         _reinitialise(settings, state)
         return replace(_estimate(settings, state), valid=False)
     return _estimate(settings, state)
+
+
+def _accepted(settings: FilterSettings, state: FilterState, frame: SensorFrame, dt: float) -> Iterator[Reading]:
+    """Yield the frame's readings; by how much the drum's clock is now taken to be ahead, its error has become less."""
+    clock = state.checks.clock
+    if clock is None:
+        return state.checks.accepted(frame)
+    before = clock.ahead
+    accepted = state.checks.accepted(frame)
+    state.clock_error -= clock.ahead - before
+    state.P[state.layout.clock, state.layout.clock] += settings.clock_noise**2 * dt
+    return accepted
 
 
 def _advance_clock(settings: FilterSettings, state: FilterState, now: float, dt: float) -> None:
@@ -135,6 +149,9 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     state.accelerometer_bias, state.gyro_bias, state.angular_rate = np.zeros(2), np.zeros(3), np.zeros(3)
     state.measured_tilts.clear()
     state.radii, state.range_bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
+    state.wall_errors = np.zeros((len(settings.chain.walls.room.walls), 2))
+    state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.chain.lidars), 3)), np.zeros(6)
+    state.zeros, state.clock_error = np.zeros(m), 0.0
     state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
     state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
     state.gyro_yaw, state.coasted = 0.0, np.zeros(4)
@@ -149,23 +166,33 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     line_update.update_jacobian(settings, state, at_once=True)
     if state.taut is None:
         return False
-    state.P = _initial_covariance(settings, lay, state.taut.toward)
+    period = 0.0 if checks.clock is None else checks.clock.period
+    state.P = _initial_covariance(settings, lay, state.taut.toward, 0.5 * period)
     state.chain = None
     return True
 
 
-def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array) -> Array:
+def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array, max_clock_error: float) -> Array:
     """Covariance of the state that the chain hands over."""
     sigma = np.zeros(lay.size)
-    sigma[lay.attitude] = _TILT_SIGMA, _TILT_SIGMA, _YAW_SIGMA
+    lidars = settings.chain.walls.lidars
+    turn = max(one.turn_sigma for one in lidars)  # of a mount that the chain takes to be exact
+    sigma[lay.attitude] = _TILT_SIGMA, _TILT_SIGMA, math.hypot(_YAW_SIGMA, turn)
     sigma[lay.lengths], sigma[lay.radii], sigma[lay.ground] = _LENGTH_SIGMA, settings.radius_sigma, _GROUND_SIGMA
     sigma[lay.gyro_bias], sigma[lay.accelerometer_bias] = settings.gyro_bias_sigma, settings.accelerometer_bias_sigma
-    lidars = settings.chain.walls.lidars
     sigma[lay.range_bias] = [max(lidar.bias_sigma, 1e-6) for lidar in lidars] + [settings.height_bias_sigma]
+    sigma[lay.walls] = [
+        each for wall in settings.chain.walls.room.walls for each in (wall.distance_sigma, wall.angle_sigma)
+    ]
+    sigma[lay.mounts] = [each for one in lidars for each in (one.place_sigma, one.place_sigma, one.turn_sigma)]
+    if settings.chain.height is not None:
+        own = settings.chain.height
+        sigma[lay.vertical_mount] = np.repeat([own.place_sigma, own.turn_sigma], 3)
+    sigma[lay.zeros], sigma[lay.clock] = settings.zero_sigma, min(settings.clock_sigma, max_clock_error)
     P = np.diag(sigma**2)
     rows = np.r_[lay.position, lay.lengths]
     spread = np.vstack([np.eye(3), toward])
-    P[np.ix_(rows, rows)] += _POSITION_SIGMA**2 * (spread @ spread.T)
+    P[np.ix_(rows, rows)] += (_POSITION_SIGMA**2 + (turn * _WALL_RANGE) ** 2) * (spread @ spread.T)
     return P
 
 

@@ -147,14 +147,21 @@ def _wall_observation(
     settings: FilterSettings, state: FilterState, extracted: ExtractedTurn, sweep: Sweep, i: int, j: int
 ) -> WallObservation:
     one, wall, lay, J = extracted.features.lines[i], settings.chain.walls.room.walls[j], state.layout, state.jacobian
+    (wall_off, wall_turn), (mount_x, mount_y, mount_yaw) = (
+        state.wall_errors[j].tolist(),
+        state.mount_errors[one.lidar].tolist(),
+    )
     line, bias, m = one.line, float(state.range_bias[one.lidar]), len(state.radii)
     since_end, since_middle = state.displacement(sweep.change)
     x, y = (state.position - since_end)[:2].tolist()
     yaw = state.yaw - state.gyro_yaw + extracted.end_yaw
     c, s = math.cos(yaw), math.sin(yaw)
     n, (nx, ny), (ahead, left) = np.array(wall.normal), wall.normal, one.mount.tolist()
-    turn = wrap_angle(yaw + line.angle - wall.azimuth) - float(line.bias_slopes[0]) * bias
-    off = nx * (x + c * ahead - s * left) + ny * (y + s * ahead + c * left) - wall.distance
+    ahead, left = ahead + mount_x, left + mount_y
+    lidar_x, lidar_y = x + c * ahead - s * left, y + s * ahead + c * left
+    from_reference = wall.along[0] * lidar_x + wall.along[1] * lidar_y - wall.reference
+    turn = wrap_angle(yaw + mount_yaw + line.angle - wall.azimuth - wall_turn) - float(line.bias_slopes[0]) * bias
+    off = nx * lidar_x + ny * lidar_y - wall.distance - wall_off + wall_turn * from_reference
     off += line.distance - float(line.bias_slopes[1]) * bias
     # Rotating a line about the middle of its points shifts its perpendicular distance.
     slope, along, coasting_time = sweep.time_slope, sweep.middle_offset, float(sweep.change[1, m + 3])
@@ -178,9 +185,14 @@ def _wall_observation(
     H[1, lay.gyro_bias] = (state.last_imu_time - sweep.middle_time) * H[1, lay.attitude]
     H[:, lay.gyro_bias.stop - 1] = angle, along * angle - offset
     H[:, lay.range_bias.start + one.lidar] = -line.bias_slopes
+    H[:, lay.walls.start + 2 * j] = 0.0, -1.0
+    H[:, lay.walls.start + 2 * j + 1] = -1.0, from_reference
+    first = lay.mounts.start + 3 * one.lidar
+    H[1, first : first + 2] = nx * c + ny * s, ny * c - nx * s
+    H[0, first + 2] = 1.0
+    H[1, lay.clock] = -float(toward @ state.drum_rates)
     R = line.covariance + settings.wall_angle_sigma**2 * _lever_covariance(along)
-    R[0, 0] += wall.angle_sigma**2
-    R[1, 1] += settings.wall_sigma**2 + wall.distance_sigma**2
+    R[1, 1] += settings.wall_sigma**2
     _add_motion_noise(settings, state, sweep, extracted.scan.begin, since_middle, R)
     R *= noise_factor(state)
     innovation = np.array([-turn, -off])

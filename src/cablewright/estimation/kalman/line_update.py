@@ -11,25 +11,18 @@ import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.estimation.chain.lengths import visibly_slack
-from cablewright.estimation.kalman.state import (
-    FilterSettings,
-    FilterState,
-    diagonal,
-    passes_gate,
-    update_state,
-)
-from cablewright.estimation.slackness import parabolic_excess
+from cablewright.arrays import Array
+from cablewright.estimation.kalman.sag import Balanced, Sag, balanced
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, update_state
 from cablewright.solvers.taut import taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
 _ANGLE_INTERVAL: Final = 0.2  # s between updates by the angles, which are smoothed over as long
 _STRETCH_TIME: Final = 10.0  # s for which the error of a taut line's stretch is correlated
-_TAUT_FORCE: Final = 1e6  # N, of a line that does not sag
+_CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
 _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
-_MIN_EXCESS: Final = 1e-4  # m, from which a line without a measured angle counts as sagging
 
 
 def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bool = False) -> None:
@@ -44,27 +37,11 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     state.monitor.clear("encoders", "lost")
     state.taut, state.taut_position, state.taut_time = taut, state.position.copy(), state.time
     lines, c = model.lines, np.cos(taut.angles)
-    h = _horizontal_forces(settings, state)
+    h = Sag.at(settings.chain.slackness, taut).forces(excess(state))
     sag = (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
     stiffness = 1.0 / (lines.free_compliance * taut.lengths + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
     state.jacobian = np.asarray(np.linalg.solve(weighted @ taut.toward, weighted), dtype=np.float64)
-
-
-def _horizontal_forces(settings: FilterSettings, state: FilterState) -> Array:
-    """Horizontal force (m,), N, of each line by its angle, or by its excess; large where it does not visibly sag."""
-    taut, slackness = state.taut, state.slackness
-    assert taut is not None  # `update_jacobian` has run
-    weight, c = settings.chain.model.lines.weight, np.cos(taut.angles)
-    sensors = settings.chain.slackness
-    measured = np.isfinite(slackness.excess)
-    slope = np.tan(np.minimum(taut.angles + np.where(measured, slackness.differences, 0.0), 1.5)) - np.tan(taut.angles)
-    known = measured & visibly_slack(sensors, slackness)
-    by_angle = weight * (0.5 * taut.free - sensors.from_platform) / np.where(known, slope, 1.0)
-    beyond = state.lengths - taut.lengths
-    sagging = ~measured & (beyond > _MIN_EXCESS)
-    by_length = weight * taut.free * c * np.sqrt(taut.free / (24.0 * np.where(sagging, beyond, 1.0)))
-    return np.maximum(np.where(known, by_angle, np.where(sagging, by_length, _TAUT_FORCE)), 1e-2)
 
 
 def excess(state: FilterState) -> Array:
@@ -102,51 +79,60 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
-    """Update by the excess of each line with a measured angle, every 0.2 s."""
+    """Update lengths, position and the accelerometers' zeros by the angles of all lines, every 0.2 s.
+
+    Of all forces that balance the drum the likeliest are taken, by their excesses and angles; along the number that the
+    balance leaves open they are not relied on.
+    """
     if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None:
         return
     state.last_angle_time = state.time
-    measured, sigmas, known = _measured_excess(settings, state)
-    lay, taut = state.layout, state.taut
-    H = np.zeros((len(measured), lay.size))
-    H[:, lay.position] = -taut.toward
-    H[:, lay.lengths] = np.eye(len(measured))
-    innovation = measured - excess(state)
-    for i in np.flatnonzero(known):
-        R = np.array([[sigmas[i] ** 2]])
-        if not passes_gate(state.P, H[i : i + 1], innovation[i : i + 1], R)[
-            0
-        ]:  # the position is measured, so the length must be wrong
-            state.P[lay.lengths, lay.lengths][i, i] += float(innovation[i]) ** 2
-        update_state(state, H[i : i + 1], innovation[i : i + 1], R)
-        innovation = measured - excess(state)
+    sensors, lay, m = settings.chain.slackness, state.layout, len(state.lengths)
+    measured = np.flatnonzero(np.isfinite(state.slackness.excess))
+    if not len(measured):
+        return
+    sag, now = Sag.at(sensors, state.taut), excess(state)
+    H = np.zeros((m + len(measured), lay.size))
+    H[:m, lay.position] = -state.taut.toward
+    H[:m, lay.lengths] = np.eye(m)
+    H[m + np.arange(len(measured)), lay.zeros.start + measured] = 1.0
+    known = H @ state.P @ H.T
+    angles = (state.slackness.differences - state.zeros)[measured]
+    may_be = balanced(sensors, state.taut, state.mass * settings.chain.tilt.gravity)
+    if may_be is None:
+        return
+    innovation, R, nis = _likeliest(settings, sag, may_be, known, now, angles, measured)
+    if nis > _CHI2_OF_LINES:  # the position is measured, so lengths must be wrong
+        diagonal(state.P)[lay.lengths] += innovation[:m] ** 2
+    update_state(state, H, innovation, R)
 
 
-def _measured_excess(settings: FilterSettings, state: FilterState) -> tuple[Array, Array, Mask]:
-    """Excess (m,), m, of each line, its standard deviation (m,), m, and which lines have a measured angle (m,)."""
-    taut, slackness, sensors = state.taut, state.slackness, settings.chain.slackness
-    assert taut is not None  # `update_jacobian` has run
-    m, compliance = settings.chain.model.m, settings.chain.model.lines.free_compliance * taut.lengths
-    slack, measured = visibly_slack(sensors, slackness), np.isfinite(slackness.excess)
-    tan = np.tan(taut.angles)
-    slope = np.maximum(np.tan(np.minimum(taut.angles + slackness.differences, 1.5)) - tan, 1e-4)
-    by_angle = parabolic_excess(sensors, taut, slackness.differences)
-    sigma = 2.0 * np.abs(by_angle) / slope * settings.line_angle_sigma / np.cos(taut.angles) ** 2
-    sigma = np.sqrt(sigma**2 + settings.excess_sigma**2 + (0.03 * by_angle) ** 2)
-    weight = state.mass * settings.chain.tilt.gravity
-    max_tension = weight / np.maximum(-np.sin(taut.angles), 0.1) / 2.0
-    stretch = stretch_sigma = 0.5 * compliance * max_tension
-    slack_lines = np.flatnonzero(slack)
-    if len(slack_lines) == 1:
-        (i,) = slack_lines
-        others = np.arange(m) != i
-        tension = _horizontal_forces(settings, state)[i] / math.cos(float(taut.angles[i]))
-        load = np.array([0.0, 0.0, -weight]) - tension * taut.toward[i]
-        if m == 4:
-            tensions = np.linalg.solve(taut.toward[others].T, load)
-            stretch = stretch.copy()
-            stretch[others] = compliance[others] * tensions
-            stretch_sigma = np.where(others, settings.stretch_sigma * np.abs(stretch), stretch_sigma)
+def _likeliest(
+    settings: FilterSettings,
+    sag: Sag,
+    may_be: Balanced,
+    known: Array,
+    now: Array,
+    angles: Array,
+    measured: NDArray[np.intp],
+) -> tuple[Array, Array, float]:
+    """Return innovation, noise and normalised square of the measurement by the likeliest forces."""
+    forces = may_be.forces
+    excesses, noise = sag.excess(forces), _noise(settings, sag, forces, measured)
+    off = np.hstack([excesses - now, angles - sag.differences(forces)[:, measured]])  # (k, m + j)
+    S = known + noise[:, :, None] * np.eye(off.shape[1])
+    cost = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
+    best = int(np.argmin(cost))
+    by_excess = sag.excess_slopes(forces[best])[:, None] * may_be.directions
+    by_angle = sag.difference_slopes(forces[best])[:, None] * may_be.directions
+    free = may_be.reach * np.vstack([-by_excess, by_angle[measured]])
+    return off[best], np.diag(noise[best]) + free @ free.T, float(cost[best])
+
+
+def _noise(settings: FilterSettings, sag: Sag, forces: Array, measured: NDArray[np.intp]) -> Array:
+    """Variances (k, m + j) of excesses, m^2, and of measured angles, rad^2."""
+    stretch, slack = sag.stretching * forces, sag.sagging / forces**2
     repeats = math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL)  # the error is the same in so many updates
-    stretch_sigma = repeats * np.sqrt(stretch_sigma**2 + settings.excess_sigma**2)
-    return np.where(slack, by_angle, -stretch), np.where(slack, sigma, stretch_sigma), measured
+    by_length = (repeats * settings.stretch_sigma * stretch) ** 2 + settings.excess_sigma**2 + (0.03 * slack) ** 2
+    by_angle = np.full((len(forces), len(measured)), settings.line_angle_sigma**2)
+    return np.hstack([by_length, by_angle])

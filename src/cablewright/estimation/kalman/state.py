@@ -35,7 +35,8 @@ class FilterSettings:
     of the ground under the valve; ``gyro_noise`` rad per root second.
 
     Initial: ``radius_sigma`` as a share, ``gyro_bias_sigma`` rad/s, ``accelerometer_bias_sigma`` rad of tilt,
-    ``height_bias_sigma`` m of the vertical lidar's range.
+    ``height_bias_sigma`` m of the vertical lidar's range, ``zero_sigma`` rad of each line accelerometer's zero,
+    ``clock_sigma`` s of the drum's clock, which walks by ``clock_noise`` s per root second.
 
     Measurements, besides their sensors' noise: ``wall_sigma`` m and ``wall_angle_sigma`` rad of a wall's line,
     ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
@@ -61,6 +62,9 @@ class FilterSettings:
     wall_angle_sigma: float = 1e-4
     height_sigma: float = 1e-4
     height_bias_sigma: float = 2e-3
+    zero_sigma: float = 0.0
+    clock_sigma: float = 0.0
+    clock_noise: float = 0.0
     distance_sigma: float = 2e-3
     gravity_sigma: float = 1e-3
     swing_sigma: float = 1e-3
@@ -77,12 +81,18 @@ class FilterSettings:
     def __post_init__(self) -> None:
         """Refuse numbers that are not positive and finite."""
         for name, value in vars(self).items():
-            if name != "chain" and not 0.0 < value < math.inf:
+            if name in ("zero_sigma", "clock_sigma", "clock_noise"):
+                if not 0.0 <= value < math.inf:
+                    raise InputError(f"{name} = {value:g}: a finite number from 0 on is expected")
+            elif name != "chain" and not 0.0 < value < math.inf:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
 
 class Layout(NamedTuple):
-    """Slices of the error state; ``range_bias`` has one entry for each horizontal lidar, then the vertical one."""
+    """Slices of the error state; ``range_bias`` has one entry for each horizontal lidar, then the vertical one.
+
+    From ``walls`` on they are constants of a machine as built: errors of what its owner was told.
+    """
 
     position: slice
     velocity: slice  # used without encoders only
@@ -93,14 +103,24 @@ class Layout(NamedTuple):
     accelerometer_bias: slice
     range_bias: slice
     ground: int
+    walls: slice  # of each: distance at its reference, and slope, as azimuth
+    mounts: slice  # of each horizontal lidar: x, y and yaw, drum's axes
+    vertical_mount: slice  # x, y, z and rotation vector, drum's axes
+    zeros: slice  # of the line accelerometers
+    clock: int  # of the drum's clock, ahead of the machine's
     size: int
 
     @classmethod
-    def of(cls, m: int, lidars: int) -> Layout:
-        """Return the layout for *m* lines and so many horizontal *lidars*."""
-        ends = np.cumsum([3, 3, 3, m, m, 3, 2, lidars + 1]).tolist()
-        p, v, a, lengths, radii, gyro, accelerometer, ranges = map(slice, [0, *ends[:-1]], ends)
-        return cls(p, v, a, lengths, radii, gyro, accelerometer, ranges, ends[-1], ends[-1] + 1)
+    def of(cls, m: int, lidars: int, walls: int) -> Layout:
+        """Return the layout for *m* lines and so many horizontal *lidars* and *walls*."""
+        sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, 2 * walls, 3 * lidars, 6, m, 1]
+        ends = np.cumsum(sizes).tolist()
+        at = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
+        p, v, attitude, lengths, radii, gyro, accelerometer, ranges, ground, room, mounts, vertical, zeros, clock = at
+        return cls(
+            p, v, attitude, lengths, radii, gyro, accelerometer, ranges, ground.start, room, mounts, vertical, zeros,
+            clock.start, ends[-1],
+        )  # fmt: skip
 
     @property
     def tilt(self) -> slice:
@@ -142,6 +162,11 @@ class FilterState:
     accelerometer_bias: Array = field(default_factory=lambda: np.zeros(2))
     range_bias: Array = field(default_factory=lambda: np.zeros(0))
     ground_height: float = 0.0  # m, under the valve
+    wall_errors: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (w, 2) m, and rad
+    mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
+    vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
+    zeros: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad
+    clock_error: float = 0.0  # s
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
     coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): displacement, m, and time, s, without encoders
@@ -242,6 +267,11 @@ def inject_correction(state: FilterState, correction: Array) -> None:
     state.accelerometer_bias = state.accelerometer_bias + correction[lay.accelerometer_bias]
     state.range_bias = state.range_bias + correction[lay.range_bias]
     state.ground_height += float(correction[lay.ground])
+    state.wall_errors = state.wall_errors + correction[lay.walls].reshape(-1, 2)
+    state.mount_errors = state.mount_errors + correction[lay.mounts].reshape(-1, 3)
+    state.vertical_mount_error = state.vertical_mount_error + correction[lay.vertical_mount]
+    state.zeros = state.zeros + correction[lay.zeros]
+    state.clock_error += float(correction[lay.clock])
 
 
 def inflate_position(state: FilterState, deviation: ArrayLike) -> None:

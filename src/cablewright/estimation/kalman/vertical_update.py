@@ -38,6 +38,7 @@ class VerticalTurn(NamedTuple):
     axis_cosine: Array  # (k,) cosine of each ray's angle from the drum's axis, downwards
     rays: Array  # (k, 3) unit, level, along the drum's axes
     points: Array  # (k, 3) m from B, level, along the drum's axes
+    beams: Array  # (k, 3) m from the lidar, likewise
     yaw: Array  # (k,) rad
     gyro_time: Array  # (k,) s over which the gyro is integrated since
     rotation: Array  # (k, m) rad, of the winch drums since
@@ -68,14 +69,18 @@ def _turn(
     straight = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y
     tilts, ranges = attitudes[good, 1:], scan.ranges[good]
     rays = tilted(straight, tilts)
-    arms = tilted(np.broadcast_to(height.mount, rays.shape), tilts)
+    place, turn = state.vertical_mount_error[:3], state.vertical_mount_error[3:]
+    rays = rays + np.cross(turn, rays)
+    beams = ranges[:, None] * rays
+    arms = tilted(np.broadcast_to(height.mount + place, rays.shape), tilts)
     yaw = state.yaw - state.gyro_yaw + attitudes[good, 0]
     gyro_time = state.last_imu_time - scan.times[good]
     return VerticalTurn(
         ranges,
         -straight[:, 2],
         rays,
-        arms + ranges[:, None] * rays,
+        arms + beams,
+        beams,
         yaw,
         gyro_time,
         motion.rotation[good],
@@ -113,6 +118,9 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         H[0, lay.attitude] = y, -x, 0.0
         H[0, lay.gyro_bias] = turn.gyro_time[good].mean() * H[0, lay.attitude]
         H[0, lay.range_bias.stop - 1] = -float(steep.mean())
+        bx, by, _ = turn.beams[good].mean(axis=0).tolist()
+        H[0, lay.vertical_mount] = 0.0, 0.0, 1.0, by, -bx, 0.0
+        H[0, lay.clock] = -float(state.jacobian[2] @ (state.radii * state.drum_rates))
         own = settings.height_sigma**2 + _coasting_variance(settings, coasting_time)
         R = noise_factor(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + own]])
         if over > 0.0 and count < FLOOR_MAJORITY * np.count_nonzero(inside):  # it may be no floor
@@ -130,17 +138,21 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the points near each expected wall."""
     flat = np.flatnonzero(turn.axis_cosine < _WALL_COSINE)
-    rays, points, position = turn.rays[flat], turn.points[flat], turn.position[flat]
+    rays, points, beams, position = turn.rays[flat], turn.points[flat], turn.beams[flat], turn.position[flat]
     rotation, coasting_times, gyro_time = turn.rotation[flat], turn.coasting_time[flat], turn.gyro_time[flat]
     lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
     c, s = np.cos(turn.yaw[flat]), np.sin(turn.yaw[flat])
     above = position[:, 2] + points[:, 2] > height.floor + _WALL_HEIGHT
-    for wall in settings.chain.walls.room.walls:
-        n = np.array(wall.normal)
+    for j, wall in enumerate(settings.chain.walls.room.walls):
+        n, along = np.array(wall.normal), np.array(wall.along)
+        wall_off, wall_turn = state.wall_errors[j].tolist()
         ahead, left = n[0] * c + n[1] * s, n[1] * c - n[0] * s  # the normal along the drum's axes
         steep = ahead * rays[:, 0] + left * rays[:, 1]
         across = ahead * points[:, 0] + left * points[:, 1]
-        off = position[:, :2] @ n + across - wall.distance - float(state.range_bias[-1]) * steep
+        sideways = (along[0] * c + along[1] * s) * points[:, 0] + (along[1] * c - along[0] * s) * points[:, 1]
+        from_reference = position[:, :2] @ along + sideways - wall.reference
+        off = position[:, :2] @ n + across - wall.distance - wall_off + wall_turn * from_reference
+        off -= float(state.range_bias[-1]) * steep
         good = above & (steep > 0.5) & (np.abs(off) < _WALL_BAND)
         if np.count_nonzero(good) >= _MIN_POINTS:
             good &= np.abs(off - np.median(off[good])) < _GATE * sigma
@@ -157,7 +169,12 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
         H[0, lay.attitude] = -b * z, a * z, b * x - a * y
         H[0, lay.gyro_bias] = gyro_time[good].mean() * H[0, lay.attitude]
         H[0, lay.range_bias.stop - 1] = -float(steep[good].mean())
-        own = settings.wall_sigma**2 + wall.distance_sigma**2 + _coasting_variance(settings, coasting_time)
+        bx, by, bz = beams[good].mean(axis=0).tolist()
+        H[0, lay.vertical_mount] = a, b, 0.0, -b * bz, a * bz, b * bx - a * by
+        H[0, lay.walls.start + 2 * j] = -1.0
+        H[0, lay.walls.start + 2 * j + 1] = float(from_reference[good].mean())
+        H[0, lay.clock] = -float(n @ state.jacobian[:2] @ (state.radii * state.drum_rates))
+        own = settings.wall_sigma**2 + _coasting_variance(settings, coasting_time)
         R = noise_factor(state) * np.array([[sigma**2 / count + own]])
         innovation = np.array([-float(off[good].mean())])
         gated_update(state, f"vertical {wall.name}", H, innovation, R, ("vertical", "wall"), "")

@@ -20,8 +20,9 @@ class LidarModel:
     ``mount``: (3,) m, from the platform point to its centre, platform frame. ``yaw``: rad, direction of its angle 0 in
     the platform frame. ``min_range`` and ``max_range``: m. ``sigma``: m, of one range at 0 m, and ``sigma_per_metre``:
     m/m, how much it grows with range; ``angle_sigma``: rad, of one bearing; ``bias_sigma``: m, of the common error of
-    all ranges of this unit. ``masks``: bearings (from, to), rad, counter-clockwise, at which it sees the platform
-    itself. ``visible_walls``: names of the walls that it can see; None: all.
+    all ranges of this unit; ``place_sigma``, m, and ``turn_sigma``, rad: of its mount along and about each axis.
+    ``masks``: bearings (from, to), rad, counter-clockwise, at which it sees the platform itself. ``visible_walls``:
+    names of the walls that it can see; None: all.
     """
 
     name: str = "lidar"
@@ -35,6 +36,8 @@ class LidarModel:
     masks: tuple[tuple[float, float], ...] = ()
     visible_walls: tuple[str, ...] | None = None
     sigma_per_metre: float = 0.0
+    place_sigma: float = 0.0
+    turn_sigma: float = 0.0
 
     def __post_init__(self) -> None:
         if not (0 <= self.min_range < self.max_range < math.inf and 0 < self.sigma < math.inf):

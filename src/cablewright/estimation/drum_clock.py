@@ -1,0 +1,86 @@
+"""The clock on the drum: its readings' times, as the machine's clock would have them.
+
+A reading cannot arrive earlier than its shortest way over the link takes, so the least lag of many bounds how far the
+drum's clock is ahead from one side; that the least one was read within a period bounds it from the other. Between both
+bounds nothing is known; the filter estimates the rest by the motion that lidars see.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Final
+
+from cablewright.signals import Distance, Inertial, LineAngles, Reading, Scan
+
+_BUCKET: Final = 1.0  # s
+_BUCKETS: Final = 20  # that count ...
+_FULL: Final = 5  # ... and from which the least lag is about the shortest
+_SUDDEN: Final = 3  # buckets of later readings alone, after which the clock has been set back
+_JUMP: Final = 0.1  # s, or three periods, by which they are later
+_STAMPED: Final = (Scan, Inertial, LineAngles, Distance)
+
+
+@dataclass(frozen=True)
+class ClockSettings:
+    """What is known of the drum's clock.
+
+    ``offset``: s, standard deviation at the start. ``drift``: of its rate. ``latency``: s, shortest time of a reading
+    over the link.
+    """
+
+    offset: float
+    drift: float
+    latency: float
+
+
+@dataclass(eq=False)
+class DrumClock:
+    """How far the drum's clock is ahead of the machine's, s; changed in place by each frame."""
+
+    settings: ClockSettings
+    ahead: float = 0.0
+    period: float = 0.0  # s, of the machine's frames
+    _time: float = math.inf
+    _leads: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=_BUCKETS))  # begin, largest lead; s
+
+    def corrected(self, readings: tuple[Reading, ...], now: float) -> tuple[Reading, ...]:
+        """Return the *readings* of a frame of time *now*, s, those of the drum by the machine's clock."""
+        if not now > self._time:
+            self.restart()
+        self.period, self._time = max(0.0, now - self._time), now
+        leads = [reading.time - now for reading in readings if isinstance(reading, _STAMPED)]
+        if not leads:
+            return readings
+        self._add(max(leads), now)
+        earliest = max(lead for _, lead in self._leads) + self.settings.latency
+        latest = earliest + self.period if len(self._leads) >= _FULL else math.inf
+        self.ahead = min(max(self.ahead, earliest), latest)
+        return tuple(map(self._moved, readings))
+
+    def restart(self) -> None:
+        """Forget the lags: the machine's clock was set."""
+        self._leads.clear()
+        self._time = math.inf
+
+    def _add(self, lead: float, now: float) -> None:
+        if self._leads and now - self._leads[-1][0] < _BUCKET:
+            begin, before = self._leads[-1]
+            self._leads[-1] = begin, max(before, lead)
+            return
+        late = max(_JUMP, 3.0 * self.period)
+        recent = [lead for _, lead in list(self._leads)[-_SUDDEN:]]
+        if recent and max(recent) < max(lead for _, lead in self._leads) - late:  # it was set back
+            kept = list(self._leads)[-_SUDDEN:]
+            self._leads.clear()
+            self._leads.extend(kept)
+        self._leads.append((now, lead))
+
+    def _moved(self, reading: Reading) -> Reading:
+        if isinstance(reading, Scan):
+            return dataclasses.replace(reading, begin=reading.begin - self.ahead)
+        if isinstance(reading, Inertial | LineAngles | Distance):
+            return dataclasses.replace(reading, time=reading.time - self.ahead)
+        return reading

@@ -1,0 +1,96 @@
+"""Excess and angle of hanging lines by their horizontal forces, and the forces that balance the drum's weight.
+
+A line with the horizontal force h hangs as a parabola: its excess over the taut length is a / h^2 for its sag less c h
+for its stretch, and near the platform it descends less steeply than the straight line by a slope of r / h. At the
+platform it pulls with h towards the sheave, upwards with h times the straight line's slope, and down with half of its
+weight: linear in h. So with one line more than freedoms one number describes all forces, slack lines or not.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.estimation.slackness import SlacknessSettings
+from cablewright.solvers.taut import Taut
+
+_FORCES: Final = np.geomspace(0.2, 2e4, 160)  # N: of the tables by which an excess gives the force
+_MIN_FORCE: Final = 0.5  # N, of a line that hangs as a parabola
+_HALF: Final = np.geomspace(1e-4, 0.5, 40)
+_SHARES: Final = np.concatenate([_HALF, 1.0 - _HALF[-2::-1]])  # of the range of the unknown force, dense at its ends
+
+
+class Sag(NamedTuple):
+    """The laws of all lines at one position of B; (m,) arrays."""
+
+    sagging: Array  # N^2 m: a
+    stretching: Array  # m/N: c
+    rising: Array  # N: r, at the sensor
+    slopes: Array  # of the straight lines, seen from the sheave: negative downwards
+    angles: Array  # rad, of the straight lines
+
+    @classmethod
+    def at(cls, sensors: SlacknessSettings, taut: Taut) -> Sag:
+        """Return the laws of lines that are *taut* there."""
+        lines, cosine = sensors.model.lines, np.cos(taut.angles)
+        return cls(
+            (lines.weight * taut.free * cosine**2) ** 2 * taut.free / 24.0,
+            lines.free_compliance * taut.lengths / cosine,
+            lines.weight * (0.5 * taut.free - sensors.from_platform),
+            np.tan(taut.angles),
+            taut.angles,
+        )
+
+    def excess(self, forces: Array) -> Array:
+        """Excess (..., m), m, by horizontal *forces* (..., m), N."""
+        return np.asarray(self.sagging / forces**2 - self.stretching * forces)
+
+    def excess_slopes(self, forces: Array) -> Array:
+        """Derivative of the excess by the force, m/N."""
+        return np.asarray(-2.0 * self.sagging / forces**3 - self.stretching)
+
+    def differences(self, forces: Array) -> Array:
+        """Angle near the platform less that of the straight line (..., m), rad."""
+        return np.asarray(np.arctan(self.slopes + self.rising / forces) - self.angles)
+
+    def difference_slopes(self, forces: Array) -> Array:
+        """Derivative of the difference by the force, rad/N."""
+        return np.asarray(-self.rising / (forces**2 * (1.0 + (self.slopes + self.rising / forces) ** 2)))
+
+    def forces(self, excess: Array) -> Array:
+        """Horizontal forces (m,), N, of lines with an *excess* (m,), m."""
+        table = self.excess(_FORCES[:, None])
+        found = [np.interp(-each, -column, _FORCES) for each, column in zip(excess, table.T, strict=True)]
+        return np.array(found)
+
+
+class Balanced(NamedTuple):
+    """Horizontal forces (k, m), N, that may be, and how all change with the numbers that are not known: (m, j)."""
+
+    forces: Array
+    directions: Array
+    reach: float  # N: of each of those numbers
+
+
+def balanced(sensors: SlacknessSettings, taut: Taut, weight: float) -> Balanced | None:
+    """Return the forces that hold a *weight*, N, at one position by one line more than freedoms.
+
+    None for another number of lines, or where no forces of pulling lines hold it.
+    """
+    lines = sensors.model.lines
+    level = np.hypot(taut.toward[:, 0], taut.toward[:, 1])
+    pulls = np.vstack([-(taut.toward[:, :2] / level[:, None]).T, -np.tan(taut.angles)])  # (3, m) per force
+    m = pulls.shape[1]
+    if m != 4:
+        return None
+    load = np.array([0.0, 0.0, weight + 0.5 * float((lines.weight * taut.free).sum())])
+    some = np.linalg.lstsq(pulls, load, rcond=None)[0]
+    along = np.linalg.svd(pulls)[2][-1]  # the forces that balance each other
+    limits = (_MIN_FORCE - some) / along
+    low, high = float(limits[along > 0.0].max(initial=-np.inf)), float(limits[along < 0.0].min(initial=np.inf))
+    if not (np.isfinite([low, high]).all() and low < high):
+        return None
+    shares = low + (high - low) * _SHARES
+    return Balanced(some + shares[:, None] * along, along[:, None], 0.5 * (high - low))
