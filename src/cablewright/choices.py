@@ -37,6 +37,8 @@ PoseCriterion = Literal["d-optimal", "worst-sigma"]
 """What calibration poses make small: the volume of all unknowns' ellipsoid, or the largest sigma of an exit point."""
 PlantName = Literal["dynamic", "quasi-static"]
 """Motion of a simulated machine: with inertia at 10 ms a step, or a sequence of equilibria."""
+SeverityName = Literal["ideal", "typical", "rough"]
+"""How far a simulated machine, its room and its sensors are off what is described."""
 LawName = Literal["paper", "model"]
 """Control law of a print: that of Merlet and Papegay 2023, or the machine's model."""
 HeightRule = Literal["structure", "job"]

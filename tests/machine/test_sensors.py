@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels.plant import machine_step
 from cablewright.kernels.plant.lidar_rays import FAR, ray_to_floor, ray_to_wall
-from cablewright.machine.simulated.link import Channel
+from cablewright.machine.simulated.link import Channel, Gaps
 from cablewright.machine.simulated.settings import FaultPlan, Link
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.models.statics import Model
@@ -258,7 +258,8 @@ def test_every_sensor_may_lose_readings_and_tell_anything() -> None:
 
 
 def test_messages_come_late_in_order_and_some_never() -> None:
-    channel = Channel(Link(latency=0.02, jitter=0.05, loss=0.2), np.random.default_rng(0))
+    link = Link(latency=0.02, jitter=0.05, loss=0.2)
+    channel = Channel(link, np.random.default_rng(0), Gaps(link, np.random.default_rng(1)))
     came = []
     for k in range(3000):
         now = 0.01 * k

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cablewright.arrays import Array
 from cablewright.kernels.plant.lidar_rays import ray_to_floor
 from cablewright.machine.sensors import DistanceSensor
 from cablewright.machine.simulated.rig import RigState
@@ -23,16 +24,17 @@ class Rangefinder(TimedSensor[DistanceSensor, SensorFlaws]):
         period: float,
         random: np.random.Generator,
         valve: float,
+        mounting: Array,
     ) -> None:
-        """Place it *valve* (m) below B; the rest as `TimedSensor`."""
+        """Place it *valve* (m) below B, turned by *mounting* (3, 3) in the drum's frame; the rest as `TimedSensor`."""
         super().__init__(key, settings, flaws, period, random)
-        self._valve = valve
+        self._valve, self._way = valve, -mounting[:, 2]
 
     def _measure(self, state: RigState) -> Distance:
         settings, flaws, ground = self.settings, self.flaws, state.ground
         noise, chance, anywhere = self._random.standard_normal(), self._random.random(), self._random.random()
-        down = -state.rotation[:, 2]
-        x, y, z = state.truth.position + self._valve * down
+        x, y, z = state.truth.position - self._valve * state.rotation[:, 2]
+        down = state.rotation @ self._way
         if down[2] >= 0.0:  # lies on its side: sees no floor
             return Distance(state.truth.time, float("nan"))
         found = ray_to_floor(x, y, z, *down.tolist(), settings.most, ground.grid, ground.heights)

@@ -28,10 +28,11 @@ class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
         period: float,
         random: np.random.Generator,
         gravity: float,
+        mounting: Array,
     ) -> None:
-        """*gravity*: m/s^2; the rest as `TimedSensor`."""
+        """*gravity*: m/s^2; *mounting* (3, 3): its axes in the drum's frame; the rest as `TimedSensor`."""
         super().__init__(key, settings, flaws, period, random)
-        self._gravity, self._place = gravity, np.array(settings.place)
+        self._gravity, self._place, self._axes = gravity, np.array(settings.place), mounting
         force = settings.acceleration_bias if flaws.acceleration_bias is None else flaws.acceleration_bias
         turn = settings.rate_bias if flaws.rate_bias is None else flaws.rate_bias
         self.bias = np.repeat([force, turn], 3) * random.standard_normal(6)
@@ -46,7 +47,8 @@ class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
         arm = R @ self._place
         force = state.acceleration[:3] + _cross(state.acceleration[3:], arm) + _cross(rate, _cross(rate, arm))
         force[2] += self._gravity
-        measured = np.concatenate([force @ R, rate @ R]) + self.bias + self._deviation * noise
+        axes = R @ self._axes
+        measured = np.concatenate([force @ axes, rate @ axes]) + self.bias + self._deviation * noise
         if chance > 1.0 - self.flaws.outliers:
             measured = anywhere * _RANGE
         measured.flags.writeable = False

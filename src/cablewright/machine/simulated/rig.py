@@ -50,8 +50,11 @@ class RigState:
 class Rig:
     """The true robot, winches, drum and surroundings. Plants change its arrays in place."""
 
-    def __init__(self, robot: Robot, settings: TwinSettings, start: ArrayLike, seed: int) -> None:
+    def __init__(self, robot: Robot, settings: TwinSettings, start: ArrayLike, seed: int, along: Array) -> None:
         """Hang the drum of the true *robot* at rest at *start* (3,), m, with a random yaw.
+
+        *settings* are those of the machine as built. *along* (m,): m, by which each accelerometer on a line is farther
+        from B than they say.
 
         Raises `InputError` for a platform that is no point or lines without weight, `AnswerError` if there is no
         equilibrium at *start*.
@@ -89,6 +92,8 @@ class Rig:
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = blank_states()
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
+        sensor = owner.line_angles
+        self._sensors_at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform))
 
     @property
     def _mass(self) -> float:
@@ -121,18 +126,7 @@ class Rig:
 
     def observe(self, time: float) -> RigState:
         """Return the present state, at *time*, s."""
-        sensor = self.settings.owner.line_angles
-        machine_step.show_lines(
-            self.packed,
-            self.states,
-            self.work.planes,
-            self.acceleration,
-            self.vibrations,
-            self.vibration,
-            0.0 if sensor is None else sensor.from_platform,
-            self._scratch,
-            self._shown,
-        )
+        self._show_lines()
         motion, rotation = self.motion, np.empty((3, 3))
         matrix(motion[6:9], rotation)
         temperature, humidity = air_at(self.settings.simulation.climate, time)
@@ -151,6 +145,23 @@ class Rig:
         shown = self._shown[:, machine_step.SHOWN].copy()
         counts = self.winches.counts
         return RigState(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
+
+    def _show_lines(self) -> None:
+        """Compute what the lines show; line by line where their accelerometers are not all at one place."""
+        at = self._sensors_at
+        alike = bool((at == at[0]).all())
+        for i in (slice(None),) if alike else (slice(i, i + 1) for i in range(len(at))):
+            machine_step.show_lines(
+                self.packed._replace(lines=self.packed.lines[i]),
+                self.states[i],
+                self.work.planes[i],
+                self.acceleration,
+                self.vibrations[i],
+                self.vibration,
+                float(at[i][0]),
+                self._scratch,
+                self._shown[i],
+            )
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""

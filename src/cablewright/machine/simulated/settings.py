@@ -11,11 +11,13 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from cablewright.choices import SeverityName
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.files import machine_table
 from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Time, Width, require_pairs_rise
 from cablewright.machine.sensors import LidarName
-from cablewright.machine.settings import MachineSettings
+from cablewright.machine.settings import MAX_WALLS, MachineSettings
+from cablewright.machine.simulated.severities import filled
 from cablewright.robot import Robot
 from cablewright.units import Angle, Duration, Length, NonNegative
 from cablewright.validation import Description, refusal, validated
@@ -28,15 +30,32 @@ BY_LINE: Final = ("line_angles", "load_cells", "motor_torques")
 _SENSORS: Final = (
     "inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier", "load_cells", "motor_torques"
 )  # fmt: skip
+_Names = Annotated[tuple[str, ...], Field(max_length=MAX_WALLS)]
 _Times = Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)]
 
 
 class Tolerances(Description):
-    """Standard deviations of the true machine from its description; ``modulus``: largest relative error."""
+    """Standard deviations of the true machine from its description; ``modulus``: largest relative error.
+
+    ``wall``: m, of each end of a wall, across it. ``mount_place``, m, and ``mount_turn``, rad: of each sensor's
+    mounting, along and about each axis of the drum. ``clock_offset``, s, and ``clock_drift``, a share: of the clock on
+    the drum and its rate. ``line_angle_bias``: rad, of each line accelerometer's zero. ``tension_gain``: of the scale
+    of each load cell or torque, a share; ``tension_drift``: of what a zero has drifted by after an hour, as a share of
+    what the sensor shows at most. ``mass``: of the empty drum and of its powder, a share.
+    """
 
     anchor: Width
     sheave_radius: Width
     modulus: Annotated[float, Field(ge=0.0, lt=1.0)]
+    wall: Annotated[Width, Field(le=1.0)] = 0.0
+    mount_place: Annotated[Width, Field(le=1.0)] = 0.0
+    mount_turn: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
+    clock_offset: Annotated[Delay, Field(le=10.0)] = 0.0
+    clock_drift: Annotated[Share, Field(le=0.01)] = 0.0
+    line_angle_bias: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
+    tension_gain: Annotated[Share, Field(le=0.2)] = 0.0
+    tension_drift: Share = 0.0
+    mass: Annotated[Share, Field(le=0.2)] = 0.0
 
 
 class DrumMotion(Description):
@@ -75,26 +94,59 @@ class ClimateLaw(Description):
     humidity_swing: Share
 
 
-class FloorGrid(Description):
-    """Grid of the material on the floor; ``cell``: m."""
+class RoomLaw(Description):
+    """The room as it is found. ``cell``: m, of the grid on which material lies.
+
+    ``glass`` and ``dark``: names of faces of the room. A ray that meets glass passes with the chance ``glass_share``,
+    to what is 3 m behind; one that meets a dark face has no echo with the chance ``dark_share``.
+    """
 
     cell: Annotated[Length, Field(ge=1e-3, le=1.0)] = 0.02
+    glass: _Names = ()
+    glass_share: Share = 0.5
+    dark: _Names = ()
+    dark_share: Share = 0.5
+
+
+class People(Description):
+    """People in the room: the ``share`` of the time in which one walks there."""
+
+    share: Share = 0.0
+
+
+class DrumClockLaw(Description):
+    """Jumps of the clock on the drum: time and size of each, s."""
+
+    jumps: Annotated[tuple[tuple[Delay, Duration], ...], Field(max_length=MAX_FAULTS)] = ()
+
+    @model_validator(mode="after")
+    def _jumps_follow(self) -> Self:
+        times = [time for time, _ in self.jumps]
+        if times != sorted(times):
+            raise refusal("jumps", "must be in the order of their times")
+        return self
 
 
 class Link(Description):
     """Delay of readings, s: ``latency`` plus an exponentially distributed one of mean ``jitter``; ``loss``: lost share.
 
-    ``gaps``: start and end, s, of times without connection; readings sent then arrive at the end.
+    ``gaps``: start and end, s, of times without connection; readings sent then arrive at the end. Besides, there are
+    gaps at random: of ``gap_length``, s, and ``gap_every``, s, is the mean time from the end of one to the next (0:
+    none).
     """
 
     latency: Delay = 0.0
     jitter: Delay = 0.0
     loss: Share = 0.0
     gaps: _Times = ()
+    gap_every: Delay = 0.0
+    gap_length: Delay = 0.0
 
     @model_validator(mode="after")
-    def _gaps_rise(self) -> Self:
+    def _hangs_together(self) -> Self:
         require_pairs_rise("gaps", self.gaps)
+        if 0.0 < self.gap_every < 1.0:
+            raise refusal("gap_every", "must be 0 (no gaps), or at least 1 s")
         return self
 
 
@@ -106,9 +158,13 @@ class SensorFlaws(Description):
 
 
 class LidarFlaws(SensorFlaws):
-    """Flaws of a lidar's rays. ``bias``: standard deviation, m, of the unit's bias; None: as on the data sheet."""
+    """Flaws of a lidar's rays. ``bias``: standard deviation, m, of the unit's bias; None: as on the data sheet.
+
+    ``ghosts``: share of rays whose echo took a detour, so that they tell more than there is.
+    """
 
     bias: Width | None = None
+    ghosts: Share = 0.0
 
 
 class InertialFlaws(SensorFlaws):
@@ -165,9 +221,11 @@ class FaultPlan(Description):
 class SimulationSettings(Description):
     """All that only a simulation has. ``substep``: s, of the dynamic plant within a step of the machine.
 
-    ``quasi_static_period``: s, of a step of the quasi-static plant.
+    ``quasi_static_period``: s, of a step of the quasi-static plant. ``severity``: of the values of keys that are not
+    given, see `severities`.
     """
 
+    severity: SeverityName = "ideal"
     substep: Time
     quasi_static_period: Time
     tolerances: Tolerances
@@ -175,7 +233,9 @@ class SimulationSettings(Description):
     winch: Winding
     line: LineMotion
     climate: ClimateLaw
-    room: FloorGrid = FloorGrid()
+    room: RoomLaw = RoomLaw()
+    people: People = People()
+    clock: DrumClockLaw = DrumClockLaw()
     wifi: Link = Link()
     wire: Link = Link()
     lidars: dict[LidarName, LidarFlaws] = Field(default_factory=dict)
@@ -188,6 +248,11 @@ class SimulationSettings(Description):
     load_cells: TensionFlaws = TensionFlaws()
     motor_torques: TensionFlaws = TensionFlaws()
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_by_severity(cls, data: Any) -> Any:
+        return filled(data) if isinstance(data, dict) else data
 
 
 class MachineFile(MachineSettings):
@@ -205,6 +270,11 @@ class MachineFile(MachineSettings):
         for name in self.simulation.lidars:
             if name not in self.lidars:
                 raise refusal(name, f"the machine has no such lidar: no [lidars.{name}]", ("simulation", "lidars"))
+        faces = {wall.name for wall in self.room.walls}
+        for key in ("glass", "dark"):
+            for name in getattr(self.simulation.room, key):
+                if name not in faces:
+                    raise refusal(key, f"the room has no wall {name!r}", ("simulation", "room"))
         return self
 
 

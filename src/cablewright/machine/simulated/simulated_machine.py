@@ -17,13 +17,22 @@ from cablewright.errors import InputError, UnknownName
 from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.as_built import as_built
+from cablewright.machine.simulated.as_built_parts import (
+    GAPS,
+    as_built_machine,
+    drawn,
+    line_sensors,
+    mass_factors,
+    mounting,
+)
 from cablewright.machine.simulated.distance_sensor import Rangefinder
+from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.encoders import EncoderReader, Thermometer
 from cablewright.machine.simulated.inertial_unit import InertialUnit
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.light_barrier import LightBarrier
 from cablewright.machine.simulated.line_angles import LineAccelerometers
-from cablewright.machine.simulated.link import Channel
+from cablewright.machine.simulated.link import Channel, Gaps
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState
 from cablewright.machine.simulated.settings import (
@@ -74,6 +83,11 @@ _TIMED_SENSORS: Final[dict[str, tuple[str, Callable[..., _Sensor]]]] = {
 }
 """Key of the settings and class, by source."""
 
+_NOISE: Final = frozenset((
+    "deviation", "acceleration_deviation", "rate_deviation", "temperature_deviation", "humidity_deviation"
+))  # fmt: skip
+"""Keys of what is less in a mean of readings."""
+
 _LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent
 
 
@@ -99,12 +113,19 @@ class SimulatedMachine:
         check_faults(settings, tuple(line.name for line in robot.lines))
         self._start = np.array(start, dtype=np.float64)
         self._identity = _identity_of(robot, settings, seed, plant)
-        self.rig = Rig(as_built(robot, settings.simulation.tolerances, seed), settings, start, seed)
-        self._twin = settings if plant == "dynamic" else _for_quasi_static(settings)
+        tolerances = settings.simulation.tolerances
+        true_robot, built = as_built(robot, tolerances, seed), as_built_machine(settings, seed)
+        self._line_sensors = line_sensors(tolerances, seed, robot.m)
+        self.rig = Rig(true_robot, built, start, seed, self._line_sensors.along)
+        _, self._powder_factor = mass_factors(tolerances, seed)
+        self._clock = DrumClock(settings.simulation, seed)
+        self._twin = settings
+        if plant == "quasi-static":
+            self._twin, built = _for_quasi_static(settings), _for_quasi_static(built)
         self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
-        self._sensors = dict(self._mount(seed))
+        self._sensors = dict(self._mount(built.owner, seed))
         self._wifi, self._wire, self._barrier_wire = (  # a light barrier has a wire of its own
-            Channel(link, np.random.default_rng([seed, 4, k]))
+            Channel(link, np.random.default_rng([seed, 4, k]), Gaps(link, drawn(seed, GAPS, k)))
             for k, link in enumerate((self.simulation.wifi, self.simulation.wire, self.simulation.wire))
         )
         self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
@@ -164,10 +185,10 @@ class SimulatedMachine:
         return self.rig.robot
 
     def refill(self, powder: float) -> None:
-        """Set the *powder* in the drum, kg. Raises `InputError` for more than its capacity."""
+        """Set the *powder* in the drum, kg, as it is weighed. Raises `InputError` for more than its capacity."""
         if not 0.0 <= powder <= self.settings.drum.capacity:
             raise InputError(f"powder = {powder:g} kg: the drum takes 0 to {self.settings.drum.capacity:g} kg")
-        self.rig.fill(powder)
+        self.rig.fill(powder * self._powder_factor)
         self._rig_state = self.rig.observe(self.time)
 
     def step(self, command: Command) -> SensorFrame:
@@ -184,7 +205,8 @@ class SimulatedMachine:
             if reading is not None and self._faults[source]:
                 reading = self._apply_faults(source, reading)
             if reading is not None:
-                self._channels[source].send(now, reading)
+                channel = self._channels[source]
+                channel.send(now, self._clock.stamped(reading) if channel is self._wifi else reading)
         readings = (*self._barrier_wire.arrived(now), *self._wire.arrived(now), *self._wifi.arrived(now))
         if now - self._wifi.last_arrival_time > _LINK_TIMEOUT and self._wireless:
             notices.append(Notice(Condition.SILENT, "wifi"))
@@ -254,20 +276,33 @@ class SimulatedMachine:
             refill=self.refill,
         )
 
-    def _mount(self, seed: int) -> Iterator[tuple[str, _Sensor]]:
-        """Yield all sensors by source, each with its own random generator, so that leaving one out changes no other."""
-        settings, simulation, period = self.settings, self.simulation, self.period
+    def _mount(self, built: MachineSettings, seed: int) -> Iterator[tuple[str, _Sensor]]:
+        """Yield all sensors as *built* by source, each with its own generator: leaving one out changes no other."""
+        simulation, period = self.simulation, self.period
         random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
-        walls, ceiling = walls_of(settings.room), settings.room.ceiling
-        for source, lidar in settings.lidars.items():
+        walls, ceiling = walls_of(built.room), built.room.ceiling
+        for source, lidar in built.lidars.items():
             flaws = simulation.lidars.get(source, LidarFlaws())
             yield source, SimulatedLidar(source, lidar, flaws, walls, ceiling, period, random[source])
-        extra = {"inertial": (self.rig.robot.scene.gravity,), "distance": (settings.drum.valve,)}
-        extra |= dict.fromkeys(("load_cells", "motor_torques"), (self.rig.robot.m,))
+        extra = self._extra(built, seed)
         for name, (key, kind) in _TIMED_SENSORS.items():
-            own = getattr(settings, key)
+            own = getattr(built, key)
             if own is not None:
                 yield name, kind(key, own, getattr(simulation, key), period, random[name], *extra.get(name, ()))
+
+    def _extra(self, built: MachineSettings, seed: int) -> dict[str, tuple[Any, ...]]:
+        """What the making of some sensors takes besides, by source."""
+        tolerances, own = self.simulation.tolerances, self._line_sensors
+        extra = {
+            "inertial": (self.rig.robot.scene.gravity, mounting("inertial", tolerances, seed)),
+            "distance": (built.drum.valve, mounting("distance", tolerances, seed)),
+            "line_angles": (own.zeros,),
+        }
+        for source in ("load_cells", "motor_torques"):
+            sensor = getattr(built, source)
+            most = 0.0 if sensor is None else sensor.most
+            extra[source] = (own.gains[source], tolerances.tension_drift * most)
+        return extra
 
     def _apply_faults(self, source: str, reading: Reading) -> Reading | None:
         """Return *reading* after the faults that are planned for its time; None: lost."""
@@ -307,12 +342,14 @@ def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
         sensor = getattr(settings.owner, name)
         if sensor is not None and sensor.rate > max_rate:
             share = math.sqrt(max_rate / sensor.rate)
-            noise = {key: share * getattr(sensor, key) for key in type(sensor).model_fields if "deviation" in key}
+            noise = {key: share * getattr(sensor, key) for key in _NOISE & type(sensor).model_fields.keys()}
             slowed[name] = sensor.model_copy(update={"rate": max_rate, **noise})
     links = {
         name: getattr(settings.simulation, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
         for name in ("wifi", "wire")
     }
+    if settings.owner.clock is not None:
+        slowed["clock"] = settings.owner.clock.model_copy(update={"latency": 0.0})
     return settings.with_owner(**slowed).with_simulation(**links)
 
 

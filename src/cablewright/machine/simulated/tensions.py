@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.arrays import Array
 from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import TensionFlaws
@@ -27,21 +28,26 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         flaws: TensionFlaws,
         period: float,
         random: np.random.Generator,
-        lines: int,
+        gains: Array,
+        drift: float,
     ) -> None:
-        """*key* is the source too; *lines*: their number; the rest as `TimedSensor`."""
+        """*key* is the source too. *gains* (m,): shares that each shows too much; the rest as `TimedSensor`.
+
+        *drift*: N, standard deviation of what a zero has drifted by after an hour, besides that of the *flaws*.
+        """
         super().__init__(key, settings, flaws, period, random)
         spread = settings.bias if flaws.bias is None else flaws.bias
-        self._source, self._zeros = key, spread * random.standard_normal(lines)  # N
+        self._source, self._zeros = key, spread * random.standard_normal(len(gains))  # N
+        self._factors, self._drift = 1.0 + gains, math.hypot(flaws.drift, drift)
 
     def _measure(self, state: RigState) -> Tensions:
         settings, flaws, true = self.settings, self.flaws, state.truth.tensions
         m = len(true)
         noise, walk = self._random.standard_normal((2, m))
         chance, anywhere = self._random.random(m), self._random.uniform(0.0, settings.most, m)
-        self._zeros += flaws.drift * math.sqrt(1.0 / (settings.rate * _HOUR)) * walk
+        self._zeros += self._drift * math.sqrt(1.0 / (settings.rate * _HOUR)) * walk
         neighbours = 0.5 * (np.roll(true, 1) + np.roll(true, -1))
-        shown = true + flaws.cross_talk * neighbours + self._zeros + settings.deviation * noise
+        shown = self._factors * true + flaws.cross_talk * neighbours + self._zeros + settings.deviation * noise
         shown = np.where(chance > 1.0 - flaws.outliers, anywhere, np.minimum(shown, settings.most))
         shown[chance < flaws.dropout] = np.nan
         shown.flags.writeable = False

@@ -1,0 +1,142 @@
+"""What hangs on a robot as built: room, mounts, masses, zeros and scales, off what the owner knows by the tolerances.
+
+Each error has a random generator of its own, so that changing one tolerance changes no other error. A tolerance of 0
+leaves the owner's own value, to the bit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.kernels.rotation import matrix
+from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.settings import RoomSettings, WallFace
+from cablewright.machine.simulated.settings import Tolerances, TwinSettings
+from cablewright.signals import SOURCES
+
+_WALLS, _PLACE, _TURN, _MASS, _ZEROS, _ALONG, _GAINS = range(1, 8)
+CLOCK: Final = 8
+GAPS: Final = 9
+VISITS: Final = 10
+ROOM: Final = 11
+_ON_ONE_LINE: Final = 1e-6  # m
+_SHORT: Final = 1.0  # m: a shorter wall is not turned, as errors at its ends would turn it by much
+
+
+def drawn(seed: int, *which: int) -> np.random.Generator:
+    """Return the generator of one error of the machine that *seed* builds."""
+    return np.random.default_rng([seed, 6, *which])
+
+
+@dataclass(frozen=True, eq=False)
+class LineSensors:
+    """Errors of the sensors of m lines: accelerometers' zeros and places, scales of load cells and torques."""
+
+    zeros: Array  # (m,) rad
+    along: Array  # (m,) m, farther from the platform than described
+    gains: dict[str, Array]  # (m,) by source
+
+
+def as_built_machine(twin: TwinSettings, seed: int) -> TwinSettings:
+    """Return the machine whose owner would know everything: room, mounts and masses as they are, by *seed*."""
+    owner, tolerances = twin.owner, twin.simulation.tolerances
+    empty, powder = mass_factors(tolerances, seed)
+    mass = {"empty_mass": owner.drum.empty_mass * empty, "powder": owner.drum.powder * powder}
+    found = {
+        "drum": owner.drum.model_copy(update=mass),
+        "room": as_built_room(owner.room, tolerances.wall, seed),
+        "lidars": {name: _lidar(name, lidar, tolerances, seed) for name, lidar in owner.lidars.items()},
+    }
+    if owner.inertial is not None:
+        place = _placed(owner.inertial.place, "inertial", tolerances, seed)
+        found["inertial"] = owner.inertial.model_copy(update={"place": place})
+    return twin.with_owner(**found)
+
+
+def mass_factors(tolerances: Tolerances, seed: int) -> tuple[float, float]:
+    """Return what the masses of the empty drum and of its powder are, relative to what is told."""
+    empty, powder = (1.0 + tolerances.mass * drawn(seed, _MASS).standard_normal(2)).tolist()
+    return empty, powder
+
+
+def mounting(source: str, tolerances: Tolerances, seed: int) -> Array:
+    """Return the rotation (3, 3) of a sensor on the drum from where it should look, by angles about the drum's axes."""
+    rotation = np.eye(3)
+    if tolerances.mount_turn:
+        matrix(tolerances.mount_turn * drawn(seed, _TURN, SOURCES.index(source)).standard_normal(3), rotation)
+    return rotation
+
+
+def line_sensors(tolerances: Tolerances, seed: int, lines: int) -> LineSensors:
+    """Return the errors of sensors of so many *lines*."""
+    zeros = tolerances.line_angle_bias * drawn(seed, _ZEROS).standard_normal(lines)
+    along = tolerances.mount_place * drawn(seed, _ALONG).standard_normal(lines)
+    gains = {
+        source: tolerances.tension_gain * drawn(seed, _GAINS, SOURCES.index(source)).standard_normal(lines)
+        for source in ("load_cells", "motor_torques")
+    }
+    return LineSensors(zeros, along, gains)
+
+
+def as_built_room(room: RoomSettings, deviation: float, seed: int) -> RoomSettings:
+    """Return the *room* with walls off by independent errors of that *deviation*, m, at their ends, across them.
+
+    Faces on one line are one wall, which stays straight. A wall shorter than 1 m is shifted, not turned.
+    """
+    if not deviation:
+        return room
+    walls, faces = _walls(room.walls), list(room.walls)
+    errors = deviation * drawn(seed, _WALLS).standard_normal((len(walls), 2))
+    for wall, (first, last) in zip(walls, errors, strict=True):
+        ends = np.array([(faces[i].start, faces[i].end) for i in wall])  # (k, 2, 2)
+        along = _direction(faces[wall[0]])
+        across, places = np.array([-along[1], along[0]]), ends @ along
+        begin, length = places.min(), np.ptp(places)
+        off = first if length < _SHORT else first + (last - first) * (places - begin) / length
+        moved = ends + np.multiply.outer(np.broadcast_to(off, places.shape), across)
+        for i, (start, end) in zip(wall, moved.tolist(), strict=True):
+            faces[i] = faces[i].model_copy(update={"start": tuple(start), "end": tuple(end)})
+    return room.model_copy(update={"walls": tuple(faces)})
+
+
+def _walls(faces: tuple[WallFace, ...]) -> list[list[int]]:
+    """The numbers of the faces on each line, in the order of their first."""
+    found: list[tuple[Array, Array, list[int]]] = []
+    for i, face in enumerate(faces):
+        along, start = _direction(face), np.array(face.start)
+        for other, place, members in found:
+            ends = (start - place, np.array(face.end) - place)
+            if all(abs(other[0] * y - other[1] * x) < _ON_ONE_LINE for x, y in ends):
+                members.append(i)
+                break
+        else:
+            found.append((along, start, [i]))
+    return [members for _, _, members in found]
+
+
+def _direction(face: WallFace) -> Array:
+    """The unit vector (2,) from a face's start to its end."""
+    (x0, y0), (x1, y1) = face.start, face.end
+    length = math.hypot(x1 - x0, y1 - y0)
+    return np.array([(x1 - x0) / length, (y1 - y0) / length])
+
+
+def _lidar(name: str, lidar: LidarSettings, tolerances: Tolerances, seed: int) -> LidarSettings:
+    place = _placed(lidar.place, name, tolerances, seed)
+    if not tolerances.mount_turn:
+        return lidar.model_copy(update={"place": place})
+    axes = np.array(lidar.axes) @ mounting(name, tolerances, seed).T
+    return lidar.model_copy(update={"place": place, "axes": tuple(map(tuple, axes.tolist()))})
+
+
+def _placed(
+    place: tuple[float, float, float], source: str, tolerances: Tolerances, seed: int
+) -> tuple[float, float, float]:
+    off = drawn(seed, _PLACE, SOURCES.index(source)).standard_normal(3)
+    x, y, z = (np.array(place) + tolerances.mount_place * off).tolist()
+    return x, y, z

@@ -1,0 +1,37 @@
+"""The clock on the drum, which stamps the readings that come over the wireless link."""
+
+from __future__ import annotations
+
+import bisect
+import dataclasses
+from itertools import accumulate
+
+from cablewright.machine.simulated.as_built_parts import CLOCK, drawn
+from cablewright.machine.simulated.settings import SimulationSettings
+from cablewright.signals import Reading, Scan
+
+
+class DrumClock:
+    """A clock that is ahead by an offset, runs too fast by a share, and jumps when it is planned to."""
+
+    def __init__(self, simulation: SimulationSettings, seed: int) -> None:
+        """Draw offset and rate by *seed*."""
+        offset, drift = drawn(seed, CLOCK).standard_normal(2)
+        self.offset = float(simulation.tolerances.clock_offset * offset)  # s
+        self.drift = float(simulation.tolerances.clock_drift * drift)
+        self._times = [time for time, _ in simulation.clock.jumps]
+        self._sums = [0.0, *accumulate(size for _, size in simulation.clock.jumps)]
+        self._is_right = not (self.offset or self.drift or self._times)
+
+    def shown(self, time: float) -> float:
+        """Return what it shows at a *time* of the machine's clock, s."""
+        return (1.0 + self.drift) * time + self.offset + self._sums[bisect.bisect_right(self._times, time)]
+
+    def stamped(self, reading: Reading) -> Reading:
+        """Return the *reading* with the time that this clock shows; of a scan, at its begin."""
+        if self._is_right:
+            return reading
+        if isinstance(reading, Scan):
+            period = (1.0 + self.drift) * reading.period
+            return dataclasses.replace(reading, begin=self.shown(reading.begin), period=period)
+        return dataclasses.replace(reading, time=self.shown(reading.time))

@@ -1,0 +1,105 @@
+"""Severities: how far a simulated machine, its room and its sensors are off what is described.
+
+One of three names, fixed before anything was estimated with them. An owner who knows how good the survey was knows the
+standard deviations, and nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
+
+from cablewright.choices import SeverityName
+from cablewright.errors import UnknownName
+from cablewright.machine.settings import ClockSettings
+
+if TYPE_CHECKING:
+    from cablewright.machine.simulated.settings import SimulationSettings, TwinSettings
+
+_GAP_EVERY: Final = 60.0  # s
+_DRIFT_OF_GAIN: Final = 0.1  # of a load cell's zero in an hour, to its range, over the error of its scale
+
+OWN: Final = "own"
+"""What `severity_of` calls any other numbers than those of a severity."""
+
+
+def _severity(
+    wall: float, turn: float, offset: float, drift: float, bias: float, people: float, gap: float, gain: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Keys by table. *wall*: mm, also of mounts; *turn* and *bias*: degrees; *offset*: ms; *drift*: ppm; *gap*: s."""
+    return MappingProxyType({
+        "tolerances": {
+            "wall": 1e-3 * wall,
+            "mount_place": 1e-3 * wall,
+            "mount_turn": math.radians(turn),
+            "clock_offset": 1e-3 * offset,
+            "clock_drift": 1e-6 * drift,
+            "line_angle_bias": math.radians(bias),
+            "tension_gain": gain,
+            "tension_drift": _DRIFT_OF_GAIN * gain,
+            "mass": 0.0,
+        },
+        "people": {"share": people},
+        "wifi": {"gap_every": _GAP_EVERY if gap else 0.0, "gap_length": gap},
+    })  # fmt: skip
+
+
+SEVERITIES: Final[Mapping[str, Mapping[str, Mapping[str, float]]]] = MappingProxyType({
+    "ideal": _severity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    "typical": _severity(1.0, 0.1, 2.0, 10.0, 0.5, 0.05, 0.2, 0.005),
+    "rough": _severity(2.0, 0.3, 10.0, 50.0, 1.5, 0.2, 2.0, 0.02),
+})  # fmt: skip
+"""Keys of ``[simulation]``, by severity and table."""
+
+
+def filled(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a *table* ``[simulation]`` with the values of its severity for keys that it does not give."""
+    name, whole = table.get("severity"), dict(table)
+    for key, values in SEVERITIES.get(name, {}).items() if isinstance(name, str) else ():
+        given = whole.get(key, {})
+        if isinstance(given, Mapping):
+            whole[key] = {**values, **given}
+    return whole
+
+
+def with_severity(twin: TwinSettings, name: SeverityName) -> TwinSettings:
+    """Return the machine with the errors of severity *name*, and an owner who knows their standard deviations.
+
+    Other values of these keys are replaced: in ``simulation`` those of `SEVERITIES`, and of ``owner`` the deviations of
+    walls, mounts, zeros, scales and the drum's clock. ``ideal``: all are 0. Raises `UnknownName`.
+    """
+    if name not in SEVERITIES:
+        raise UnknownName("severity", name, tuple(SEVERITIES))
+    simulation, owner, tables = twin.simulation, twin.owner, SEVERITIES[name]
+    truth = {key: getattr(simulation, key).model_copy(update=dict(values)) for key, values in tables.items()}
+    off = tables["tolerances"]
+    mounted = {"place_deviation": off["mount_place"], "turn_deviation": off["mount_turn"]}
+    belief: dict[str, Any] = {
+        "room": owner.room.model_copy(update={"deviation": off["wall"]}),
+        "lidars": {key: lidar.model_copy(update=mounted) for key, lidar in owner.lidars.items()},
+        "clock": None,
+    }
+    if name != "ideal":
+        clock = {"offset": off["clock_offset"], "drift": off["clock_drift"], "latency": simulation.wifi.latency}
+        belief["clock"] = ClockSettings().model_copy(update=clock)
+    for key, update in {
+        "inertial": {"turn_deviation": off["mount_turn"]},
+        "line_angles": {"bias": off["line_angle_bias"]},
+        "load_cells": {"gain_deviation": off["tension_gain"]},
+        "motor_torques": {"gain_deviation": off["tension_gain"]},
+    }.items():
+        if (sensor := getattr(owner, key)) is not None:
+            belief[key] = sensor.model_copy(update=update)
+    return twin.with_owner(**belief).with_simulation(severity=name, **truth)
+
+
+def severity_of(simulation: SimulationSettings) -> str:
+    """Return the severity whose numbers the *simulation* has; `OWN` where there is none, or a clock is to jump."""
+    for name, tables in SEVERITIES.items():
+        pairs = ((getattr(simulation, key), values) for key, values in tables.items())
+        same = all(getattr(table, key) == value for table, values in pairs for key, value in values.items())
+        if same and not simulation.clock.jumps:
+            return name
+    return OWN
