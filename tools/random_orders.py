@@ -227,8 +227,9 @@ class Watch:
         ends = (PrintState.FAULT, PrintState.OFF, PrintState.IDLE, PrintState.STOPPED)
         if state in ends and state is not self.state:
             self.released = False
-        if accepted & set(_RELEASING):
-            self.hand, self.hand_time = max(accepted & set(_RELEASING)), machine.time
+        by_hand = [order.kind for order in step.orders if not order.refusal and order.kind in _RELEASING]
+        if by_hand:
+            self.hand, self.hand_time = by_hand[-1], machine.time
         if accepted & {OrderKind.START, OrderKind.RESUME, OrderKind.REFILLED, *_RELEASING}:
             self.released = True
         self._motion(machine, state, command)
