@@ -1,10 +1,16 @@
 """Both estimators beside many simulated machines: errors, coverage, slack lines, radii; too long for the benchmarks.
 
-`python -m benchmarks.estimation_campaign RUNS [SECONDS] [FIRST_SEED]` drives machines FIRST_SEED, FIRST_SEED + 1, ..
-(from 1001 on: tests and settings have seen others) along random closed paths of 28 m at 3 cm/s, one round (935 s) or as
-long as SECONDS, one machine on each core at a time, and prints a row for each and one for all. A position counts from
-the third turn of both lidars on, ten a second: a machine's biases and its noise are in it, and with many machines the
-law of the biases is. Coverage is the share of these within the 95 % ellipsoid of the estimate's own covariance.
+`python -m benchmarks.estimation_campaign RUNS [SECONDS] [FIRST_SEED] [ROWS]` drives machines FIRST_SEED,
+FIRST_SEED + 1, .. (from 1001 on: tests and settings have seen others) along random closed paths of 28 m at 3 cm/s, one
+round (935 s) or as long as SECONDS, one machine on each core at a time, and prints a row for each and one for all. A
+position counts from the third turn of both lidars on, ten a second: a machine's biases and its noise are in it, and
+with many machines the law of the biases is. Coverage is the share of these within the 95 % ellipsoid of the estimate's
+own covariance.
+
+ROWS are names of `ROWS`, with commas, or ``all``: machines that are off their descriptions by one effect of a severity,
+or by all, and an owner who knows the standard deviations alone. Without them the machines are ``ideal``. The errors of
+a machine's survey and mounts last for its whole run, so each machine counts once: with n machines the share within
+their ellipsoids is expected within 95 +- 1.96 sqrt(95 * 5 / n) %, and the mean nees within 3 +- 1.96 sqrt(6 / n).
 
 Radii of the winch drums count from ten seconds later on: all of them, and those that a coil's layer changed under in
 the ten seconds to a moment before. What share of them the filter expects to be within 1 % is by its own covariance.
@@ -12,19 +18,23 @@ the ten seconds to a moment before. What share of them the filter expects to be 
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections import deque
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Final, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
+from cablewright.choices import SeverityName
 from cablewright.estimation.kalman.state import FilterState
-from cablewright.machine.simulated.settings import load_twin
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, Pilot, random_loop
@@ -32,13 +42,29 @@ from cablewright.studies.error_statistics import CHI2_95, SLACK
 from cablewright.studies.estimator_settings import OBSERVERS
 
 Array = NDArray[np.float64]
+EFFECTS: Final[dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
+    "walls": (("tolerances.wall",), ("room",)),
+    "mounts": (("tolerances.mount_place", "tolerances.mount_turn"), ("lidars", "inertial")),
+    "clock": (("tolerances.clock_offset", "tolerances.clock_drift"), ("clock",)),
+    "angles": (("tolerances.line_angle_bias",), ("line_angles",)),
+    "people": (("people.share",), ()),
+    "gaps": (("wifi.gap_every", "wifi.gap_length"), ()),
+}
+"""Keys of ``[simulation]`` and of the owner that one effect changes."""
+
+ROWS: Final = (
+    "ideal",
+    *(f"{effect}-{severity}" for effect in EFFECTS for severity in ("typical", "rough")),
+    "typical",
+    "rough",
+)
 LENGTH, SPEED = 28.0, 0.03  # m, m/s
 COUNTS_FROM, LEARNT = 3.1, 13.1  # s
 EVERY = 10  # steps
 NEAR = 0.01  # of a radius
 LATELY = 100  # of the steps that count: 10 s
 HEAD = (
-    f"{'seed':>6} {'estimator':<9} {'valid':>7} {'rms':>7} {'95 %':>7} {'most':>7}   {'coverage':>8} {'nees':>6} "
+    f"{'seed':>15} {'estimator':<9} {'valid':>7} {'rms':>7} {'95 %':>7} {'most':>7}   {'coverage':>8} {'nees':>6} "
     f"{'slack named':>11} {'radii in 1 %':>12} {'expected':>8} {'new layer':>9} {'expected':>8}"
 )
 
@@ -65,12 +91,12 @@ class Found:
         """One line of the table."""
         size = 1e3 * np.linalg.norm(np.array(self.errors).reshape(-1, 3), axis=1)
         if not len(size):
-            return f"{seed:>6} {estimator:<9} never valid"
+            return f"{seed:>15} {estimator:<9} never valid"
         told = np.array(self.nees)
         share = f"{100.0 * np.mean(told <= CHI2_95):6.1f} % {told.mean():6.2f}" if len(told) else f"{'-':>8} {'-':>6}"
         named, radii, layers = _share(self.named, 2, 11), _share(self.radii, 1, 12), _share(self.layers, 1, 9)
         return (
-            f"{seed:>6} {estimator:<9} {100.0 * np.mean(self.valid):5.1f} % {np.sqrt((size**2).mean()):4.2f} mm "
+            f"{seed:>15} {estimator:<9} {100.0 * np.mean(self.valid):5.1f} % {np.sqrt((size**2).mean()):4.2f} mm "
             f"{np.percentile(size, 95):4.1f} mm {size.max():4.1f} mm  {share} {named} "
             f"{radii} {_share(self.expected, 1, 8)} {layers} {_share(self.expected_layers, 1, 8)}"
         )
@@ -80,9 +106,26 @@ def _share(values: list[bool] | list[float], digits: int, width: int) -> str:
     return f"{100.0 * float(np.mean(values)):{width - 2}.{digits}f} %" if values else f"{'-':>{width}}"
 
 
-def run(seed: int, seconds: float) -> dict[str, Found]:
-    """Drive the machine of *seed* with all estimators beside it."""
-    robot, settings = load("merlet2023"), load_twin("merlet2023")
+def twin_of(row: str) -> TwinSettings:
+    """Return the machine of one of `ROWS`."""
+    effect, _, severity = row.rpartition("-")
+    whole = with_severity(load_twin("merlet2023"), cast(SeverityName, severity))
+    if not effect:
+        return whole
+    twin = with_severity(whole, "ideal")
+    true, told = EFFECTS[effect]
+    for key in true:
+        table, name = key.split(".")
+        changed = getattr(twin.simulation, table).model_copy(
+            update={name: getattr(getattr(whole.simulation, table), name)}
+        )
+        twin = twin.with_simulation(**{table: changed})
+    return twin.with_owner(**{key: getattr(whole.owner, key) for key in told})
+
+
+def run(seed: int, row: str, seconds: float) -> dict[str, Found]:
+    """Drive the machine of *seed* and a *row* with all estimators beside it."""
+    robot, settings = load("merlet2023"), twin_of(row)
     way = random_loop(robot, LENGTH, seed)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=seed)
     pilot = Pilot(machine, way, DriveSettings(), seed)
@@ -111,7 +154,7 @@ def run(seed: int, seconds: float) -> dict[str, Found]:
             if frame.time > LEARNT:
                 changed = np.zeros(len(truth.radii), dtype=np.bool_)
                 if len(wound) == wound.maxlen:
-                    changed = np.abs(wound[LATELY] - wound[0]) > 0.5 * settings.winch.pitch
+                    changed = np.abs(wound[LATELY] - wound[0]) > 0.5 * settings.owner.winch.pitch
                 _judge_radii(into, states[name], estimate.radii / truth.radii - 1.0, changed)
     return found
 
@@ -129,19 +172,31 @@ def _judge_radii(into: Found, state: object, off: Array, changed: NDArray[np.boo
 
 def main() -> None:
     """Print the table."""
-    given = [float(value) for value in sys.argv[1:]]
-    runs, seconds = (int(given[0]) if given else 100), (given[1] if len(given) > 1 else LENGTH / SPEED)
-    first = int(given[2]) if len(given) > 2 else 1001
-    all_found = {name: Found() for name in OBSERVERS}
+    given = dict(enumerate(sys.argv[1:]))
+    runs, seconds, first = int(given.get(0, 100)), float(given.get(1, LENGTH / SPEED)), int(given.get(2, 1001))
+    named = given.get(3, "ideal")
     print(HEAD, flush=True)
-    seeds = range(first, first + runs)
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for seed, found_by in zip(seeds, pool.map(partial(run, seconds=seconds), seeds), strict=True):
-            for name, found in found_by.items():
-                print(found.row(str(seed), name), flush=True)
-                all_found[name].add(found)
-    for name, found in all_found.items():
-        print(found.row("all", name))
+        for row in ROWS if named == "all" else named.split(","):
+            _print_row(pool, row, range(first, first + runs), seconds)
+
+
+def _print_row(pool: ProcessPoolExecutor, row: str, seeds: range, seconds: float) -> None:
+    whole = {name: Found() for name in OBSERVERS}
+    nees: list[float] = []  # of each machine, by the filter
+    for seed, found_by in zip(seeds, pool.map(partial(run, row=row, seconds=seconds), seeds), strict=True):
+        for name, found in found_by.items():
+            print(found.row(str(seed), name), flush=True)
+            whole[name].add(found)
+        nees.append(float(np.mean(found_by["filter"].nees)) if found_by["filter"].nees else math.inf)
+    for name, found in whole.items():
+        print(found.row(row, name))
+    inside, n = 100.0 * float(np.mean(np.array(nees) <= CHI2_95)), len(nees)
+    print(
+        f"{row}: mean nees of {n} machines {np.mean(nees):.2f} (3 +- {1.96 * math.sqrt(6.0 / n):.2f}), "
+        f"{inside:.1f} % of them below {CHI2_95:.2f} (95 +- {1.96 * math.sqrt(475.0 / n):.1f} %)",
+        flush=True,
+    )
 
 
 if __name__ == "__main__":
