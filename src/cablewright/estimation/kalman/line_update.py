@@ -8,19 +8,23 @@ than its taut length by its stretch, which balance gives if one line is slack, e
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.estimation.kalman.sag import Balanced, Sag, balanced
+from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, share_at
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, update_state
 from cablewright.solvers.taut import taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
 _ANGLE_INTERVAL: Final = 0.2  # s between updates by the angles, which are smoothed over as long
 _STRETCH_TIME: Final = 10.0  # s for which the error of a taut line's stretch is correlated
+_PLACES: Final = np.linspace(0.0, 1.0, 80)  # in the range of the unknown force
+_REFINEMENTS: Final = 4
+_ENOUGH: Final = 10  # likely forces
+_UNLIKELY: Final = 12.0  # twice the logarithm of a likelihood below the largest
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
 _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
 
@@ -101,13 +105,22 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     may_be = balanced(sensors, state.taut, state.mass * settings.chain.tilt.gravity)
     if may_be is None:
         return
-    innovation, R, nis = _likeliest(settings, sag, may_be, known, now, angles, measured)
-    if nis > _CHI2_OF_LINES:  # the position is measured, so lengths must be wrong
-        diagonal(state.P)[lay.lengths] += innovation[:m] ** 2
-    update_state(state, H, innovation, R)
+    found = _mixture(settings, sag, may_be, known, now, angles, measured)
+    if found.nis > _CHI2_OF_LINES:  # the position is measured, so lengths must be wrong
+        diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
+    update_state(state, H, found.innovation, np.diag(found.noise), found.spread)
 
 
-def _likeliest(
+class _Mixture(NamedTuple):
+    """Moments of the innovations that all forces together give, each weighted by its likelihood."""
+
+    innovation: Array  # (m + j,)
+    noise: Array  # (m + j,) variances
+    spread: Array  # (m + j, m + j)
+    nis: float  # normalised square of the likeliest innovation
+
+
+def _mixture(
     settings: FilterSettings,
     sag: Sag,
     may_be: Balanced,
@@ -115,18 +128,29 @@ def _likeliest(
     now: Array,
     angles: Array,
     measured: NDArray[np.intp],
-) -> tuple[Array, Array, float]:
-    """Return innovation, noise and normalised square of the measurement by the likeliest forces."""
-    forces = may_be.forces
-    excesses, noise = sag.excess(forces), _noise(settings, sag, forces, measured)
-    off = np.hstack([excesses - now, angles - sag.differences(forces)[:, measured]])  # (k, m + j)
-    S = known + noise[:, :, None] * np.eye(off.shape[1])
-    cost = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
-    best = int(np.argmin(cost))
-    by_excess = sag.excess_slopes(forces[best])[:, None] * may_be.directions
-    by_angle = sag.difference_slopes(forces[best])[:, None] * may_be.directions
-    free = may_be.reach * np.vstack([-by_excess, by_angle[measured]])
-    return off[best], np.diag(noise[best]) + free @ free.T, float(cost[best])
+) -> _Mixture:
+    """Return the mixture for an excess *now* (m,), m, and *angles* (j,), rad, of *measured* lines.
+
+    *known*: their covariance by the state. The grid of forces is refined until several of them are about as likely.
+    """
+    places = _PLACES
+    for _ in range(_REFINEMENTS):
+        shares = share_at(places)
+        forces = may_be.forces(shares)
+        noise = _noise(settings, sag, forces, measured)
+        off = np.hstack([sag.excess(forces) - now, angles - sag.differences(forces)[:, measured]])  # (k, m + j)
+        S = known + noise[:, :, None] * np.eye(off.shape[1])
+        nis = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
+        cost = nis + np.linalg.slogdet(S)[1] - 2.0 * np.log(np.gradient(shares))
+        likely = np.flatnonzero(cost <= cost.min() + _UNLIKELY)
+        if len(likely) >= _ENOUGH:
+            break
+        low, high = places[max(likely[0] - 1, 0)], places[min(likely[-1] + 1, len(places) - 1)]
+        places = np.linspace(low, high, len(places))
+    weights = np.exp(-0.5 * (cost - cost.min()))
+    weights /= weights.sum()
+    mean = weights @ off
+    return _Mixture(mean, weights @ noise, (weights * (off - mean).T) @ (off - mean), float(nis.min()))
 
 
 def _noise(settings: FilterSettings, sag: Sag, forces: Array, measured: NDArray[np.intp]) -> Array:

@@ -18,8 +18,7 @@ from cablewright.solvers.taut import Taut
 
 _FORCES: Final = np.geomspace(0.2, 2e4, 160)  # N: of the tables by which an excess gives the force
 _MIN_FORCE: Final = 0.5  # N, of a line that hangs as a parabola
-_HALF: Final = np.geomspace(1e-4, 0.5, 40)
-_SHARES: Final = np.concatenate([_HALF, 1.0 - _HALF[-2::-1]])  # of the range of the unknown force, dense at its ends
+_LEAST_SHARE: Final = 1e-4  # of the range of the unknown force
 
 
 class Sag(NamedTuple):
@@ -47,17 +46,9 @@ class Sag(NamedTuple):
         """Excess (..., m), m, by horizontal *forces* (..., m), N."""
         return np.asarray(self.sagging / forces**2 - self.stretching * forces)
 
-    def excess_slopes(self, forces: Array) -> Array:
-        """Derivative of the excess by the force, m/N."""
-        return np.asarray(-2.0 * self.sagging / forces**3 - self.stretching)
-
     def differences(self, forces: Array) -> Array:
         """Angle near the platform less that of the straight line (..., m), rad."""
         return np.asarray(np.arctan(self.slopes + self.rising / forces) - self.angles)
-
-    def difference_slopes(self, forces: Array) -> Array:
-        """Derivative of the difference by the force, rad/N."""
-        return np.asarray(-self.rising / (forces**2 * (1.0 + (self.slopes + self.rising / forces) ** 2)))
 
     def forces(self, excess: Array) -> Array:
         """Horizontal forces (m,), N, of lines with an *excess* (m,), m."""
@@ -67,11 +58,21 @@ class Sag(NamedTuple):
 
 
 class Balanced(NamedTuple):
-    """Horizontal forces (k, m), N, that may be, and how all change with the numbers that are not known: (m, j)."""
+    """All horizontal forces that hold the drum at one position: ``first + share * change`` with a share from 0 to 1."""
 
-    forces: Array
-    directions: Array
-    reach: float  # N: of each of those numbers
+    first: Array  # (m,) N
+    change: Array  # (m,) N
+
+    def forces(self, shares: Array) -> Array:
+        """Forces (k, m), N, by *shares* (k,)."""
+        return np.asarray(self.first + shares[:, None] * self.change)
+
+
+def share_at(places: Array) -> Array:
+    """Shares (k,) by *places* (k,) from 0 to 1, dense at both ends, where a line is slack and its excess steep."""
+    near = np.minimum(places, 1.0 - places)
+    share = _LEAST_SHARE * (0.5 / _LEAST_SHARE) ** (2.0 * near)
+    return np.asarray(np.where(places <= 0.5, share, 1.0 - share))
 
 
 def balanced(sensors: SlacknessSettings, taut: Taut, weight: float) -> Balanced | None:
@@ -82,8 +83,7 @@ def balanced(sensors: SlacknessSettings, taut: Taut, weight: float) -> Balanced 
     lines = sensors.model.lines
     level = np.hypot(taut.toward[:, 0], taut.toward[:, 1])
     pulls = np.vstack([-(taut.toward[:, :2] / level[:, None]).T, -np.tan(taut.angles)])  # (3, m) per force
-    m = pulls.shape[1]
-    if m != 4:
+    if pulls.shape[1] != 4:
         return None
     load = np.array([0.0, 0.0, weight + 0.5 * float((lines.weight * taut.free).sum())])
     some = np.linalg.lstsq(pulls, load, rcond=None)[0]
@@ -92,5 +92,4 @@ def balanced(sensors: SlacknessSettings, taut: Taut, weight: float) -> Balanced 
     low, high = float(limits[along > 0.0].max(initial=-np.inf)), float(limits[along < 0.0].min(initial=np.inf))
     if not (np.isfinite([low, high]).all() and low < high):
         return None
-    shares = low + (high - low) * _SHARES
-    return Balanced(some + shares[:, None] * along, along[:, None], 0.5 * (high - low))
+    return Balanced(some + low * along, (high - low) * along)

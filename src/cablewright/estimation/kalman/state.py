@@ -222,17 +222,18 @@ class FilterState:
         return np.asarray((change[:, :m] * self.radii) @ self.jacobian.T + change[:, m : m + 3])
 
 
-def kalman_update(P: Array, H: Array, innovation: Array, R: Array) -> tuple[Array, Array]:
+def kalman_update(P: Array, H: Array, innovation: Array, R: Array, spread: Array | None = None) -> tuple[Array, Array]:
     """Return the correction (n,) and the updated covariance, in Joseph's form, which stays symmetric and positive.
 
-    *H* (k, n), *innovation* (k,), *R* (k, k).
+    *H* (k, n), *innovation* (k,), *R* (k, k). With a *spread* (k, k) the innovation is the mean of several that may be,
+    and that their covariance: the law of the state is their mixture, of which this keeps both moments.
     """
     PH = P @ H.T
     S = H @ PH + R
     K = PH / S[0, 0] if len(H) == 1 else np.linalg.solve(S, PH.T).T
     A = -K @ H
     A.flat[:: len(P) + 1] += 1.0
-    updated = A @ P @ A.T + K @ R @ K.T
+    updated = A @ P @ A.T + K @ (R if spread is None else R + spread) @ K.T
     return K @ innovation, 0.5 * (updated + updated.T)
 
 
@@ -243,9 +244,9 @@ def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, 
     return nis <= _CHI2[len(innovation)], nis
 
 
-def update_state(state: FilterState, H: Array, innovation: Array, R: Array) -> None:
+def update_state(state: FilterState, H: Array, innovation: Array, R: Array, spread: Array | None = None) -> None:
     """Update the state and its covariance by one measurement, as `kalman_update`."""
-    correction, state.P = kalman_update(state.P, H, innovation, R)
+    correction, state.P = kalman_update(state.P, H, innovation, R, spread)
     inject_correction(state, correction)
 
 
