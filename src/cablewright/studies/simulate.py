@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.choices import PlantName
+from cablewright.choices import PlantName, SeverityName
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.machine.files import machine_names
@@ -20,6 +20,7 @@ from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import write_log
 from cablewright.machine.settings import require_robot
 from cablewright.machine.simulated.settings import TwinSettings, load_twin, whole_machine
+from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.printing.curve import MAX_LENGTH
@@ -40,6 +41,9 @@ class Simulation(Pictured):
         Figure("robot", "", "Name of the robot.", "head.robot.name"),
         Figure("machine", "", "Name of the machine's settings.", "head.settings.name"),
         Figure("plant", "", "Motion of the machine: dynamic, or quasi-static.", "head.plant"),
+        Figure("severity", "", "How far the machine is off what is described: ideal, typical, rough, or own numbers.",
+               "head.severity"),
+        Figure("built", "", "What that says of the machine as built.", "head.built", "as built"),
         Figure("seed", "1", "Seed of the robot as built, the path and all noise.", "head.seed"),
         Figure("period", "s", "Duration of one step.", "head.period", detail=True),
         Figure("steps", "1", "Number of steps.", "drive.steps"),
@@ -74,6 +78,7 @@ def simulate(
     duration: float | None = None,
     seed: int = 0,
     plant: PlantName = "dynamic",
+    severity: SeverityName | None = None,
     driving: DriveSettings | None = None,
     log: str | Path | None = None,
     progress: Progress | None = None,
@@ -82,7 +87,8 @@ def simulate(
 
     *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, to
     stay at instead. *duration*: s, by default once round the loop. Of a `Model` only the robot is used: the *plant*,
-    ``dynamic`` or ``quasi-static``, has its own laws. *log*: an MCAP file, which appears when it is complete.
+    ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see `with_severity`; None: of the *machine*. *log*: an MCAP
+    file, which appears when it is complete.
 
     Raises `InputError` for contradictory or missing arguments, `AnswerError` where the path cannot be held,
     `EnvironmentFault` where the log cannot be written.
@@ -103,6 +109,8 @@ def simulate(
     if log is not None and Path(log).suffix != ".mcap":
         raise InputError(f"log = {str(log)!r}: a name that ends in .mcap is expected")
     built = machine_of(described, machine)
+    if severity is not None:
+        built = with_severity(built, severity)
     if loop is None:
         path, start = None, np.asarray(hold, dtype=np.float64)
         if start.shape != (3,) or not np.isfinite(start).all():

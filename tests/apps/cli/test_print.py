@@ -68,6 +68,7 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
         (("--intrusions", "-2"), "intrusions = -2"),
         (("--machine", "nowhere.toml"), "nowhere.toml"),
         (("--resume",), "holds no print"),
+        (("--severity", "harsh"), "--severity"),
     ],
 )
 def test_bad_options_are_one_line(cli, job, tmp_path, options, says) -> None:
@@ -114,6 +115,30 @@ def test_other_folders_are_left_alone(cli, job, tmp_path) -> None:
     answer = cli("print", "merlet2023", job, *FAST, "--out", tmp_path)
     assert answer.code == 2
     assert [each.name for each in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_severity_is_kept_with_the_print_and_told(cli, job, tmp_path) -> None:
+    """Encoders alone hear nothing of what a severity does but for the drum; the print goes on as it began."""
+    out, options = tmp_path / "run", (*FAST, "--estimator", "encoders", "--out", tmp_path / "run")
+    answer = cli("print", "merlet2023", job, *options, "--severity", "rough", "--json")
+    assert answer.json["severity"] == "rough"
+    kept = json.loads((out / "manifest.json").read_text())["options"]
+    assert kept["severity"] == "rough"
+    assert kept["machine"]["simulation"]["tolerances"]["wall"] == 2e-3
+    assert kept["machine"]["owner"]["room"]["deviation"] == 2e-3
+    assert "rough: walls, mounts, clocks, zeros, people and gaps of the link" in (out / "report.html").read_text()
+    assert cli("print", "merlet2023", job, *options, "--severity", "rough", "--resume").code == answer.code
+    other = cli("print", "merlet2023", job, *options, "--resume")
+    assert other.code == 2
+    assert "another severity: rough, requested: None" in other.err
+
+
+def test_a_print_on_an_ideal_machine_says_so(cli, job, tmp_path) -> None:
+    out = tmp_path / "run"
+    answer = cli("print", "merlet2023", job, *FAST, "--estimator", "encoders", "--out", out)
+    assert "severity                       ideal\n" in answer.out
+    assert "as built                       walls, mounts and clocks are exactly as described\n" in answer.out
+    assert "ideal: walls, mounts and clocks are exactly as described" in (out / "report.html").read_text()
 
 
 def test_a_print_begun_from_python_goes_on_too(job, tmp_path) -> None:

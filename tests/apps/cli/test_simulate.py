@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from cablewright.machine.log.log import read_log
-from cablewright.signals import Scan
+from cablewright.signals import Encoders, Inertial, Scan
 
 SHORT = ["--loop", "28", "--duration", "4", "--plant", "quasi-static"]
 
@@ -24,6 +24,22 @@ def test_a_log_is_written_and_summed_up(cli, tmp_path) -> None:
         assert log.head.robot.name == "merlet2023"
     assert len(entries) == 20
     assert sum(len(entry.frame.readings) for entry in entries) == sum(values["readings"].values())
+
+
+def test_a_severity_is_told_and_kept_in_the_log(cli, tmp_path) -> None:
+    out = tmp_path / "run.mcap"
+    options = [*SHORT, "--seed", 3, "--severity", "typical", "--fault", "north,0,100"]
+    answer = cli("simulate", "merlet2023", *options, "--out", out, "--json")
+    assert answer.json["severity"] == "typical"
+    assert answer.json["built"].endswith("by the severity typical")
+    with read_log(out) as log:
+        assert (log.head.severity, log.head.settings.room.deviation) == ("typical", 1e-3)
+        frames = [entry.frame for entry in log.entries()]
+        stamps = [each.time - frame.time for frame in frames for each in frame.of(Inertial)]
+        assert len({round(each, 4) for each in stamps}) == 1  # a clock that is off, and hardly drifts
+        assert 1e-6 < abs(stamps[0]) < 0.01
+        assert {each.time - frame.time for frame in frames for each in frame.of(Encoders)} == {0.0}  # on a wire
+    assert cli("simulate", "merlet2023", *SHORT, "--json").json["severity"] == "ideal"
 
 
 def test_the_same_seed_writes_the_same_bytes(cli, tmp_path) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from cablewright.apps.cli.parsing import check_suffix, numbers, rotations, tension_limits
-from cablewright.choices import CountName, CriterionName, PlantName, PointName, TensionChoice
+from cablewright.choices import CountName, CriterionName, PlantName, PointName, SeverityName, TensionChoice
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 
@@ -38,6 +38,14 @@ Plant = Annotated[
     PlantName,
     typer.Option(
         "--plant", help="Motion of the machine: with inertia in steps of 10 ms, or from equilibrium to equilibrium."
+    ),
+]
+Severity = Annotated[
+    SeverityName | None,
+    typer.Option(
+        "--severity",
+        help="How far walls, mounts, clocks and sensors are off what is described, people and gaps of the link; by "
+        "default as in the machine's file.",
     ),
 ]
 Pose = Annotated[

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, JobFile, MachineName, Plant, RobotName, Seed
+from cablewright.apps.cli.options import AsJson, JobFile, MachineName, Plant, RobotName, Seed, Severity
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.choices import EstimatorName, HeightRule, LawName
 from cablewright.errors import InputError
@@ -53,6 +53,7 @@ class PrintJobCommand:
         ),
     ] = None
     plant: Plant = "dynamic"
+    severity: Severity = None
     period: Annotated[float, typer.Option("--period", metavar="T", help="Time step of the quasi-static plant, s.")] = (
         1.0
     )
@@ -84,8 +85,9 @@ class PrintJobCommand:
         name = load_job(self.job).name
         folder = self.out or Path("runs") / folder_name("print", load(self.robot).name, self.job.stem)
         options = PrintOptions(
-            self.estimator, self.control, self.height, self.layers, self.plant, self.period, self.seed, self.intrusions
-        )
+            self.estimator, self.control, self.height, self.layers, self.plant, self.period, self.seed,
+            self.intrusions, self.severity,
+        )  # fmt: skip
         try:
             with progress() as show:
                 found = print_job(

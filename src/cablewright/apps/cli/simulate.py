@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, MachineName, OutputOptions, Plant, RobotName, Seed
+from cablewright.apps.cli.options import AsJson, MachineName, OutputOptions, Plant, RobotName, Seed, Severity
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import check_suffix, numbers
 from cablewright.apps.cli.robots import LibraryFile
@@ -148,6 +148,7 @@ class SimulateCommand:
     robot: RobotName
     machine: MachineName = None
     plant: Plant = "dynamic"
+    severity: Severity = None
     seed: Seed = 0
     path: DriveOptions
     faults: FaultOptions
@@ -176,6 +177,7 @@ class SimulateCommand:
                 duration=path.duration,
                 seed=self.seed,
                 plant=self.plant,
+                severity=self.severity,
                 driving=DriveSettings(speed=path.speed, slack=path.slack, valve=path.valve),
                 log=self.out,
                 progress=show,

@@ -105,6 +105,7 @@ def inputs_table(found: PrintRecord, name: str) -> Html:
     rows = [
         ("robot", head.robot.name),
         ("machine", f"{head.settings.name}, {head.origin}"),
+        *([("as built", f"{head.severity}: {head.built}")] if head.severity else []),
         ("job", name),
         ("path", f"{quantity(found.track.length, 'm')} in {count(len(found.track.visits.begin))} visits of layers"),
         ("step", f"{quantity(head.period, 's')}, {count(found.steps)} steps"),

@@ -15,6 +15,7 @@ from cablewright.errors import InputError
 from cablewright.machine.log.first_schema import from_first_schema
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import SimulationSettings
+from cablewright.machine.simulated.severities import MEANINGS, severity_of
 from cablewright.robot import Robot
 from cablewright.validation import shown
 
@@ -73,6 +74,16 @@ class LogHead:
         if self.kind != "simulated" or self.plant is None:
             return f"{self.kind} machine"
         return f"{self.plant} plant" + ("" if self.seed is None else f", seed {self.seed}")
+
+    @property
+    def severity(self) -> str | None:
+        """How far the simulated machine was off what was described, see `severities`; None of any other."""
+        return None if self.simulation is None else severity_of(self.simulation)
+
+    @property
+    def built(self) -> str | None:
+        """What its severity says of the simulated machine; None of any other."""
+        return None if self.severity is None else MEANINGS[self.severity]
 
 
 _HEAD: Final = TypeAdapter(LogHead)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.plant.lidar_rays import turn_lidar
 from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.simulated.found_room import FoundRoom, detours
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import LidarFlaws
 from cablewright.machine.simulated.snapshot import Archive
+from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.timed_sensor import steps_per_interval
-from cablewright.signals import Scan
+from cablewright.signals import SOURCES, Scan
+
+_FIRST: Final = -math.pi  # rad, of a turn's first ray
 
 
 class SimulatedLidar:
@@ -24,19 +29,18 @@ class SimulatedLidar:
         source: str,
         settings: LidarSettings,
         flaws: LidarFlaws,
-        walls: Array,
-        ceiling: float,
+        room: FoundRoom,
         period: float,
         random: np.random.Generator,
     ) -> None:
-        """*walls* (j, 4) and *ceiling*, m, are seen besides the floor; *period*: s, of a step.
+        """The *room* is seen besides the floor; *period*: s, of a step.
 
         Raises `InputError` for a turn that is no whole number of steps.
         """
         self.source, self.settings, self.flaws = source, settings, flaws
         spread = settings.bias if flaws.bias is None else flaws.bias
         self.bias = float(spread * random.standard_normal())
-        self._walls, self._ceiling, self._random = walls, ceiling, random
+        self._room, self._random = room, random
         self._steps = steps_per_interval(period, settings.turn, f"lidars.{source}.turn")
         x, y = np.array(settings.axes)
         self.mount = np.column_stack([x, y, np.cross(x, y), settings.place])  # (3, 4)
@@ -51,30 +55,53 @@ class SimulatedLidar:
             return None
         poses = np.array(self._poses)
         self._poses = self._poses[-1:]
-        settings, ranges = self.settings, np.empty(self.settings.rays)
+        settings, middle = self.settings, poses[len(poses) // 2]
         begin, between = float(poses[0, 0]), settings.turn / settings.rays
-        first, step = -math.pi, 2.0 * math.pi / settings.rays
-        turn_lidar(
-            np.ascontiguousarray(poses[:, 0]),
-            np.ascontiguousarray(poses[:, 1:]),
-            begin,
-            between,
-            first,
-            step,
-            self.mount,
-            self._masks,
-            self._walls,
-            self._ceiling,
-            state.ground.grid,
-            state.ground.heights,
-            ranges,
-        )
-        return Scan(self.source, begin, between, first, step, self._add_noise(ranges))
+        faces = self._room.faces(float(middle[0]), middle[1:3])
+        ranges = self._cast(poses, faces, state.ground)
+        found = self._find(ranges, poses, faces, state.ground)
+        return Scan(self.source, begin, between, _FIRST, math.tau / settings.rays, self._add_noise(found))
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load the state that the next readings depend on."""
         self._poses = archive.rows("poses", self._poses, 7, self._steps)
         archive.random("random", self._random)
+
+    def _cast(self, poses: Array, faces: Array, ground: Ground) -> Array:
+        """Ranges (k,), m, of the rays of a turn along *poses* to *faces*, ceiling and *ground*."""
+        settings, ranges = self.settings, np.empty(self.settings.rays)
+        turn_lidar(
+            np.ascontiguousarray(poses[:, 0]),
+            np.ascontiguousarray(poses[:, 1:]),
+            float(poses[0, 0]),
+            settings.turn / settings.rays,
+            _FIRST,
+            math.tau / settings.rays,
+            self.mount,
+            self._masks,
+            faces,
+            self._room.ceiling,
+            ground.grid,
+            ground.heights,
+            ranges,
+        )
+        return ranges
+
+    def _find(self, ranges: Array, poses: Array, faces: Array, ground: Ground) -> Array:
+        """What the rays tell instead of *ranges* (k,), m: through glass, nothing of dark faces, ghosts."""
+        room, ghosts, count = self._room, self.flaws.ghosts, len(ranges)
+        opaque, bright = room.without("glass", faces), room.without("dark", faces)
+        if opaque is None and bright is None and not ghosts:
+            return ranges
+        random = room.random(SOURCES.index(self.source), round(float(poses[0, 0]) / self.settings.turn))
+        chance, found = random.random((2, count)), ranges
+        if opaque is not None:
+            passes = (self._cast(poses, opaque, ground) > ranges) & (chance[0] < room.law.glass_share)
+            found = np.where(passes, self._cast(poses, room.behind_glass(faces), ground), found)
+        if bright is not None:
+            dies = (self._cast(poses, bright, ground) > ranges) & (chance[1] < room.law.dark_share)
+            found = np.where(dies, np.inf, found)
+        return found + detours(random, ghosts, count)
 
     def _add_noise(self, ranges: Array) -> Array:
         """Add bias, noise, dropouts and outliers to *ranges* (k,), m; masked rays stay NaN."""

@@ -24,6 +24,14 @@ _DRIFT_OF_GAIN: Final = 0.1  # of a load cell's zero in an hour, to its range, o
 OWN: Final = "own"
 """What `severity_of` calls any other numbers than those of a severity."""
 
+MEANINGS: Final[Mapping[str, str]] = MappingProxyType({
+    "ideal": "walls, mounts and clocks are exactly as described",
+    "typical": "walls, mounts, clocks, zeros, people and gaps of the link by the severity typical",
+    "rough": "walls, mounts, clocks, zeros, people and gaps of the link by the severity rough",
+    OWN: "walls, mounts, clocks, zeros, people and gaps of the link by the machine's file",
+})  # fmt: skip
+"""What a severity says of the machine as built."""
+
 
 def _severity(
     wall: float, turn: float, offset: float, drift: float, bias: float, people: float, gap: float, gain: float

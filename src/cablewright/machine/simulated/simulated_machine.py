@@ -28,6 +28,7 @@ from cablewright.machine.simulated.as_built_parts import (
 from cablewright.machine.simulated.distance_sensor import Rangefinder
 from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.encoders import EncoderReader, Thermometer
+from cablewright.machine.simulated.found_room import FoundRoom
 from cablewright.machine.simulated.inertial_unit import InertialUnit
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.light_barrier import LightBarrier
@@ -43,7 +44,6 @@ from cablewright.machine.simulated.settings import (
     check_faults,
 )
 from cablewright.machine.simulated.snapshot import Archive, Snapshot
-from cablewright.machine.simulated.surroundings import walls_of
 from cablewright.machine.simulated.tensions import TensionSensors
 from cablewright.robot import Robot
 from cablewright.signals import (
@@ -280,10 +280,13 @@ class SimulatedMachine:
         """Yield all sensors as *built* by source, each with its own generator: leaving one out changes no other."""
         simulation, period = self.simulation, self.period
         random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
-        walls, ceiling = walls_of(built.room), built.room.ceiling
+        ends = [end for wall in built.room.walls for end in (wall.start, wall.end)]
+        scene = self.rig.robot.scene
+        corners = np.array([*ends, scene.frame_min[:2], scene.frame_max[:2]])
+        room = FoundRoom(built.room, simulation, corners.min(axis=0), corners.max(axis=0), built.drum.radius, seed)
         for source, lidar in built.lidars.items():
             flaws = simulation.lidars.get(source, LidarFlaws())
-            yield source, SimulatedLidar(source, lidar, flaws, walls, ceiling, period, random[source])
+            yield source, SimulatedLidar(source, lidar, flaws, room, period, random[source])
         extra = self._extra(built, seed)
         for name, (key, kind) in _TIMED_SENSORS.items():
             own = getattr(built, key)

@@ -1,21 +1,15 @@
-"""Surroundings of the machine: walls, ceiling, and the floor with the deposited material."""
+"""The floor below the machine, with the deposited material."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.settings import RoomSettings
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
 from cablewright.robot import Robot
-
-
-def walls_of(room: RoomSettings) -> Array:
-    """Return the walls (j, 4) for a lidar's kernel: x and y of both ends, m, world."""
-    return np.array([(*wall.start, *wall.end) for wall in room.walls], dtype=np.float64).reshape(-1, 4)
 
 
 class Ground:

@@ -9,7 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
-from cablewright.choices import HeightRule, LawName, PlantName
+from cablewright.choices import HeightRule, LawName, PlantName, SeverityName
 from cablewright.control.guide import TimedPath
 from cablewright.control.velocity import LAWS
 from cablewright.errors import InputError, UnknownName
@@ -17,6 +17,7 @@ from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.files import machine_names
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
+from cablewright.machine.simulated.severities import SEVERITIES, with_severity
 from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -39,8 +40,8 @@ class PrintOptions:
 
     ``estimator``: see `studies/estimators.py`. ``height``: ``structure`` controls the height over the structure by the
     vertical lidar; ``job`` follows the job's heights. ``layers``: number of layers to print (None: all). ``period``: s,
-    of a quasi-static step. ``intrusions``: number of simulated light-barrier interruptions. ``lasers``: distances to
-    walls that an operator measured at the start.
+    of a quasi-static step. ``intrusions``: number of simulated light-barrier interruptions. ``severity``: see
+    `with_severity`; None: of the machine. ``lasers``: distances to walls that an operator measured at the start.
     """
 
     estimator: str | None = None
@@ -51,12 +52,14 @@ class PrintOptions:
     period: float = 1.0
     seed: int = 0
     intrusions: int = 0
+    severity: SeverityName | None = None
     lasers: tuple[Laser, ...] = ()
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` for an unknown choice."""
         known = (("plant", self.plant, PLANTS), ("height", self.height, HEIGHTS), ("control law", self.law, LAWS))
-        for name, value, allowed in (*known, ("estimator", self.estimator, ESTIMATORS)):
+        more = (("estimator", self.estimator, ESTIMATORS), ("severity", self.severity, SEVERITIES))
+        for name, value, allowed in (*known, *more):
             if value is not None and value not in allowed:
                 raise UnknownName(name, value, allowed)
 
@@ -85,6 +88,8 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
             raise InputError(f"robot {robot.name!r}: has no machine of its own; give --machine FILE, or one of {known}")
         machine = robot.name
     given = whole_machine(machine)
+    if choices.severity is not None:
+        given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
     owner = extruding(given.owner, job.bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)

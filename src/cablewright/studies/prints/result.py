@@ -167,6 +167,10 @@ class LineUse(Result):
     frequency_slope_sigma: float
 
 
+def _is_simulated(found: PrintRecord) -> bool:
+    return found.head.severity is not None
+
+
 def _of(who: str, prefix: str) -> tuple[Figure, ...]:
     """The figures of `PathFollowing` of one attribute of a record, by keys with a *prefix*."""
     return tuple(
@@ -203,6 +207,9 @@ class PrintRecord(Result):
                "estimation_error.mean", detail=True, shown="mm"),
         Figure("estimation_error_variance", "m^2", "Variance of the estimated less the true distance beside the path.",
                "estimation_error.variance", detail=True, shown="cm^2"),
+        Figure("severity", "", "How far the simulated machine was off what is described: ideal, typical, rough, or own "
+               "numbers.", "head.severity", only=_is_simulated),
+        Figure("built", "", "What that says of the machine as built.", "head.built", "as built", only=_is_simulated),
         Figure("print_speed", "m/s", "Speed that the job requires.", shown="cm/s", name="required speed", detail=True),
         _range("yaw", "rad", "Estimated yaw of the drum.", "deg"),
         _range("tilt", "rad", "Estimated angle of the drum's axis from the vertical.", "deg"),

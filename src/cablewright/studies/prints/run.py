@@ -255,5 +255,6 @@ def _difference(key: str, kept: Mapping[str, Any], requested: Mapping[str, Any])
     """Describe the first difference in *key* of two manifests, or of two tables in them."""
     old, new = kept.get(key), requested.get(key)
     if isinstance(old, dict) and isinstance(new, dict):
-        return _difference(min(k for k in old.keys() | new.keys() if old.get(k) != new.get(k)), old, new)
+        other = [k for k in old.keys() | new.keys() if old.get(k) != new.get(k)]
+        return _difference(min(other, key=lambda k: (isinstance(old.get(k), dict), k)), old, new)  # options first
     return f"{key}: {str(old)[:60]}, requested: {str(new)[:60]}"
