@@ -14,7 +14,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.estimation.height import FLOOR_MAJORITY, HeightSettings, floor_points, height_over_structure, tilted
 from cablewright.estimation.kalman.lidar_update import gated_update, noise_factor
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, inflate_position
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, inflate_position, passes_gate
 from cablewright.signals import Scan
 
 _RINGS: Final = (
@@ -106,8 +106,6 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         if count < 2 * _MIN_POINTS:
             continue
         over = float(heights[good].mean())
-        if over < -band:  # nothing is below a floor, so a lower one is accepted
-            inflate_position(state, [0.0, 0.0, over])
         x, y, _ = turn.points[good].mean(axis=0).tolist()
         steep = turn.rays[good, 2]
         H = np.zeros((1, lay.size))
@@ -127,6 +125,8 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
+        if over < 0.0 and not passes_gate(state.P, H, np.array([-over]), R)[0]:
+            inflate_position(state, [0.0, 0.0, over])  # nothing is below a floor, so a lower one is accepted
         seen, sentence = True, "its floor is not at the expected height: not used"
         gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
     if seen:
