@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from typing import Any
 
 import numpy as np
@@ -138,7 +139,7 @@ def test_without_tolerances_the_machine_is_the_owners() -> None:
 
 def test_no_truth_is_told_to_an_estimator() -> None:
     """Each tolerance and the machine built with it: the estimator's settings stay as they were."""
-    told = repr(filter_settings(load("merlet2023"), SETTINGS))
+    told = pickle.dumps(filter_settings(load("merlet2023"), SETTINGS))
     keys = Tolerances.model_fields.keys() - {"modulus", "anchor", "sheave_radius"}
     assert keys == SIZES.keys() | {"tension_drift"}
     for key in keys:
@@ -146,7 +147,23 @@ def test_no_truth_is_told_to_an_estimator() -> None:
         usual = machine(plant="quasi-static")
         assert made.settings == usual.settings
         assert made.simulation != usual.simulation
-        assert repr(filter_settings(load("merlet2023"), off(**{key: SIZES.get(key, 0.01)}).owner)) == told
+        assert pickle.dumps(filter_settings(load("merlet2023"), off(**{key: SIZES.get(key, 0.01)}).owner)) == told
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"people": {"share": 0.5}},
+        {"room": {"glass": ("window",)}},
+        {"clock": {"jumps": ((1.0, 0.5),)}},
+        {"wifi": {"gap_every": 60.0, "gap_length": 2.0}},
+    ],
+)
+def test_nobody_is_told_what_the_room_and_the_link_are_like(tables: dict[str, dict[str, Any]]) -> None:
+    made = changed(**tables)
+    assert made.simulation != TWIN.simulation
+    told = [pickle.dumps(filter_settings(load("merlet2023"), machine(each).settings)) for each in (made, TWIN)]
+    assert told[0] == told[1]
 
 
 def readings_of(kind: type, settings: TwinSettings, steps: int = 30, seed: int = 2) -> list[Any]:

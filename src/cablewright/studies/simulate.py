@@ -87,8 +87,8 @@ def simulate(
 
     *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, to
     stay at instead. *duration*: s, by default once round the loop. Of a `Model` only the robot is used: the *plant*,
-    ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see `with_severity`; None: of the *machine*. *log*: an MCAP
-    file, which appears when it is complete.
+    ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see `with_severity`; None: of the *machine*. *log*:
+    an MCAP file, which appears when it is complete.
 
     Raises `InputError` for contradictory or missing arguments, `AnswerError` where the path cannot be held,
     `EnvironmentFault` where the log cannot be written.
