@@ -259,7 +259,7 @@ def test_every_sensor_may_lose_readings_and_tell_anything() -> None:
 
 def test_messages_come_late_in_order_and_some_never() -> None:
     link = Link(latency=0.02, jitter=0.05, loss=0.2)
-    channel = Channel(link, np.random.default_rng(0), Gaps(link, np.random.default_rng(1)))
+    channel = Channel(link, np.random.default_rng(0), Gaps(link, 1, 0))
     came = []
     for k in range(3000):
         now = 0.01 * k

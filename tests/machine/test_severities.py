@@ -17,7 +17,7 @@ from cablewright.machine.log.messages import encode
 from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.settings import ClockSettings
 from cablewright.machine.simulated.settings import load_twin
-from cablewright.machine.simulated.severities import OWN, SEVERITIES, severity_of, with_severity
+from cablewright.machine.simulated.severities import OWN, PARTS, SEVERITIES, severity_of, with_severity
 from cablewright.robot import load
 from cablewright.signals import Command
 from twins import SETTINGS, SIMULATION, TWIN, changed, machine
@@ -71,6 +71,23 @@ def test_a_severity_sets_the_truth_and_what_is_known_of_it(name: SeverityName, n
     assert owner.clock == ClockSettings(offset=offset, drift=off.clock_drift, latency=SIMULATION.wifi.latency)
     assert (off.anchor, law.wifi.jitter, owner.room.walls) == (1e-3, SIMULATION.wifi.jitter, SETTINGS.room.walls)
     assert severity_of(law) == name == law.severity
+
+
+def test_a_part_of_a_severity_is_that_part_alone() -> None:
+    rough = with_severity(MEASURED, "rough")
+    assert with_severity(MEASURED, "rough", PARTS) == rough
+    assert with_severity(rough, "rough", ()).with_simulation(severity="ideal") == MEASURED
+    keys = [key for part in PARTS.values() for key in part]
+    assert sorted([*keys, "mass"]) == sorted(key for table in SEVERITIES["rough"].values() for key in table)
+    walls = with_severity(MEASURED, "rough", ("walls",))
+    assert (walls.simulation.tolerances.wall, walls.owner.room.deviation) == (2e-3, 2e-3)
+    assert walls.with_owner(room=SETTINGS.room).owner == MEASURED.owner
+    assert severity_of(walls.simulation) == OWN
+    clock = with_severity(MEASURED, "rough", ("clock", "mounts")).owner
+    assert (clock.clock, clock.lidars) == (rough.owner.clock, rough.owner.lidars)
+    assert clock.room == SETTINGS.room
+    with pytest.raises(UnknownName, match="walls"):
+        with_severity(TWIN, "rough", ("wall",))
 
 
 def test_in_a_file_a_severity_sets_the_truth_alone_and_explicit_keys_win(tmp_path: Path) -> None:

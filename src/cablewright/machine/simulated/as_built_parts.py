@@ -23,7 +23,8 @@ _WALLS, _PLACE, _TURN, _MASS, _ZEROS, _ALONG, _GAINS = range(1, 8)
 CLOCK: Final = 8
 GAPS: Final = 9
 VISITS: Final = 10
-ROOM: Final = 11
+WALKS: Final = 11
+ROOM: Final = 12
 _ON_ONE_LINE: Final = 1e-6  # m
 _SHORT: Final = 1.0  # m: a shorter wall is not turned, as errors at its ends would turn it by much
 

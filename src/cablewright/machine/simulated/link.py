@@ -2,48 +2,38 @@
 
 from __future__ import annotations
 
-import bisect
 from collections import deque
 
 import numpy as np
 
+from cablewright.machine.simulated.as_built_parts import GAPS
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.snapshot import Archive
+from cablewright.machine.simulated.spells import Spells
 from cablewright.signals import Reading
 
 
 class Gaps:
     """Times without connection: planned ones, and ones at random, which the seed alone determines."""
 
-    def __init__(self, settings: Link, random: np.random.Generator) -> None:
-        """*random* draws the times between the gaps, and nothing else."""
-        self._settings, self._random = settings, random
-        self._begins, self._ends = list[float](), list[float]()  # s, of gaps at random, as far as they are known
+    def __init__(self, settings: Link, seed: int, number: int) -> None:
+        """*number*: of the link; each has gaps of its own."""
+        every, length = settings.gap_every, settings.gap_length
+        self._planned = settings.gaps
+        self._spells = Spells(every, (length, length), seed, GAPS, number) if every and length else None
 
     def end(self, time: float) -> float:
         """Return when there is a connection again from *time* on, s: at once, or at the end of a gap."""
         while True:
-            later = self._random_end(self._planned_end(time))
+            later = time
+            for begin, end in self._planned:
+                if begin <= later < end:
+                    later = end
+            spell = None if self._spells is None else self._spells.at(later)
+            later = later if spell is None else spell.end
             if later == time:
                 return time
             time = later
-
-    def _planned_end(self, time: float) -> float:
-        for begin, end in self._settings.gaps:
-            if begin <= time < end:
-                time = end
-        return time
-
-    def _random_end(self, time: float) -> float:
-        every, length = self._settings.gap_every, self._settings.gap_length
-        if not (every and length):
-            return time
-        while not self._ends or self._ends[-1] <= time:
-            begin = (self._ends[-1] if self._ends else 0.0) + every * self._random.exponential()
-            self._begins.append(begin)
-            self._ends.append(begin + length)
-        at = bisect.bisect_right(self._begins, time) - 1
-        return self._ends[at] if at >= 0 and time < self._ends[at] else time
 
 
 class Channel:

@@ -93,7 +93,10 @@ class Rig:
         self._scratch = blank_states()
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
         sensor = owner.line_angles
-        self._sensors_at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform))
+        at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform)).tolist()
+        self._sensor_places = [(slice(i, i + 1), place) for i, place in enumerate(at)]  # m before B, by rows of lines
+        if len(set(at)) == 1:
+            self._sensor_places = [(slice(None), at[0])]
 
     @property
     def _mass(self) -> float:
@@ -148,9 +151,7 @@ class Rig:
 
     def _show_lines(self) -> None:
         """Compute what the lines show; line by line where their accelerometers are not all at one place."""
-        at = self._sensors_at
-        alike = bool((at == at[0]).all())
-        for i in (slice(None),) if alike else (slice(i, i + 1) for i in range(len(at))):
+        for i, place in self._sensor_places:
             machine_step.show_lines(
                 self.packed._replace(lines=self.packed.lines[i]),
                 self.states[i],
@@ -158,7 +159,7 @@ class Rig:
                 self.acceleration,
                 self.vibrations[i],
                 self.vibration,
-                float(at[i][0]),
+                place,
                 self._scratch,
                 self._shown[i],
             )

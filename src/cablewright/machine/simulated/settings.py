@@ -30,6 +30,7 @@ BY_LINE: Final = ("line_angles", "load_cells", "motor_torques")
 _SENSORS: Final = (
     "inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier", "load_cells", "motor_torques"
 )  # fmt: skip
+_Jump = Annotated[Duration, Field(ge=-1e6, le=1e6)]
 _Names = Annotated[tuple[str, ...], Field(max_length=MAX_WALLS)]
 _Times = Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)]
 
@@ -117,7 +118,7 @@ class People(Description):
 class DrumClockLaw(Description):
     """Jumps of the clock on the drum: time and size of each, s."""
 
-    jumps: Annotated[tuple[tuple[Delay, Duration], ...], Field(max_length=MAX_FAULTS)] = ()
+    jumps: Annotated[tuple[tuple[Delay, _Jump], ...], Field(max_length=MAX_FAULTS)] = ()
 
     @model_validator(mode="after")
     def _jumps_follow(self) -> Self:

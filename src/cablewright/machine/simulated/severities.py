@@ -7,7 +7,7 @@ standard deviations, and nothing else.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,6 +20,17 @@ if TYPE_CHECKING:
 
 _GAP_EVERY: Final = 60.0  # s
 _DRIFT_OF_GAIN: Final = 0.1  # of a load cell's zero in an hour, to its range, over the error of its scale
+
+PARTS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
+    "walls": ("wall",),
+    "mounts": ("mount_place", "mount_turn"),
+    "clock": ("clock_offset", "clock_drift"),
+    "zeros": ("line_angle_bias",),
+    "people": ("share",),
+    "gaps": ("gap_every", "gap_length"),
+    "tensions": ("tension_gain", "tension_drift"),
+})  # fmt: skip
+"""Keys of the parts of a severity."""
 
 OWN: Final = "own"
 """What `severity_of` calls any other numbers than those of a severity."""
@@ -72,26 +83,42 @@ def filled(table: Mapping[str, Any]) -> dict[str, Any]:
     return whole
 
 
-def with_severity(twin: TwinSettings, name: SeverityName) -> TwinSettings:
+def with_severity(twin: TwinSettings, name: SeverityName, parts: Collection[str] = tuple(PARTS)) -> TwinSettings:
     """Return the machine with the errors of severity *name*, and an owner who knows their standard deviations.
 
     Other values of these keys are replaced: in ``simulation`` those of `SEVERITIES`, and of ``owner`` the deviations of
-    walls, mounts, zeros, scales and the drum's clock. ``ideal``: all are 0. Raises `UnknownName`.
+    walls, mounts, zeros, scales and the drum's clock. ``ideal``: all are 0. With some of the `PARTS` alone, the others
+    are as in ``ideal``. Raises `UnknownName`.
     """
+    _require_known(name, parts)
+    chosen = {key for part in parts for key in PARTS[part]}
+    tables = {
+        table: {key: SEVERITIES[name][table][key] if key in chosen else value for key, value in values.items()}
+        for table, values in SEVERITIES["ideal"].items()
+    }
+    truth = {key: getattr(twin.simulation, key).model_copy(update=values) for key, values in tables.items()}
+    known = _known(twin, tables["tolerances"])
+    return twin.with_owner(**known).with_simulation(severity=name, **truth)
+
+
+def _require_known(name: str, parts: Collection[str]) -> None:
     if name not in SEVERITIES:
         raise UnknownName("severity", name, tuple(SEVERITIES))
-    simulation, owner, tables = twin.simulation, twin.owner, SEVERITIES[name]
-    truth = {key: getattr(simulation, key).model_copy(update=dict(values)) for key, values in tables.items()}
-    off = tables["tolerances"]
+    for part in parts:
+        if part not in PARTS:
+            raise UnknownName("part of a severity", part, tuple(PARTS))
+
+
+def _known(twin: TwinSettings, off: Mapping[str, float]) -> dict[str, Any]:
+    """What an owner knows who knows the tolerances *off*: new values of the owner's tables."""
+    owner = twin.owner
     mounted = {"place_deviation": off["mount_place"], "turn_deviation": off["mount_turn"]}
-    belief: dict[str, Any] = {
+    clock = {"offset": off["clock_offset"], "drift": off["clock_drift"], "latency": twin.simulation.wifi.latency}
+    known: dict[str, Any] = {
         "room": owner.room.model_copy(update={"deviation": off["wall"]}),
         "lidars": {key: lidar.model_copy(update=mounted) for key, lidar in owner.lidars.items()},
-        "clock": None,
+        "clock": ClockSettings().model_copy(update=clock) if off["clock_offset"] or off["clock_drift"] else None,
     }
-    if name != "ideal":
-        clock = {"offset": off["clock_offset"], "drift": off["clock_drift"], "latency": simulation.wifi.latency}
-        belief["clock"] = ClockSettings().model_copy(update=clock)
     for key, update in {
         "inertial": {"turn_deviation": off["mount_turn"]},
         "line_angles": {"bias": off["line_angle_bias"]},
@@ -99,8 +126,8 @@ def with_severity(twin: TwinSettings, name: SeverityName) -> TwinSettings:
         "motor_torques": {"gain_deviation": off["tension_gain"]},
     }.items():
         if (sensor := getattr(owner, key)) is not None:
-            belief[key] = sensor.model_copy(update=update)
-    return twin.with_owner(**belief).with_simulation(severity=name, **truth)
+            known[key] = sensor.model_copy(update=update)
+    return known
 
 
 def severity_of(simulation: SimulationSettings) -> str:

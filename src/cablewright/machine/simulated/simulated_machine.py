@@ -17,14 +17,7 @@ from cablewright.errors import InputError, UnknownName
 from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.as_built import as_built
-from cablewright.machine.simulated.as_built_parts import (
-    GAPS,
-    as_built_machine,
-    drawn,
-    line_sensors,
-    mass_factors,
-    mounting,
-)
+from cablewright.machine.simulated.as_built_parts import as_built_machine, line_sensors, mass_factors, mounting
 from cablewright.machine.simulated.distance_sensor import Rangefinder
 from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.encoders import EncoderReader, Thermometer
@@ -125,7 +118,7 @@ class SimulatedMachine:
         self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
         self._sensors = dict(self._mount(built.owner, seed))
         self._wifi, self._wire, self._barrier_wire = (  # a light barrier has a wire of its own
-            Channel(link, np.random.default_rng([seed, 4, k]), Gaps(link, drawn(seed, GAPS, k)))
+            Channel(link, np.random.default_rng([seed, 4, k]), Gaps(link, seed, k))
             for k, link in enumerate((self.simulation.wifi, self.simulation.wire, self.simulation.wire))
         )
         self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
