@@ -308,6 +308,8 @@ class Estimate:
     faults: tuple[Fault, ...] = field(default=())
     valid: bool = True  # False: the position is uncertain; do not control by it
     clearance: float = float("nan")  # m, mean height of B over the surface below (fictive height); NaN: unknown
+    consistency: Mapping[str, float] = field(default_factory=dict)
+    """By sensor, mean of its last normalised innovations squared over their degrees of freedom: about 1."""
 
     @property
     def yaw(self) -> float:

@@ -78,6 +78,13 @@ class FaultMonitor:
         if self._active.pop((source, kind), None) is not None:
             self._faults = None
 
+    def set(self, source: str, kind: str, sentence: str, *, active: bool) -> None:
+        """Activate or deactivate a fault."""
+        if active:
+            self.report(source, kind, sentence)
+        else:
+            self.clear(source, kind)
+
     def is_active(self, source: str, kind: str) -> bool:
         """Whether a fault is active."""
         return (source, kind) in self._active

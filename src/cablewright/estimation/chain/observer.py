@@ -44,7 +44,7 @@ from cablewright.signals import (
     frozen,
 )
 from cablewright.solvers.continuation import TrackerSettings
-from cablewright.solvers.taut import taut_at
+from cablewright.solvers.taut import Taut, taut_at
 
 _BIAS_GAIN: Final = 0.1  # of the update of the yaw rate's bias by one lidar yaw
 _STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of any drum
@@ -86,10 +86,10 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         _restart_clock(state, frame.time)
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     state.time = frame.time
-    line_angles: LineAngles | None = None
+    line_angles = []
     for reading in state.checks.accepted(frame):
         if isinstance(reading, LineAngles):
-            line_angles = reading
+            line_angles.append(reading)
         else:
             _process(settings, state, reading)
     _predict_position(settings, state, dt)
@@ -102,14 +102,19 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         _update_lengths(settings, state)
     if state.tracker is not None:
         state.taut = taut_at(settings.model, state.tracker.pose)
-        if line_angles is not None:
-            state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, state.taut)
+        _update_slackness(settings, state, line_angles, state.taut)
+        if line_angles:
             report_line_sensors(state.monitor, settings.model.robot.lines, state.slackness)
-    elif line_angles is not None and np.isfinite(state.position_offset).all():
-        taut = taut_at(settings.model, state.position_offset + state.odometry)
-        state.slackness = slackness.step(settings.slackness, state.slackness, line_angles, taut)
+    elif line_angles and np.isfinite(state.position_offset).all():
+        _update_slackness(settings, state, line_angles, taut_at(settings.model, state.position_offset + state.odometry))
     state.monitor.check_timeouts(state.time)
     return _estimate(settings, state)
+
+
+def _update_slackness(settings: ObserverSettings, state: ObserverState, readings: list[LineAngles], taut: Taut) -> None:
+    """Use all *readings* of a step: lines vibrate, so that leaving out some would not average the rest."""
+    for reading in readings:
+        state.slackness = slackness.step(settings.slackness, state.slackness, reading, taut)
 
 
 def _process_scan(settings: ObserverSettings, state: ObserverState) -> None:

@@ -56,7 +56,7 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     innovation = np.concatenate([measured - state.tilt - state.accelerometer_bias, -state.tilt])
     upright = (settings.swing_sigma**2 + unseen) * settings.swing_period / _INTERVAL
     gravity = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
-    update_state(state, H, innovation, np.diag([gravity] * 2 + [upright] * 2))
+    update_state(state, "inertial", H, innovation, np.diag([gravity] * 2 + [upright] * 2))
 
 
 def predict_without_imu(settings: FilterSettings, state: FilterState, time: float) -> None:

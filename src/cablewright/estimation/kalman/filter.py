@@ -88,10 +88,10 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         _restart_clock(state, frame.time)
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     _advance_clock(settings, state, frame.time, dt)
-    line_angles: LineAngles | None = None
+    line_angles = []
     for reading in _accepted(settings, state, frame, dt):
         if isinstance(reading, LineAngles):
-            line_angles = reading
+            line_angles.append(reading)
         else:
             _process(settings, state, reading)
     if state.time - state.last_encoder_time > state.max_gap:
@@ -102,8 +102,9 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
     _process_scan(settings, state)
     while dt > LONG_STEP and (state.pending_scans or state.extracted_turn is not None):
         _process_scan(settings, state)
-    if line_angles is not None and state.taut is not None:
-        state.slackness = slackness.step(settings.chain.slackness, state.slackness, line_angles, state.taut)
+    if line_angles and state.taut is not None:
+        for reading in line_angles:  # all of them, as lines vibrate
+            state.slackness = slackness.step(settings.chain.slackness, state.slackness, reading, state.taut)
         report_line_sensors(state.monitor, settings.chain.model.robot.lines, state.slackness)
         line_update.update(settings, state)
     state.monitor.check_timeouts(state.time)
@@ -398,6 +399,7 @@ def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
         monitor.faults,
         valid=sure and current and not monitor.is_active("encoders", "lost"),
         clearance=float(position[2]) + state.clearance_offset,
+        consistency=state.consistency.means,
     )
 
 

@@ -80,7 +80,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
             rejected = sum(lines[i].line.length for i in {each.line for each in found})
             break
         left.discard(best.line)
-        update_state(state, best.H, best.innovation, best.R)
+        update_state(state, source, best.H, best.innovation, best.R)
         state.last_wall_times[walls[best.wall].kind] = state.time
         used += lines[best.line].line.length
     _report(state, source, used, rejected)
@@ -264,5 +264,5 @@ def gated_update(
         return False
     state.rejections[what] = 0
     state.monitor.clear(*fault)
-    update_state(state, H, innovation, R)
+    update_state(state, fault[0], H, innovation, R)
     return True

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, share_at
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, update_state
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, judge, update_state
 from cablewright.solvers.taut import taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
@@ -92,23 +92,33 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         return
     state.last_angle_time = state.time
     sensors, lay, m = settings.chain.slackness, state.layout, len(state.lengths)
-    measured = np.flatnonzero(np.isfinite(state.slackness.excess))
-    if not len(measured):
+    lines = np.flatnonzero(np.isfinite(state.slackness.excess))
+    if not len(lines):
         return
     sag, now = Sag.at(sensors, state.taut), excess(state)
-    H = np.zeros((m + len(measured), lay.size))
+    H = np.zeros((m + len(lines), lay.size))
     H[:m, lay.position] = -state.taut.toward
     H[:m, lay.lengths] = np.eye(m)
-    H[m + np.arange(len(measured)), lay.zeros.start + measured] = 1.0
+    H[m + np.arange(len(lines)), lay.zeros.start + lines] = 1.0
     known = H @ state.P @ H.T
-    angles = (state.slackness.differences - state.zeros)[measured]
+    angles = (state.slackness.differences - state.zeros)[lines]
+    measured = _Angles(lines, angles, state.slackness.variances[lines])
     may_be = balanced(sensors, state.taut, state.mass * settings.chain.tilt.gravity)
     if may_be is None:
         return
-    found = _mixture(settings, sag, may_be, known, now, angles, measured)
+    found = _mixture(settings, sag, may_be, known, now, measured)
     if found.nis > _CHI2_OF_LINES:  # the position is measured, so lengths must be wrong
         diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
-    update_state(state, H, found.innovation, np.diag(found.noise), found.spread)
+    judge(state, "line_angles", found.nis, len(found.innovation) - 1)
+    update_state(state, "line_angles", H, found.innovation, np.diag(found.noise), found.spread)
+
+
+class _Angles(NamedTuple):
+    """Smoothed angles of j lines near the platform less those of straight lines, and less their sensors' zeros."""
+
+    lines: NDArray[np.intp]
+    angles: Array  # (j,) rad
+    variances: Array  # (j,) rad^2
 
 
 class _Mixture(NamedTuple):
@@ -121,15 +131,9 @@ class _Mixture(NamedTuple):
 
 
 def _mixture(
-    settings: FilterSettings,
-    sag: Sag,
-    may_be: Balanced,
-    known: Array,
-    now: Array,
-    angles: Array,
-    measured: NDArray[np.intp],
+    settings: FilterSettings, sag: Sag, may_be: Balanced, known: Array, now: Array, measured: _Angles
 ) -> _Mixture:
-    """Return the mixture for an excess *now* (m,), m, and *angles* (j,), rad, of *measured* lines.
+    """Return the mixture for an excess *now* (m,), m, and *measured* angles.
 
     *known*: their covariance by the state. The grid of forces is refined until several of them are about as likely.
     """
@@ -138,7 +142,9 @@ def _mixture(
         shares = share_at(places)
         forces = may_be.forces(shares)
         noise = _noise(settings, sag, forces, measured)
-        off = np.hstack([sag.excess(forces) - now, angles - sag.differences(forces)[:, measured]])  # (k, m + j)
+        off = np.hstack(
+            [sag.excess(forces) - now, measured.angles - sag.differences(forces)[:, measured.lines]]
+        )  # (k, m + j)
         S = known + noise[:, :, None] * np.eye(off.shape[1])
         nis = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
         cost = nis + np.linalg.slogdet(S)[1] - 2.0 * np.log(np.gradient(shares))
@@ -153,10 +159,10 @@ def _mixture(
     return _Mixture(mean, weights @ noise, (weights * (off - mean).T) @ (off - mean), float(nis.min()))
 
 
-def _noise(settings: FilterSettings, sag: Sag, forces: Array, measured: NDArray[np.intp]) -> Array:
+def _noise(settings: FilterSettings, sag: Sag, forces: Array, measured: _Angles) -> Array:
     """Variances (k, m + j) of excesses, m^2, and of measured angles, rad^2."""
     stretch, slack = sag.stretching * forces, sag.sagging / forces**2
     repeats = math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL)  # the error is the same in so many updates
     by_length = (repeats * settings.stretch_sigma * stretch) ** 2 + settings.excess_sigma**2 + (0.03 * slack) ** 2
-    by_angle = np.full((len(forces), len(measured)), settings.line_angle_sigma**2)
+    by_angle = np.broadcast_to(settings.line_angle_sigma**2 + measured.variances, (len(forces), len(measured.lines)))
     return np.hstack([by_length, by_angle])

@@ -13,6 +13,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, ObserverState
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.kalman.consistency import LARGE, Consistency
 from cablewright.estimation.reading_checks import ReadingChecks
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.time_buffer import TimeBuffer
@@ -20,6 +21,7 @@ from cablewright.signals import Scan
 from cablewright.solvers.taut import Taut
 
 _LONG_GAP: Final = 0.15  # s, of a step and a half
+INCONSISTENT: Final = f"its readings are over {math.sqrt(LARGE):g} times as far from the estimate as expected"
 _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1}  # by degrees of freedom, exceeded by one of 10 000
 
 
@@ -167,6 +169,7 @@ class FilterState:
     vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
     zeros: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad
     clock_error: float = 0.0  # s
+    consistency: Consistency = field(default_factory=Consistency)
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
     coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): displacement, m, and time, s, without encoders
@@ -241,13 +244,24 @@ def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, 
     """Whether an *innovation* (k,) passes the chi-square gate, and its normalised square (NIS)."""
     S = H @ P @ H.T + R
     nis = float(innovation[0] ** 2 / S[0, 0] if len(H) == 1 else innovation @ np.linalg.solve(S, innovation))
-    return nis <= _CHI2[len(innovation)], nis
+    return nis <= _CHI2.get(len(innovation), math.inf), nis
 
 
-def update_state(state: FilterState, H: Array, innovation: Array, R: Array, spread: Array | None = None) -> None:
-    """Update the state and its covariance by one measurement, as `kalman_update`."""
+def update_state(
+    state: FilterState, sensor: str, H: Array, innovation: Array, R: Array, spread: Array | None = None
+) -> None:
+    """Update the state and its covariance by one measurement of a *sensor*, as `kalman_update`."""
+    if spread is None:
+        judge(state, sensor, passes_gate(state.P, H, innovation, R)[1], len(innovation))
     correction, state.P = kalman_update(state.P, H, innovation, R, spread)
     inject_correction(state, correction)
+
+
+def judge(state: FilterState, sensor: str, nis: float, freedoms: int) -> None:
+    """Add an innovation's normalised square to the mean of its *sensor*, and report the sensor if that is large."""
+    consistent = state.consistency.add(sensor, nis, freedoms)
+    if consistent is not None:
+        state.monitor.set(sensor, "consistency", INCONSISTENT, active=not consistent)
 
 
 def diagonal(P: Array) -> Array:

@@ -112,7 +112,7 @@ def _arguments(value: Any) -> dict[str, tuple[float, ...]]:
     return {_text(key): tuple(_numbers_or_nan(each).tolist()) for key, each in value.items()}
 
 
-def _outputs(value: Any) -> dict[str, float]:
+def _numbers_by_name(value: Any) -> dict[str, float]:
     if value is not None and (not isinstance(value, dict) or len(value) > _MAX_ARGUMENTS):
         raise ValueError("an object of numbers is expected")
     return {_text(key): _number(each) for key, each in (value or {}).items()}
@@ -195,7 +195,7 @@ ORDER: Final = _choice(OrderKind, "order")
 ARGUMENTS: Final = Kind(
     {"type": "object"}, _arguments, lambda values: {TEXT.write(key): list(each) for key, each in values.items()}
 )
-OUTPUTS: Final = Kind({"type": "object"}, _outputs, lambda values: dict(values) or None)
+NUMBERS_BY_NAME: Final = Kind({"type": "object"}, _numbers_by_name, lambda values: dict(values) or None)
 MODES: Final = _tuple_of(_choice(WinchMode, "winch mode"), "winch modes", optional=True)
 DRIVE_STATES: Final = _tuple_of(_choice(DriveState, "state of a drive"), "states of drives")
 NUMBERS: Final = Kind(array_schema(NUMBER.schema), _numbers, _listed)

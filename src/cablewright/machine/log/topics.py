@@ -23,10 +23,10 @@ from cablewright.machine.log.fields import (
     NUMBER,
     NUMBER_OR_NAN,
     NUMBERS,
+    NUMBERS_BY_NAME,
     NUMBERS_OR_NAN,
     NUMBERS_OR_NONE,
     ORDER,
-    OUTPUTS,
     PLACE,
     STATE,
     TEXT,
@@ -154,7 +154,13 @@ TOPICS: Final = (
     _plain(
         "/command",
         Command,
-        {"winch_speeds": NUMBERS, "valve": NUMBER, "modes": MODES, "tensions": NUMBERS_OR_NONE, "outputs": OUTPUTS},
+        {
+            "winch_speeds": NUMBERS,
+            "valve": NUMBER,
+            "modes": MODES,
+            "tensions": NUMBERS_OR_NONE,
+            "outputs": NUMBERS_BY_NAME,
+        },
     ),
     _plain(
         "/order",
@@ -181,6 +187,7 @@ TOPICS: Final = (
             "faults": FAULTS,
             "valid": FLAG,
             "clearance": NUMBER_OR_NAN,
+            "consistency": NUMBERS_BY_NAME,
         },
     ),
     _plain(
