@@ -31,7 +31,7 @@ _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
 _TOLERANCE: Final = 1e-6  # m, of faces on one line
 _RADIUS_BOUNDS: Final = (0.8, 1.5)  # times the bare drum's radius
 _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
-_DRIFT_TIME: Final = 60.0  # s over which the drum's clock drifts one way before its lag shows it
+_DRIFT_TIME: Final = 3600.0  # s over which the drum's clock is off by its drift too
 _HORIZONTAL: Final = ("north", "south")
 
 
@@ -104,10 +104,7 @@ def filter_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[La
     if settings.line_angles is not None:
         sigmas["zero_sigma"] = settings.line_angles.bias
     if settings.clock is not None:
-        sigmas["clock_sigma"], sigmas["clock_noise"] = (
-            settings.clock.offset,
-            settings.clock.drift * math.sqrt(_DRIFT_TIME),
-        )
+        sigmas["clock_sigma"] = math.hypot(settings.clock.offset, settings.clock.drift * _DRIFT_TIME)
     return FilterSettings(chain, **sigmas)
 
 

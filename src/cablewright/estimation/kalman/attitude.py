@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, update_state
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, passes_gate, update_state
 from cablewright.signals import Inertial
 
 _READINGS: Final = 10  # of the accelerometer, for one update
@@ -56,7 +56,11 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     innovation = np.concatenate([measured - state.tilt - state.accelerometer_bias, -state.tilt])
     upright = (settings.swing_sigma**2 + unseen) * settings.swing_period / _INTERVAL
     gravity = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
-    update_state(state, "inertial", H, innovation, np.diag([gravity] * 2 + [upright] * 2))
+    R = np.diag([gravity] * 2 + [upright] * 2)
+    passes, nis = passes_gate(state.P, H, innovation, R)
+    if not passes:  # B is shaken in a way that encoders do not show
+        R *= nis
+    update_state(state, "inertial", H, innovation, R)
 
 
 def predict_without_imu(settings: FilterSettings, state: FilterState, time: float) -> None:

@@ -18,6 +18,7 @@ from cablewright.arrays import Array
 from cablewright.estimation import slackness
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.state import ObserverState
+from cablewright.estimation.drum_clock import DrumClock
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, inflate_position
 from cablewright.estimation.reading_checks import (
@@ -52,6 +53,7 @@ _GROUND_SIGMA: Final = 0.1  # m, of the ground under the valve at the start
 _MAX_GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not relied on
 _JUMP_YAW: Final = math.radians(2.0)  # deviation of yaw while the clock jumped
 _DOUBTFUL_TURNS: Final = 2  # rejected turns in a row after which position and yaw are as uncertain as at the start
+_CLOCK_TIME: Final = 60.0  # s over which the drum's clock wanders
 _MIN_TRACKING_TIME: Final = 10.0  # s between two initialisations
 _WINCH_DRIFT: Final = 5e-3  # m per root second, of a length whose winch is not measured
 _MIN_SPEED: Final = 0.01  # m/s, from which B moves
@@ -115,15 +117,20 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
 
 
 def _accepted(settings: FilterSettings, state: FilterState, frame: SensorFrame, dt: float) -> Iterator[Reading]:
-    """Yield the frame's readings; by how much the drum's clock is now taken to be ahead, its error has become less."""
-    clock = state.checks.clock
-    if clock is None:
-        return state.checks.accepted(frame)
-    before = clock.ahead
-    accepted = state.checks.accepted(frame)
-    state.clock_error -= clock.ahead - before
-    state.P[state.layout.clock, state.layout.clock] += settings.clock_noise**2 * dt
-    return accepted
+    """Yield the frame's readings by the machine's clock; the drum's wanders off within the bounds of its lag."""
+    clock, at = state.checks.clock, state.layout.clock
+    if clock is not None:
+        keep = math.exp(-dt / _CLOCK_TIME)
+        state.clock_error *= keep
+        state.P[at] *= keep
+        state.P[:, at] *= keep
+        state.P[at, at] += (1.0 - keep * keep) * _clock_variance(settings, clock)
+    return state.checks.accepted(frame)
+
+
+def _clock_variance(settings: FilterSettings, clock: DrumClock) -> float:
+    """Variance, s^2, of how far the drum's clock may be off: of its offset, or within the bounds of its lag."""
+    return min(settings.clock_sigma, 0.5 * clock.period) ** 2
 
 
 def _advance_clock(settings: FilterSettings, state: FilterState, now: float, dt: float) -> None:
@@ -167,13 +174,12 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     line_update.update_jacobian(settings, state, at_once=True)
     if state.taut is None:
         return False
-    period = 0.0 if checks.clock is None else checks.clock.period
-    state.P = _initial_covariance(settings, lay, state.taut.toward, 0.5 * period)
+    state.P = _initial_covariance(settings, lay, state.taut.toward, checks.clock)
     state.chain = None
     return True
 
 
-def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array, max_clock_error: float) -> Array:
+def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array, clock: DrumClock | None) -> Array:
     """Covariance of the state that the chain hands over."""
     sigma = np.zeros(lay.size)
     lidars = settings.chain.walls.lidars
@@ -189,7 +195,8 @@ def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array, ma
     if settings.chain.height is not None:
         own = settings.chain.height
         sigma[lay.vertical_mount] = np.repeat([own.place_sigma, own.turn_sigma], 3)
-    sigma[lay.zeros], sigma[lay.clock] = settings.zero_sigma, min(settings.clock_sigma, max_clock_error)
+    sigma[lay.zeros] = settings.zero_sigma
+    sigma[lay.clock] = 0.0 if clock is None else math.sqrt(_clock_variance(settings, clock))
     P = np.diag(sigma**2)
     rows = np.r_[lay.position, lay.lengths]
     spread = np.vstack([np.eye(3), toward])

@@ -25,6 +25,7 @@ _PLACES: Final = np.linspace(0.0, 1.0, 80)  # in the range of the unknown force
 _REFINEMENTS: Final = 4
 _ENOUGH: Final = 10  # likely forces
 _UNLIKELY: Final = 12.0  # twice the logarithm of a likelihood below the largest
+_MAX_SHAKEN: Final = 25  # updates in a row that are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
 _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
 
@@ -107,7 +108,11 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     if may_be is None:
         return
     found = _mixture(settings, sag, may_be, known, now, measured)
-    if found.nis > _CHI2_OF_LINES:  # the position is measured, so lengths must be wrong
+    count = 0 if found.nis <= _CHI2_OF_LINES else state.rejections.get("line_angles", 0) + 1
+    state.rejections["line_angles"] = count
+    if 0 < count <= _MAX_SHAKEN:  # forces of a drum that is shaken do not balance its weight
+        return
+    if count:  # the position is measured, so lengths must be wrong
         diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)
     update_state(state, "line_angles", H, found.innovation, np.diag(found.noise), found.spread)
