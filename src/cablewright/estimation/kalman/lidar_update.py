@@ -21,7 +21,7 @@ from cablewright.estimation.kalman.state import (
     update_state,
 )
 from cablewright.estimation.lidar import localisation
-from cablewright.estimation.lidar.constraints import ObservedLine, wrap_angle
+from cablewright.estimation.lidar.constraints import ObservedLine, contradicting_walls, find_constraints, wrap_angle
 from cablewright.estimation.lidar.localisation import LidarTurn, drift_of
 from cablewright.signals import Scan
 
@@ -30,6 +30,7 @@ _SETTLING_FACTOR: Final = 4.0  # ... the variance of a lidar's measurements is s
 _WALL_TIMEOUT: Final = 3.5  # s without any wall of a kind
 _SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
 _REPORTED: Final = 3  # rejections in a row from which they are reported
+_DOUBTFUL_WALL: Final = 4.0  # sigmas of its survey, of a wall's error that is reported
 _LINE_LENGTH: Final = 4.0  # m, typical, for the curvature of B's path
 
 
@@ -83,7 +84,17 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         update_state(state, source, best.H, best.innovation, best.R)
         state.last_wall_times[walls[best.wall].kind] = state.time
         used += lines[best.line].line.length
-    _report(state, source, used, rejected)
+    _report(settings, state, extracted, used, rejected)
+    _report_walls(settings, state)
+
+
+def _report_walls(settings: FilterSettings, state: FilterState) -> None:
+    """Report walls that are elsewhere than their survey's standard deviation can explain."""
+    for j, wall in enumerate(settings.chain.walls.room.walls):
+        error = float(state.wall_errors[j, 0])
+        wrong = abs(error) > _DOUBTFUL_WALL * wall.distance_sigma > 0.0
+        sentence = f"wall {wall.name!r} is {1e3 * error:+.1f} mm from where it was surveyed"
+        state.monitor.set("room", wall.name, sentence, active=wrong)
 
 
 class Sweep(NamedTuple):
@@ -228,9 +239,11 @@ def _lever_covariance(arm: float) -> Array:
     return np.array([[1.0, arm], [arm, arm * arm]])
 
 
-def _report(state: FilterState, source: str, used: float, rejected: float) -> None:
+def _report(
+    settings: FilterSettings, state: FilterState, extracted: ExtractedTurn, used: float, rejected: float
+) -> None:
     """Report the faults of a turn. *used*, *rejected*: m, length of the lines that match a wall, and of the others."""
-    monitor = state.monitor
+    monitor, source = state.monitor, extracted.scan.source
     if used:
         unseen = [kind for kind, last in state.last_wall_times.items() if state.time - last > _WALL_TIMEOUT]
         if unseen:
@@ -242,7 +255,11 @@ def _report(state: FilterState, source: str, used: float, rejected: float) -> No
         monitor.report(source, "walls", "no line in sight can be a wall at the estimated yaw")
     if rejected > used:
         state.rejections[source] = state.rejections.get(source, 0) + 1
-        monitor.report(source, "gate", "its walls contradict the estimated position: not used")
+        sentence, chain = "its walls contradict the estimated position: not used", settings.chain.walls
+        yaws = state.yaw - chain.yaw_step, state.yaw + chain.yaw_step
+        seen = find_constraints(extracted.features.lines, chain.visible, chain.room, yaws)
+        why = contradicting_walls(seen, chain.room, chain.gate)
+        monitor.report(source, "gate", f"{sentence}; {why}" if why else sentence)
     else:
         state.rejections[source] = 0
         monitor.clear(source, "gate")

@@ -18,6 +18,9 @@ from cablewright.kernels.fitting.scan_lines import explain
 
 _MIN_ANGLE: Final = math.radians(20.0)  # between the two walls of a candidate
 _MAX_CANDIDATES: Final = 40
+_FACING: Final = 0.9999  # cosine between the normals of walls that face each other
+_SAME_YAW: Final = math.radians(1.0)
+_MAX_CONTRADICTION: Final = 0.5  # m; more is another object
 
 
 class ObservedLine(NamedTuple):
@@ -110,6 +113,27 @@ def find_constraints(
             offset, sigma = wall.distance - line.distance - lever, math.hypot(line_sigma, wall.angle_sigma)
             found.append(Constraint(wall.kind, j, i, wall.normal, offset, yaw, sigma, line.variance))
     return found
+
+
+def contradicting_walls(constraints: Sequence[Constraint], room: RoomMap, gate: float) -> str:
+    """Return a sentence on two facing walls whose distance the survey has wrong by over *gate*, m; empty: none.
+
+    Lines at one yaw that may be both walls are compared; the pair that agrees best counts.
+    """
+    best: dict[tuple[int, int], float] = {}
+    for one in constraints:
+        for other in constraints:
+            facing = one.wall < other.wall and np.dot(one.normal, other.normal) < -_FACING
+            if facing and abs(wrap_angle(one.yaw - other.yaw)) < _SAME_YAW:
+                off, walls = one.offset + other.offset, (one.wall, other.wall)
+                best[walls] = min(off, best.get(walls, math.inf), key=abs)
+    wrong = {walls: off for walls, off in best.items() if gate < abs(off) < _MAX_CONTRADICTION}
+    if not wrong:
+        return ""
+    (a, b), off = max(wrong.items(), key=lambda each: abs(each[1]))
+    apart = room.walls[a].distance + room.walls[b].distance
+    names = f"walls {room.walls[a].name!r} and {room.walls[b].name!r}"
+    return f"{names} are {apart - off:.3f} m apart as they are seen, {apart:.3f} m by the survey"
 
 
 def find_candidates(

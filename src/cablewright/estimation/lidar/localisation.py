@@ -21,6 +21,7 @@ from cablewright.estimation.lidar.constraints import (
     Candidates,
     Constraint,
     ObservedLine,
+    contradicting_walls,
     find_candidates,
     find_constraints,
     score_candidates,
@@ -204,6 +205,8 @@ def step(
     expected = None if state.position is None or not known else np.add(state.position, moved[:2])
     found = _ranked(found, settings, expected)
     pose = _pose(settings, constraints, found, lines, _are_latest(turns), expected)
+    if pose.status != "ok" and (contradiction := contradicting_walls(constraints, room, settings.gate)):
+        pose = replace(pose, note=f"{pose.note}; {contradiction}")
     return _next_state(settings, state, turns, pose, moved), pose
 
 
