@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Final
 
 _MEMORY: Final = 100  # measurements
@@ -30,7 +29,7 @@ class Consistency:
     def means(self) -> Mapping[str, float]:
         """Mean of each sensor's normalised innovations squared over their degrees of freedom, about 1."""
         if self._shown is None:
-            self._shown = MappingProxyType(dict(self._means))
+            self._shown = {sensor: round(mean, 3) for sensor, mean in self._means.items()}
         return self._shown
 
     def add(self, sensor: str, nis: float, freedoms: int) -> bool | None:

@@ -1,0 +1,63 @@
+"""The drum's clock: bounds by the least lag, drift, jumps."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+import pytest
+
+from cablewright.estimation.drum_clock import ClockSettings, DrumClock
+from cablewright.signals import Encoders, Inertial, LineAngles, Reading, frozen
+
+LATENCY, PERIOD = 5e-3, 0.01
+
+
+def drive(ahead: float, drift: float, seconds: float, jump: float = 0.0, at: float = 1e9) -> tuple[DrumClock, float]:
+    """Send readings through a link with jitter; return the clock, and the largest error of a time after 10 s, s."""
+    clock, random = DrumClock(ClockSettings(0.01, 1e-4, LATENCY)), np.random.default_rng(3)
+    sent: deque[tuple[float, float, Reading]] = deque()
+    worst, arrives = 0.0, 0.0
+    for step in range(round(seconds / PERIOD)):
+        true = step * PERIOD
+        shown = true * (1.0 + drift) + ahead + (jump if true >= at else 0.0)
+        arrives = max(arrives, true + LATENCY + 3e-3 * random.exponential())
+        sent.append((arrives, true, LineAngles(shown, frozen(np.zeros(4)))))
+        now, here = true, []
+        while sent and sent[0][0] <= now:
+            here.append(sent.popleft()[1:])
+        corrected = clock.corrected(tuple(reading for _, reading in here), now)
+        for (was, _), reading in zip(here, corrected, strict=True):
+            assert reading.time <= now - LATENCY + 1e-9, "no reading is faster than the link"
+            if now > 10.0 and not at < now < at + 30.0:
+                worst = max(worst, abs(reading.time - was))
+    return clock, worst
+
+
+@pytest.mark.parametrize("ahead", [-0.03, -0.002, 0.0, 0.004, 0.5])
+def test_times_are_within_a_period(ahead: float) -> None:
+    _, worst = drive(ahead, 0.0, 20.0)
+    assert worst <= PERIOD + 1e-3
+
+
+@pytest.mark.parametrize("drift", [-5e-5, 5e-5, 1e-3])
+def test_a_drift_is_followed(drift: float) -> None:
+    clock, worst = drive(0.01, drift, 120.0)
+    assert worst <= PERIOD + 20.0 * abs(drift) + 1e-3
+    assert clock.ahead == pytest.approx(0.01 + 120.0 * drift, abs=PERIOD + 20.0 * abs(drift))
+
+
+@pytest.mark.parametrize("jump", [-0.7, 0.7])
+def test_a_jump_is_followed_within_half_a_minute(jump: float) -> None:
+    clock, worst = drive(0.0, 0.0, 70.0, jump, at=20.0)
+    assert worst <= PERIOD + 1e-3
+    assert clock.ahead == pytest.approx(jump, abs=PERIOD)
+
+
+def test_only_the_drums_readings_are_moved() -> None:
+    clock = DrumClock(ClockSettings(0.1, 0.0, 0.0))
+    none = frozen(np.zeros(3))
+    imu, encoders = Inertial(1.5, none, none), Encoders(1.0, np.zeros(4, dtype=np.int64))
+    moved, same = clock.corrected((imu, encoders), 1.0)
+    assert moved.time == pytest.approx(1.0)
+    assert same is encoders

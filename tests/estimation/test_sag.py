@@ -1,0 +1,80 @@
+"""The filter's laws of hanging lines against equilibria of the statics core."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cablewright.estimation.kalman.sag import Sag, balanced, share_at
+from cablewright.estimation.slackness import catenary_excess
+from cablewright.models.packed_views import LineStates
+from cablewright.models.statics import Model
+from cablewright.robot import load
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.slack import solve_with_slack
+from cablewright.solvers.taut import taut_at
+from cablewright.studies.estimator_settings import filter_settings, with_drum_mass
+from twins import SETTINGS
+
+ROBOT = load("merlet2023")
+SENSORS = filter_settings(ROBOT, SETTINGS).chain.slackness
+MODEL = Model(with_drum_mass(ROBOT, SETTINGS))
+WEIGHT = (SETTINGS.drum.empty_mass + SETTINGS.drum.powder) * ROBOT.scene.gravity
+PLACES = [(0.1, -0.3, 1.2), (0.8, -1.5, 1.0), (-1.0, 2.0, 1.5), (0.3, 0.4, 0.8)]
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("excess", [None, 0.002, 0.01, 0.05])
+def test_the_forces_of_an_equilibrium_are_among_those_that_balance(
+    place: tuple[float, float, float], excess: float | None
+) -> None:
+    """And the laws give its excesses and angles, by those forces."""
+    where = np.array(place)
+    loosest = int(np.argmin(solve_inverse(MODEL, where).checked().tensions))
+    held = solve_inverse(MODEL, where) if excess is None else solve_with_slack(MODEL, where, {loosest: excess})
+    found, taut = held.checked(), taut_at(MODEL, where)
+    lines = LineStates(found.states)
+    forces = np.exp(lines.log_tension) * np.cos(lines.free_angle)
+    sag, may_be = Sag.at(SENSORS, taut), balanced(SENSORS, taut, WEIGHT)
+    assert may_be is not None
+    share = (forces - may_be.first)[loosest] / may_be.change[loosest]
+    assert 0.0 <= share <= 1.0
+    assert may_be.forces(np.array([share]))[0] == pytest.approx(forces, rel=0.02, abs=0.5)
+    by_length = found.lengths - taut.lengths
+    assert sag.excess(forces) == pytest.approx(by_length, rel=0.06, abs=3e-4)
+    assert sag.excess(sag.forces(by_length)) == pytest.approx(by_length, rel=1e-2, abs=2e-4)
+
+
+def test_forces_of_any_share_balance_the_weight() -> None:
+    where = np.array(PLACES[1])
+    taut = taut_at(MODEL, where)
+    may_be = balanced(SENSORS, taut, WEIGHT)
+    assert may_be is not None
+    shares = share_at(np.linspace(0.0, 1.0, 33))
+    assert (np.diff(shares) > 0.0).all()
+    assert (shares + shares[::-1]) == pytest.approx(1.0)
+    for forces in may_be.forces(shares):
+        assert (forces > 0.0).all()
+        pull = -taut.toward.T @ (forces / np.hypot(taut.toward[:, 0], taut.toward[:, 1]))
+        half = 0.5 * float((MODEL.lines.weight * taut.free).sum())
+        assert pull[:2] == pytest.approx([0.0, 0.0], abs=1e-9 * WEIGHT)
+        assert pull[2] == pytest.approx(WEIGHT + half, rel=1e-2)  # the straight line's slope at its sheave, not at B
+
+
+def test_no_forces_hold_a_drum_outside_its_exits() -> None:
+    assert balanced(SENSORS, taut_at(MODEL, np.array([6.0, 0.0, 1.0])), WEIGHT) is None
+
+
+def test_a_slack_line_hangs_at_the_angle_of_its_catenary() -> None:
+    where = np.array(PLACES[0])
+    taut = taut_at(MODEL, where)
+    sag = Sag.at(SENSORS, taut)
+    for excess in (0.005, 0.02, 0.06):
+        force = sag.forces(np.full(MODEL.m, excess))
+        angles = sag.differences(force)
+        for line in range(MODEL.m):
+            exact = catenary_excess(SENSORS, taut, line, float(angles[line]))
+            assert exact == pytest.approx(excess, rel=0.1)
+            assert math.degrees(float(angles[line])) > 0.5
