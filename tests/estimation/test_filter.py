@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from cablewright.choices import SeverityName
 from cablewright.errors import InputError
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import lidar_update, line_update
@@ -21,12 +22,14 @@ from cablewright.estimation.kalman.state import (
     kalman_update,
     passes_gate,
 )
+from cablewright.machine.simulated.severities import with_severity
 from cablewright.robot import load
-from cablewright.signals import Distance, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
+from cablewright.signals import Command, Distance, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
+from cablewright.studies.drive import random_loop
 from cablewright.studies.error_statistics import CHI2_95, bound
 from cablewright.studies.estimator_settings import filter_settings
 from observed import broken, drive, errors, observe
-from twins import SETTINGS, TWIN, changed
+from twins import SETTINGS, TWIN, changed, machine
 
 ROBOT = load("merlet2023")
 KNOWN = filter_settings(ROBOT, SETTINGS)
@@ -357,3 +360,63 @@ def test_the_layout_has_room_for_all() -> None:
 def test_what_is_no_standard_deviation_is_refused() -> None:
     with pytest.raises(InputError, match="travel_noise"):
         FilterSettings(KNOWN.chain, travel_noise=0.0)
+
+
+@pytest.mark.parametrize("severity", ["typical", "rough"])
+def test_a_machine_unlike_its_description_is_found_within_its_covariance(severity: SeverityName) -> None:
+    """The owner knows standard deviations alone; what one machine of many has drawn stays for its whole run."""
+    sizes, known = [], with_severity(TWIN, severity)
+    for seed in (31, 32, 33, 34):
+        recording = drive(12.0, known, seed=seed)
+        found = run(recording, known)
+        assert errors(found, recording, 4.0).max() < 0.03
+        sizes.append(nees(found, recording, 4.0).mean())
+    assert np.sum(sizes) < stats.chi2(3 * len(sizes)).ppf(0.9999)
+
+
+def test_a_survey_whose_walls_contradict_the_scans_is_named_with_both_widths() -> None:
+    shifted = tuple(
+        wall.model_copy(
+            update={"start": (wall.start[0] - 0.05, wall.start[1]), "end": (wall.end[0] - 0.05, wall.end[1])}
+        )
+        if wall.name == "west"
+        else wall
+        for wall in SETTINGS.room.walls
+    )
+    room = TWIN.with_owner(room=SETTINGS.room.model_copy(update={"walls": shifted}))
+    found = run(drive(4.0, room, seed=2))
+    sentences = " ".join(fault.sentence for fault in found[-1].faults)
+    assert "walls 'west' and 'east' are 5.05" in sentences
+    assert "5.000 m by the survey" in sentences
+
+
+def test_a_wall_that_is_far_beyond_its_surveys_deviation_is_named() -> None:
+    room = TWIN.with_owner(room=SETTINGS.room.model_copy(update={"deviation": 5e-4}))
+    off = tuple(
+        wall.model_copy(
+            update={"start": (wall.start[0] - 6e-3, wall.start[1]), "end": (wall.end[0] - 6e-3, wall.end[1])}
+        )
+        if wall.name == "west"
+        else wall
+        for wall in SETTINGS.room.walls
+    )
+    found = run(drive(12.0, room.with_owner(room=room.owner.room.model_copy(update={"walls": off})), seed=2), room)
+    named_walls = {fault.sentence for fault in found[-1].faults if fault.source == "room"}
+    assert any("from where it was surveyed" in sentence for sentence in named_walls)
+
+
+def test_a_shaken_drum_does_not_mislead() -> None:
+    """A refill at once makes it bounce, which no encoder shows."""
+    known = with_severity(TWIN, "rough")
+    way = random_loop(ROBOT, 28.0, 3)
+    twin = machine(
+        known.with_owner(drum=SETTINGS.drum.model_copy(update={"powder": 2.0})), seed=3, start=[*way[0], 1.2]
+    )
+    recording = []
+    for step in range(1600):
+        if step == 600:
+            twin.refill(25.0)
+        frame = twin.step(Command(twin.time, np.zeros(4)))
+        recording.append((frame, twin.truth))
+    found = run(recording, known.with_owner(drum=twin.settings.drum))
+    assert errors(found, recording, 4.0).max() < 0.03
