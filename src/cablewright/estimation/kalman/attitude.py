@@ -6,7 +6,14 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, passes_gate, update_state
+from cablewright.estimation.kalman.state import (
+    FilterSettings,
+    FilterState,
+    diagonal,
+    inflate_shaken,
+    passes_gate,
+    update_state,
+)
 from cablewright.signals import Inertial
 
 _READINGS: Final = 10  # of the accelerometer, for one update
@@ -60,6 +67,8 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     passes, nis = passes_gate(state.P, H, innovation, R)
     if not passes:  # B is shaken in a way that encoders do not show
         R *= nis
+        state.shaken_time = state.last_imu_time
+        inflate_shaken(state)
     update_state(state, "inertial", H, innovation, R)
 
 

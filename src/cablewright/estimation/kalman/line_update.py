@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, share_at
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal, judge, update_state
+from cablewright.estimation.kalman.state import (
+    FilterSettings,
+    FilterState,
+    diagonal,
+    inflate_shaken,
+    judge,
+    update_state,
+)
 from cablewright.solvers.taut import taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
@@ -25,7 +32,8 @@ _PLACES: Final = np.linspace(0.0, 1.0, 80)  # in the range of the unknown force
 _REFINEMENTS: Final = 4
 _ENOUGH: Final = 10  # likely forces
 _UNLIKELY: Final = 12.0  # twice the logarithm of a likelihood below the largest
-_MAX_SHAKEN: Final = 25  # updates in a row that are left out
+_SHAKEN_TIME: Final = 2.0  # s after an acceleration that encoders do not show, without updates
+_MAX_SHAKEN: Final = 50  # updates in a row that are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
 _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
 
@@ -107,15 +115,18 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     may_be = balanced(sensors, state.taut, state.mass * settings.chain.tilt.gravity)
     if may_be is None:
         return
-    found = _mixture(settings, sag, may_be, known, now, measured)
+    found = _mixture(settings, state.mass, sag, may_be, known, now, measured)
+    if state.time - state.shaken_time < _SHAKEN_TIME:
+        return
     count = 0 if found.nis <= _CHI2_OF_LINES else state.rejections.get("line_angles", 0) + 1
     state.rejections["line_angles"] = count
     if 0 < count <= _MAX_SHAKEN:  # forces of a drum that is shaken do not balance its weight
+        inflate_shaken(state)
         return
     if count:  # the position is measured, so lengths must be wrong
         diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)
-    update_state(state, "line_angles", H, found.innovation, np.diag(found.noise), found.spread)
+    update_state(state, "line_angles", H, found.innovation, found.noise, found.spread)
 
 
 class _Angles(NamedTuple):
@@ -130,27 +141,27 @@ class _Mixture(NamedTuple):
     """Moments of the innovations that all forces together give, each weighted by its likelihood."""
 
     innovation: Array  # (m + j,)
-    noise: Array  # (m + j,) variances
+    noise: Array  # (m + j, m + j)
     spread: Array  # (m + j, m + j)
     nis: float  # normalised square of the likeliest innovation
 
 
 def _mixture(
-    settings: FilterSettings, sag: Sag, may_be: Balanced, known: Array, now: Array, measured: _Angles
+    settings: FilterSettings, mass: float, sag: Sag, may_be: Balanced, known: Array, now: Array, measured: _Angles
 ) -> _Mixture:
     """Return the mixture for an excess *now* (m,), m, and *measured* angles.
 
     *known*: their covariance by the state. The grid of forces is refined until several of them are about as likely.
     """
-    places = _PLACES
+    places, weight_sigma = _PLACES, settings.mass_sigma * mass * settings.chain.tilt.gravity
     for _ in range(_REFINEMENTS):
         shares = share_at(places)
         forces = may_be.forces(shares)
-        noise = _noise(settings, sag, forces, measured)
+        noise = _noise(settings, sag, forces, weight_sigma * may_be.by_weight, measured)
         off = np.hstack(
             [sag.excess(forces) - now, measured.angles - sag.differences(forces)[:, measured.lines]]
         )  # (k, m + j)
-        S = known + noise[:, :, None] * np.eye(off.shape[1])
+        S = known + noise
         nis = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
         cost = nis + np.linalg.slogdet(S)[1] - 2.0 * np.log(np.gradient(shares))
         likely = np.flatnonzero(cost <= cost.min() + _UNLIKELY)
@@ -161,13 +172,21 @@ def _mixture(
     weights = np.exp(-0.5 * (cost - cost.min()))
     weights /= weights.sum()
     mean = weights @ off
-    return _Mixture(mean, weights @ noise, (weights * (off - mean).T) @ (off - mean), float(nis.min()))
+    return _Mixture(mean, np.tensordot(weights, noise, 1), (weights * (off - mean).T) @ (off - mean), float(nis.min()))
 
 
-def _noise(settings: FilterSettings, sag: Sag, forces: Array, measured: _Angles) -> Array:
-    """Variances (k, m + j) of excesses, m^2, and of measured angles, rad^2."""
+def _noise(settings: FilterSettings, sag: Sag, forces: Array, unsure: Array, measured: _Angles) -> Array:
+    """Covariances (k, m + j, m + j) of excesses, m, and of measured angles, rad.
+
+    *unsure* (m,), N: standard deviation of all forces together, for a weight that is not known well.
+    """
     stretch, slack = sag.stretching * forces, sag.sagging / forces**2
     repeats = math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL)  # the error is the same in so many updates
     by_length = (repeats * settings.stretch_sigma * stretch) ** 2 + settings.excess_sigma**2 + (0.03 * slack) ** 2
     by_angle = np.broadcast_to(settings.line_angle_sigma**2 + measured.variances, (len(forces), len(measured.lines)))
-    return np.hstack([by_length, by_angle])
+    by_weight = np.hstack([
+        -sag.excess_slopes(forces) * unsure, (sag.difference_slopes(forces) * unsure)[:, measured.lines]
+    ])  # fmt: skip
+    noise = by_weight[:, :, None] * by_weight[:, None, :]
+    np.einsum("kii->ki", noise)[:] += np.hstack([by_length, by_angle])
+    return noise

@@ -46,9 +46,17 @@ class Sag(NamedTuple):
         """Excess (..., m), m, by horizontal *forces* (..., m), N."""
         return np.asarray(self.sagging / forces**2 - self.stretching * forces)
 
+    def excess_slopes(self, forces: Array) -> Array:
+        """Derivative of the excess by the force, m/N."""
+        return np.asarray(-2.0 * self.sagging / forces**3 - self.stretching)
+
     def differences(self, forces: Array) -> Array:
         """Angle near the platform less that of the straight line (..., m), rad."""
         return np.asarray(np.arctan(self.slopes + self.rising / forces) - self.angles)
+
+    def difference_slopes(self, forces: Array) -> Array:
+        """Derivative of the difference by the force, rad/N."""
+        return np.asarray(-self.rising / (forces**2 * (1.0 + (self.slopes + self.rising / forces) ** 2)))
 
     def forces(self, excess: Array) -> Array:
         """Horizontal forces (m,), N, of lines with an *excess* (m,), m."""
@@ -62,6 +70,7 @@ class Balanced(NamedTuple):
 
     first: Array  # (m,) N
     change: Array  # (m,) N
+    by_weight: Array  # (m,) how they grow with the weight
 
     def forces(self, shares: Array) -> Array:
         """Forces (k, m), N, by *shares* (k,)."""
@@ -86,10 +95,11 @@ def balanced(sensors: SlacknessSettings, taut: Taut, weight: float) -> Balanced 
     if pulls.shape[1] != 4:
         return None
     load = np.array([0.0, 0.0, weight + 0.5 * float((lines.weight * taut.free).sum())])
-    some = np.linalg.lstsq(pulls, load, rcond=None)[0]
+    inverse = np.linalg.pinv(pulls)
+    some = inverse @ load
     along = np.linalg.svd(pulls)[2][-1]  # the forces that balance each other
     limits = (_MIN_FORCE - some) / along
     low, high = float(limits[along > 0.0].max(initial=-np.inf)), float(limits[along < 0.0].min(initial=np.inf))
     if not (np.isfinite([low, high]).all() and low < high):
         return None
-    return Balanced(some + low * along, (high - low) * along)
+    return Balanced(some + low * along, (high - low) * along, inverse[:, 2])

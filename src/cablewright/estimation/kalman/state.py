@@ -21,6 +21,7 @@ from cablewright.signals import Scan
 from cablewright.solvers.taut import Taut
 
 _LONG_GAP: Final = 0.15  # s, of a step and a half
+_SHAKEN_SIGMA: Final = 0.01  # m
 INCONSISTENT: Final = f"its readings are over {math.sqrt(LARGE):g} times as far from the estimate as expected"
 _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, exceeded by one of 10 000
 
@@ -43,8 +44,8 @@ class FilterSettings:
     Measurements, besides their sensors' noise: ``wall_sigma`` m and ``wall_angle_sigma`` rad of a wall's line,
     ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
     a tenth of a second, ``swing_sigma`` rad of the drum's swing and ``swing_period`` s, ``line_angle_sigma`` rad of a
-    smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` as a share, ``velocity_sigma`` m/s and ``attitude_sigma``
-    rad of the estimate.
+    smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` and ``mass_sigma`` as shares, ``velocity_sigma`` m/s and
+    ``attitude_sigma`` rad of the estimate.
 
     Without the IMU: ``turn_rate_sigma`` rad/s of the drum, ``skew_time`` s: error of a wall's distance, m, for each
     rad/s during the turn. ``max_position_sigma``: m in space, beyond which the estimate is invalid.
@@ -72,6 +73,7 @@ class FilterSettings:
     swing_period: float = 1.5
     line_angle_sigma: float = math.radians(0.05)
     excess_sigma: float = 5e-4
+    mass_sigma: float = 0.2
     stretch_sigma: float = 0.25
     velocity_sigma: float = 1e-3
     attitude_sigma: float = 1e-4
@@ -180,6 +182,7 @@ class FilterState:
     last_encoder_time: float = -math.inf  # s: of the last encoder reading ...
     last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
     last_imu_time: float = -math.inf  # s: to which the attitude is integrated
+    shaken_time: float = -math.inf  # s: when B was last accelerated in a way that encoders do not show
     imu_gap_end: float = -math.inf  # s: end of the last time without an IMU
     pending_scans: list[Scan] = field(default_factory=list)
     extracted_turn: ExtractedTurn | None = None
@@ -286,6 +289,13 @@ def inject_correction(state: FilterState, correction: Array) -> None:
     state.vertical_mount_error = state.vertical_mount_error + correction[lay.vertical_mount]
     state.zeros = state.zeros + correction[lay.zeros]
     state.clock_error += float(correction[lay.clock])
+
+
+def inflate_shaken(state: FilterState) -> None:
+    """Take B to have moved by what encoders do not show, once, until it is measured again."""
+    position = state.layout.position
+    if float(np.trace(state.P[position, position])) < _SHAKEN_SIGMA**2:
+        inflate_position(state, _SHAKEN_SIGMA)
 
 
 def inflate_position(state: FilterState, deviation: ArrayLike) -> None:
