@@ -6,7 +6,7 @@ import math
 import time
 from array import array
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar, Final
@@ -57,6 +57,8 @@ class Replay(Pictured):
         Figure("robot", "", "Name of the robot.", "head.robot.name"),
         Figure("plant", "", "Plant of the simulated machine.", "head.plant"),
         Figure("seed", "1", "Seed of the simulated machine.", "head.seed"),
+        Figure("severity", "", "How far the simulated machine was off what is described; null of any other machine.",
+               "head.severity"),
         Figure("estimator", "", "The estimator: paper or filter."),
         Figure("steps", "1", "Number of steps in the log."),
         Figure("duration", "s", "Time on the machine's clock at the end.", shown="s"),
@@ -66,6 +68,13 @@ class Replay(Pictured):
                "covariance.", lambda of: of.coverage()[0], "positions within their 95 % ellipsoid", shown="%"),
         Figure("nees", "1", "Mean of the positions' normalised estimation error squared, ideally 3; null without a "
                "covariance.", lambda of: of.coverage()[1], "mean nees (ideally 3)", 3),
+        Figure("consistency", "", "How large each sensor's innovations were at the end; empty for an estimator without "
+               "a covariance.", lambda of: [{"sensor": name, "nis": mean} for name, mean in of.consistency.items()],
+               "innovations at the end", parts=(
+                   Figure("sensor", "", "Name of the sensor."),
+                   Figure("nis", "1", "Mean of its last hundred normalised innovations squared over their degrees of "
+                          "freedom, ideally 1.", name="mean square, by sigma", digits=2),
+               )),
         Figure("static", "", "Position errors of the steps in which the drum stands.",
                lambda of: of.errors_while(moving=False), "position errors while the drum stands",
                parts=POSITION_ERRORS),
@@ -122,6 +131,7 @@ class Replay(Pictured):
     taut lines would have, and the measured ones."""
     errors: Array
     """Of k counted steps, (k, 12 + m): the columns of `column`, then relative errors of the winch drums' radii."""
+    consistency: Mapping[str, float]  # of the last estimate
 
     @property
     def status(self) -> str:
@@ -211,7 +221,7 @@ class Replay(Pictured):
         return (float(np.mean(nees <= CHI2_95)), float(nees.mean())) if len(nees) else (math.nan, math.nan)
 
 
-_OF_LOG = ("log", "robot", "plant", "seed", "steps", "duration", "lines", "notes")
+_OF_LOG = ("log", "robot", "plant", "seed", "severity", "steps", "duration", "lines", "notes")
 _OF_ESTIMATOR = tuple(each for each in Replay.FIGURES if each.key not in _OF_LOG or each.key == "lines")
 
 
@@ -291,7 +301,7 @@ def replay(
         return Replay(
             log, head, estimator, tuple(entries.notes), found.steps, found.duration, found.valid, found.begin,
             found.slack_steps, found.faults, np.array(found.step_times), found.trace,
-            np.array(found.errors).reshape(-1, len(_COLUMNS) + head.robot.m),
+            np.array(found.errors).reshape(-1, len(_COLUMNS) + head.robot.m), found.consistency,
         )  # fmt: skip
 
 
@@ -306,6 +316,7 @@ class _Collector:
         self.step_times = array("d")
         self.trace: list[tuple[float, ...]] = []
         self.errors = array("d")  # row after row
+        self.consistency: Mapping[str, float] = {}
         self._turns = dict.fromkeys(lidars, 0)
         self._recent: deque[tuple[float, Array]] = deque()
         self._angles = np.full(m, np.nan)
@@ -315,7 +326,7 @@ class _Collector:
         """Add one step."""
         now = entry.frame.time
         self.steps += 1
-        self.duration = now
+        self.duration, self.consistency = now, estimate.consistency
         self.step_times.append(seconds)
         count_faults(self.faults, estimate.faults, now)
         for scan in entry.frame.of(Scan):
