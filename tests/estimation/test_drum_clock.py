@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 import numpy as np
@@ -27,7 +28,8 @@ def drive(ahead: float, drift: float, seconds: float, jump: float = 0.0, at: flo
         while sent and sent[0][0] <= now:
             here.append(sent.popleft()[1:])
         corrected = clock.corrected(tuple(reading for _, reading in here), now)
-        for (was, _), reading in zip(here, corrected, strict=True):
+        assert len(corrected) == len(here) or at <= now < at + 1.0  # when the clock was set, for two frames
+        for (was, _), reading in zip(here[-len(corrected) :], corrected, strict=False):
             assert reading.time <= now - LATENCY + 1e-9, "no reading is faster than the link"
             if now > 10.0 and not at < now < at + 30.0:
                 worst = max(worst, abs(reading.time - was))
@@ -61,3 +63,29 @@ def test_only_the_drums_readings_are_moved() -> None:
     moved, same = clock.corrected((imu, encoders), 1.0)
     assert moved.time == pytest.approx(1.0)
     assert same is encoders
+
+
+@pytest.mark.parametrize("stamp", [1000.0, math.inf, math.nan])
+def test_one_wrong_stamp_moves_nothing(stamp: float) -> None:
+    clock, none = DrumClock(ClockSettings(0.01, 0.0, 0.0)), frozen(np.zeros(3))
+    for step in range(1000):
+        now = step * PERIOD
+        wrong = step == 500
+        imu = Inertial(stamp if wrong else now + 0.02, none, none)
+        corrected = clock.corrected((imu,), now)
+        if step > 5 and not wrong:
+            assert corrected[0].time == pytest.approx(now, abs=PERIOD)
+        if wrong:
+            assert not any(math.isfinite(reading.time) and reading.time > 900.0 for reading in corrected)
+
+
+def test_a_late_link_is_no_clock_set_back_and_the_doubt_is_told() -> None:
+    clock, none = DrumClock(ClockSettings(0.01, 0.0, 0.0)), frozen(np.zeros(3))
+    for step in range(3000):
+        now = step * PERIOD
+        late = 0.25 if 1000 <= step < 1700 else 0.0
+        clock.corrected((Inertial(now - late, none, none),), now)
+        assert clock.ahead == pytest.approx(0.0, abs=PERIOD)
+        if 1400 < step < 1700:
+            assert clock.doubt > 0.2
+    assert clock.doubt < 0.02

@@ -136,6 +136,7 @@ def test_derivatives_of_walls_are_those_of_differences(whole: Any, later: Filter
         *range(lay.range_bias.start, lay.range_bias.stop),
         *range(lay.walls.start, lay.walls.stop),
         *range(lay.mounts.start, lay.mounts.stop),
+        lay.clock,
     ]
     for part in parts:
         step = 1e-2 if lay.radii.start <= part < lay.radii.stop else 1e-3

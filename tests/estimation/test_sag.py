@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from cablewright.estimation.kalman.sag import Sag, balanced, share_at
+from cablewright.estimation.kalman.sag import Sag, balanced, each_alone, share_at
 from cablewright.estimation.slackness import catenary_excess
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
@@ -37,7 +38,7 @@ def test_the_forces_of_an_equilibrium_are_among_those_that_balance(
     found, taut = held.checked(), taut_at(MODEL, where)
     lines = LineStates(found.states)
     forces = np.exp(lines.log_tension) * np.cos(lines.free_angle)
-    sag, may_be = Sag.at(SENSORS, taut), balanced(SENSORS, taut, WEIGHT)
+    sag, may_be = Sag.at(SENSORS, taut), balanced(SENSORS, taut, WEIGHT, 0.2 * WEIGHT)
     assert may_be is not None
     share = (forces - may_be.first)[loosest] / may_be.change[loosest]
     assert 0.0 <= share <= 1.0
@@ -50,7 +51,7 @@ def test_the_forces_of_an_equilibrium_are_among_those_that_balance(
 def test_forces_of_any_share_balance_the_weight() -> None:
     where = np.array(PLACES[1])
     taut = taut_at(MODEL, where)
-    may_be = balanced(SENSORS, taut, WEIGHT)
+    may_be = balanced(SENSORS, taut, WEIGHT, 0.2 * WEIGHT)
     assert may_be is not None
     shares = share_at(np.linspace(0.0, 1.0, 33))
     assert (np.diff(shares) > 0.0).all()
@@ -64,7 +65,7 @@ def test_forces_of_any_share_balance_the_weight() -> None:
 
 
 def test_no_forces_hold_a_drum_outside_its_exits() -> None:
-    assert balanced(SENSORS, taut_at(MODEL, np.array([6.0, 0.0, 1.0])), WEIGHT) is None
+    assert balanced(SENSORS, taut_at(MODEL, np.array([6.0, 0.0, 1.0])), WEIGHT, 1.0) is None
 
 
 def test_a_slack_line_hangs_at_the_angle_of_its_catenary() -> None:
@@ -78,3 +79,25 @@ def test_a_slack_line_hangs_at_the_angle_of_its_catenary() -> None:
             exact = catenary_excess(SENSORS, taut, line, float(angles[line]))
             assert exact == pytest.approx(excess, rel=0.1)
             assert math.degrees(float(angles[line])) > 0.5
+
+
+def test_three_lines_have_one_balance_and_five_none() -> None:
+    def robot_of(lines: int) -> Model:
+        every = (*ROBOT.lines, ROBOT.lines[0].model_copy(update={"name": "fifth"}))
+        return Model(with_drum_mass(ROBOT, SETTINGS).model_copy(update={"lines": every[:lines]}))
+
+    where = np.array([1.2, -2.0, 1.0])  # between the first three exits
+    for lines in (3, 5):
+        model = robot_of(lines)
+        sensors, taut = dataclasses.replace(SENSORS, model=model), taut_at(model, where)
+        may_be = balanced(sensors, taut, WEIGHT, 1.0)
+        if lines == 5:
+            assert may_be is None
+            continue
+        held = solve_inverse(model, where).checked()
+        states = LineStates(held.states)
+        assert may_be is not None
+        assert may_be.first == pytest.approx(np.exp(states.log_tension) * np.cos(states.free_angle), rel=0.02, abs=0.5)
+        assert not may_be.change.any()
+    alone = each_alone(np.array([3.0, 200.0]))
+    assert alone.forces(np.array([0.0, 1.0])).tolist() == [[3.0, 200.0]] * 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
@@ -14,10 +15,12 @@ from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.robot import Line
-from cablewright.signals import Encoders, Inertial, Reading, Scan, SensorFrame
+from cablewright.signals import Encoders, Inertial, LineAngles, Reading, Scan, SensorFrame
 
 HISTORY_LENGTH: Final = 1500
 """Rows of a `TimeBuffer`: 15 s at 10 ms."""
+MAX_LEAP: Final = 1e6
+"""Time between two frames, s, from which the clock was set."""
 LONG_STEP: Final = 0.05
 """Time step, s, beyond which all lidar turns are processed in the step that they arrive in."""
 
@@ -30,6 +33,7 @@ class ReadingChecks:
 
     monitor: FaultMonitor
     clock: DrumClock | None = None
+    lines: int = 0
     last_imu: Inertial | None = None
     imu_repeats: int = 0  # identical to the last bit
     imu_outliers: int = 0  # implausible
@@ -39,7 +43,26 @@ class ReadingChecks:
     def accepted(self, frame: SensorFrame) -> Iterator[Reading]:
         """Yield a frame's readings by the machine's clock, as `FaultMonitor.accepted`."""
         readings = frame.readings if self.clock is None else self.clock.corrected(frame.readings, frame.time)
-        return self.monitor.accepted(readings, frame.time)
+        return filter(self._fits, self.monitor.accepted(readings, frame.time))
+
+    def has_time(self, frame: SensorFrame) -> bool:
+        """Whether a frame has a time; one without is reported."""
+        if math.isfinite(frame.time):
+            return True
+        self.monitor.report("clock", "none", f"a frame of {frame.time:g} s: not used")
+        return False
+
+    def _fits(self, reading: Reading) -> bool:
+        """Whether a reading has a number for each line; another one is reported."""
+        if not isinstance(reading, Encoders | LineAngles):
+            return True
+        source, count = (
+            ("encoders", len(reading.counts)) if isinstance(reading, Encoders) else ("line_angles", len(reading.angles))
+        )
+        if count == self.lines:
+            return True
+        self.monitor.report(source, "lines", f"a reading of {count} lines, where there are {self.lines}: not used")
+        return False
 
     def reset(self) -> None:
         """Remove the last readings, because the clock was reset."""

@@ -26,6 +26,7 @@ from cablewright.solvers.taut import Taut
 _MIN_SLOPE: Final = 1e-6  # difference of slopes below which a line counts as straight
 _MAX_REPEATS: Final = 10  # identical readings in a row: a sensor with noise gives none
 _MAX_OUTLIERS: Final = 5  # readings in a row beyond the gate before they are accepted
+_FIRST_SIGMA: Final = math.radians(5.0)  # of one reading of a line that vibrates
 _SCATTER_TIMES: Final = 5.0  # smoothing times over which the scatter of readings is averaged
 _MAX_ITERATIONS: Final = 6
 _TOLERANCE: Final = 1e-6  # rad, of the angle that an excess has to give
@@ -69,7 +70,8 @@ class SlacknessState(NamedTuple):
     last_angles: Array  # rad: of the last reading
     repeats: NDArray[np.int64]  # identical readings in a row
     outliers: NDArray[np.int64]  # readings in a row beyond the gate
-    variances: Array  # rad^2, of the smoothed differences, by the scatter of readings about them
+    scatter: Array  # rad^2, of single readings about the smoothed differences
+    variances: Array  # rad^2, of these
     time: float
 
     @property
@@ -83,7 +85,8 @@ def start(settings: SlacknessSettings) -> SlacknessState:
     m = settings.model.m
     nothing = np.full(m, np.nan)
     zeros = np.zeros(m, dtype=np.int64)
-    return SlacknessState(nothing, nothing, np.full(m, -np.inf), nothing, zeros, zeros, np.zeros(m), -math.inf)
+    unsure = np.full(m, _FIRST_SIGMA**2)
+    return SlacknessState(nothing, nothing, np.full(m, -np.inf), nothing, zeros, zeros, unsure, unsure, -math.inf)
 
 
 def restarted(state: SlacknessState) -> SlacknessState:
@@ -110,13 +113,14 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     base = np.where(restart, difference, state.differences)
     off = np.where(accepted, difference - base, 0.0)
     smoothed = np.where(accepted, base + gain * off, state.differences)
-    scatter = gain / (2.0 - gain) * off**2  # as of independent readings
-    share = np.where(accepted, gain / _SCATTER_TIMES, 0.0)
-    variances = state.variances + share * (scatter - state.variances)
+    share = np.where(accepted & ~restart, gain / _SCATTER_TIMES, 0.0)
+    scatter = state.scatter + share * (off**2 - state.scatter)
+    mixed = (1.0 - gain) ** 2 * state.variances + gain**2 * scatter  # of independent readings
+    variances = np.where(accepted, mixed, state.variances)
     times = np.where(accepted, reading.time, state.last_times)
     excess = np.where(reading.time - times > settings.timeout, np.nan, parabolic_excess(settings, taut, smoothed))
     outliers, last = np.where(accepted, 0, outliers), np.where(known, angles, state.last_angles)
-    return SlacknessState(smoothed, excess, times, last, repeats, outliers, variances, reading.time)
+    return SlacknessState(smoothed, excess, times, last, repeats, outliers, scatter, variances, reading.time)
 
 
 def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array) -> Array:

@@ -31,7 +31,6 @@ _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
 _TOLERANCE: Final = 1e-6  # m, of faces on one line
 _RADIUS_BOUNDS: Final = (0.8, 1.5)  # times the bare drum's radius
 _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
-_DRIFT_TIME: Final = 3600.0  # s over which the drum's clock is off by its drift too
 _HORIZONTAL: Final = ("north", "south")
 
 
@@ -103,8 +102,6 @@ def filter_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[La
         sigmas["distance_sigma"] = max(settings.distance.deviation, 1e-4)
     if settings.line_angles is not None:
         sigmas["zero_sigma"] = settings.line_angles.bias
-    if settings.clock is not None:
-        sigmas["clock_sigma"] = math.hypot(settings.clock.offset, settings.clock.drift * _DRIFT_TIME)
     return FilterSettings(chain, **sigmas)
 
 

@@ -25,6 +25,7 @@ from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallS
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     LONG_STEP,
+    MAX_LEAP,
     ReadingChecks,
     accept_imu,
     drum_rotation,
@@ -69,7 +70,9 @@ def start(settings: ObserverSettings) -> ObserverState:
     localisation.step(settings.walls, localisation.start(), _SQUARE_ROOM)
     return ObserverState(
         ReadingChecks(
-            FaultMonitor(dict(settings.timeouts)), None if settings.clock is None else DrumClock(settings.clock)
+            FaultMonitor(dict(settings.timeouts)),
+            None if settings.clock is None else DrumClock(settings.clock),
+            settings.model.m,
         ),
         localisation.start(),
         no_reading,
@@ -82,7 +85,9 @@ def start(settings: ObserverSettings) -> ObserverState:
 
 def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -> Estimate:
     """Return the estimate after one frame; *state* changes in place. No frame raises an error; faults are reported."""
-    if not frame.time > state.time:
+    if not state.checks.has_time(frame):
+        return _estimate(settings, state)
+    if not 0.0 < frame.time - state.time <= MAX_LEAP and math.isfinite(state.time):
         _restart_clock(state, frame.time)
     dt = frame.time - state.time if math.isfinite(state.time) else 0.0
     state.time = frame.time

@@ -9,15 +9,19 @@ import numpy as np
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
+    apply_update,
     diagonal,
     inflate_shaken,
+    judge,
     passes_gate,
-    update_state,
 )
 from cablewright.signals import Inertial
 
 _READINGS: Final = 10  # of the accelerometer, for one update
 _INTERVAL: Final = 0.1  # s between updates
+_QUIET_TIME: Final = 3.0  # s without shaking, after which it begins anew
+_MAX_SHAKING: Final = 20.0  # s
+_MAX_NIS: Final = 40.0  # of one update, as it counts for the sensor's consistency
 _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
 
 
@@ -67,9 +71,21 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     passes, nis = passes_gate(state.P, H, innovation, R)
     if not passes:  # B is shaken in a way that encoders do not show
         R *= nis
-        state.shaken_time = state.last_imu_time
-        inflate_shaken(state)
-    update_state(state, "inertial", H, innovation, R)
+        _note_shaking(state)
+    judge(state, "inertial", min(nis, _MAX_NIS), len(innovation))
+    apply_update(state, H, innovation, R)
+
+
+def _note_shaking(state: FilterState) -> None:
+    """Note that B is shaken; what lasts longer than any shaking is the sensor's fault."""
+    now = state.last_imu_time
+    if now - state.shaken_time > _QUIET_TIME:
+        state.shaken_since = now
+    if now - state.shaken_since > _MAX_SHAKING:
+        state.monitor.report("inertial", "shaken", "measures accelerations that nothing else shows: not used")
+        return
+    state.shaken_time = now
+    inflate_shaken(state)
 
 
 def predict_without_imu(settings: FilterSettings, state: FilterState, time: float) -> None:

@@ -20,10 +20,11 @@ from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.state import ObserverState
 from cablewright.estimation.drum_clock import DrumClock
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, inflate_position
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, diagonal, inflate_position
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     LONG_STEP,
+    MAX_LEAP,
     accept_imu,
     drum_rotation,
     queue_scan,
@@ -53,6 +54,7 @@ _GROUND_SIGMA: Final = 0.1  # m, of the ground under the valve at the start
 _MAX_GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not relied on
 _JUMP_YAW: Final = math.radians(2.0)  # deviation of yaw while the clock jumped
 _DOUBTFUL_TURNS: Final = 2  # rejected turns in a row after which position and yaw are as uncertain as at the start
+_WALK: Final = 0.1 / math.sqrt(60.0)  # of each constant's first deviation, per root second: no model is exact
 _CLOCK_TIME: Final = 60.0  # s over which the drum's clock wanders
 _MIN_TRACKING_TIME: Final = 10.0  # s between two initialisations
 _WINCH_DRIFT: Final = 5e-3  # m per root second, of a length whose winch is not measured
@@ -86,12 +88,11 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         if not _initialise(settings, state, state.chain, frame.time):
             return replace(estimate, valid=False)
         return _estimate(settings, state)
-    if not frame.time > state.time:
-        _restart_clock(state, frame.time)
-    dt = frame.time - state.time if math.isfinite(state.time) else 0.0
-    _advance_clock(settings, state, frame.time, dt)
+    if not state.checks.has_time(frame):
+        return _estimate(settings, state)
+    dt = _advance_clock(settings, state, frame.time)
     line_angles = []
-    for reading in _accepted(settings, state, frame, dt):
+    for reading in _accepted(state, frame, dt):
         if isinstance(reading, LineAngles):
             line_angles.append(reading)
         else:
@@ -116,31 +117,32 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
     return _estimate(settings, state)
 
 
-def _accepted(settings: FilterSettings, state: FilterState, frame: SensorFrame, dt: float) -> Iterator[Reading]:
+def _accepted(state: FilterState, frame: SensorFrame, dt: float) -> Iterator[Reading]:
     """Yield the frame's readings by the machine's clock; the drum's wanders off within the bounds of its lag."""
     clock, at = state.checks.clock, state.layout.clock
+    diagonal(state.P)[state.layout.walls.start : at] += _WALK**2 * dt * state.constant_variances
     if clock is not None:
         keep = math.exp(-dt / _CLOCK_TIME)
         state.clock_error *= keep
         state.P[at] *= keep
         state.P[:, at] *= keep
-        state.P[at, at] += (1.0 - keep * keep) * _clock_variance(settings, clock)
+        state.P[at, at] += (1.0 - keep * keep) * clock.sigma**2
+        state.P[at, at] = max(state.P[at, at], clock.doubt**2)
     return state.checks.accepted(frame)
 
 
-def _clock_variance(settings: FilterSettings, clock: DrumClock) -> float:
-    """Variance, s^2, of how far the drum's clock may be off: of its offset, or within the bounds of its lag."""
-    return min(settings.clock_sigma, 0.5 * clock.period) ** 2
-
-
-def _advance_clock(settings: FilterSettings, state: FilterState, now: float, dt: float) -> None:
-    """Advance the clock to *now*, s, by *dt*."""
+def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> float:
+    """Advance the clock to *now*, s; return by how much, 0 where it was set."""
+    if not 0.0 < now - state.time <= MAX_LEAP and math.isfinite(state.time):
+        _restart_clock(state, now)
+    dt = now - state.time if math.isfinite(state.time) else 0.0
     state.time, state.max_gap = now, max(_MAX_GAP, 1.5 * dt)
     if now - state.slackness.time > settings.chain.slackness.timeout:
         state.slackness = state.slackness._replace(excess=np.full_like(state.slackness.excess, np.nan))
     if state.has_long_steps:  # the gyro, read once a step, does not measure the rotation
         yaw = state.layout.yaw
         state.P[yaw, yaw] += (settings.turn_rate_sigma * dt) ** 2
+    return dt
 
 
 def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverState, now: float) -> bool:
@@ -168,6 +170,7 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     state.last_imu_time = now if checks.last_imu is None else checks.last_imu.time
     state.settling_start, state.last_position_time, state.coasting = now, now, False
     state.extracted_turn = None
+    state.shaken_time = state.shaken_since = -math.inf
     state.pending_scans.clear()
     state.rejections.clear()
     state.last_wall_times = dict.fromkeys({wall.kind for wall in settings.chain.walls.room.walls}, now)
@@ -175,6 +178,7 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     if state.taut is None:
         return False
     state.P = _initial_covariance(settings, lay, state.taut.toward, checks.clock)
+    state.constant_variances = diagonal(state.P)[lay.walls.start : lay.clock].copy()
     state.chain = None
     return True
 
@@ -196,7 +200,7 @@ def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array, cl
         own = settings.chain.height
         sigma[lay.vertical_mount] = np.repeat([own.place_sigma, own.turn_sigma], 3)
     sigma[lay.zeros] = settings.zero_sigma
-    sigma[lay.clock] = 0.0 if clock is None else math.sqrt(_clock_variance(settings, clock))
+    sigma[lay.clock] = 0.0 if clock is None else clock.sigma
     P = np.diag(sigma**2)
     rows = np.r_[lay.position, lay.lengths]
     spread = np.vstack([np.eye(3), toward])
@@ -228,7 +232,7 @@ def _restart_clock(state: FilterState, now: float) -> None:
     state.measured_tilts.clear()
     state.slackness = slackness.restarted(state.slackness)
     state.extracted_turn = None
-    state.taut_time = state.last_angle_time = -math.inf
+    state.taut_time = state.last_angle_time = state.shaken_time = state.shaken_since = -math.inf
     state.time = -math.inf
     state.last_encoder_time = state.last_motion_time = state.last_imu_time = now
     state.last_position_time = state.settling_start = now

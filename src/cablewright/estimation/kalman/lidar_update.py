@@ -17,6 +17,7 @@ from cablewright.estimation.chain.state import ExtractedTurn
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
+    moving_velocity,
     passes_gate,
     update_state,
 )
@@ -201,7 +202,8 @@ def _wall_observation(
     first = lay.mounts.start + 3 * one.lidar
     H[1, first : first + 2] = nx * c + ny * s, ny * c - nx * s
     H[0, first + 2] = 1.0
-    H[1, lay.clock] = -float(toward @ state.drum_rates)
+    H[1, lay.clock] = by_clock = -float(n @ moving_velocity(state)[:2])
+    off += by_clock * state.clock_error
     R = line.covariance + settings.wall_angle_sigma**2 * _lever_covariance(along)
     R[1, 1] += settings.wall_sigma**2
     _add_motion_noise(settings, state, sweep, extracted.scan.begin, since_middle, R)

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, share_at
+from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone, share_at
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
+    apply_update,
     diagonal,
     inflate_shaken,
     judge,
-    update_state,
 )
 from cablewright.solvers.taut import taut_at
 
@@ -32,6 +32,7 @@ _PLACES: Final = np.linspace(0.0, 1.0, 80)  # in the range of the unknown force
 _REFINEMENTS: Final = 4
 _ENOUGH: Final = 10  # likely forces
 _UNLIKELY: Final = 12.0  # twice the logarithm of a likelihood below the largest
+_SHAPE_ERROR: Final = 0.01  # of an angle near the platform
 _SHAKEN_TIME: Final = 2.0  # s after an acceleration that encoders do not show, without updates
 _MAX_SHAKEN: Final = 50  # updates in a row that are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
@@ -112,10 +113,9 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     known = H @ state.P @ H.T
     angles = (state.slackness.differences - state.zeros)[lines]
     measured = _Angles(lines, angles, state.slackness.variances[lines])
-    may_be = balanced(sensors, state.taut, state.mass * settings.chain.tilt.gravity)
-    if may_be is None:
-        return
-    found = _mixture(settings, state.mass, sag, may_be, known, now, measured)
+    weight = state.mass * settings.chain.tilt.gravity
+    may_be = balanced(sensors, state.taut, weight, settings.mass_sigma * weight) or each_alone(sag.forces(now))
+    found = _mixture(settings, sag, may_be, known, now, measured)
     if state.time - state.shaken_time < _SHAKEN_TIME:
         return
     count = 0 if found.nis <= _CHI2_OF_LINES else state.rejections.get("line_angles", 0) + 1
@@ -125,8 +125,10 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         return
     if count:  # the position is measured, so lengths must be wrong
         diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
+        zeros = diagonal(state.P)[lay.zeros]
+        zeros[lines] = np.minimum(zeros[lines] + found.innovation[m:] ** 2, settings.zero_sigma**2)
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)
-    update_state(state, "line_angles", H, found.innovation, found.noise, found.spread)
+    apply_update(state, H, found.innovation, found.noise, found.spread)
 
 
 class _Angles(NamedTuple):
@@ -147,17 +149,17 @@ class _Mixture(NamedTuple):
 
 
 def _mixture(
-    settings: FilterSettings, mass: float, sag: Sag, may_be: Balanced, known: Array, now: Array, measured: _Angles
+    settings: FilterSettings, sag: Sag, may_be: Balanced, known: Array, now: Array, measured: _Angles
 ) -> _Mixture:
     """Return the mixture for an excess *now* (m,), m, and *measured* angles.
 
     *known*: their covariance by the state. The grid of forces is refined until several of them are about as likely.
     """
-    places, weight_sigma = _PLACES, settings.mass_sigma * mass * settings.chain.tilt.gravity
+    places = _PLACES
     for _ in range(_REFINEMENTS):
         shares = share_at(places)
         forces = may_be.forces(shares)
-        noise = _noise(settings, sag, forces, weight_sigma * may_be.by_weight, measured)
+        noise = _noise(settings, sag, forces, may_be.unsure, measured)
         off = np.hstack(
             [sag.excess(forces) - now, measured.angles - sag.differences(forces)[:, measured.lines]]
         )  # (k, m + j)
@@ -178,15 +180,15 @@ def _mixture(
 def _noise(settings: FilterSettings, sag: Sag, forces: Array, unsure: Array, measured: _Angles) -> Array:
     """Covariances (k, m + j, m + j) of excesses, m, and of measured angles, rad.
 
-    *unsure* (m,), N: standard deviation of all forces together, for a weight that is not known well.
+    *unsure* (m, j), N: what is not sure in the forces, as in `Balanced`.
     """
     stretch, slack = sag.stretching * forces, sag.sagging / forces**2
     repeats = math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL)  # the error is the same in so many updates
     by_length = (repeats * settings.stretch_sigma * stretch) ** 2 + settings.excess_sigma**2 + (0.03 * slack) ** 2
-    by_angle = np.broadcast_to(settings.line_angle_sigma**2 + measured.variances, (len(forces), len(measured.lines)))
-    by_weight = np.hstack([
-        -sag.excess_slopes(forces) * unsure, (sag.difference_slopes(forces) * unsure)[:, measured.lines]
-    ])  # fmt: skip
-    noise = by_weight[:, :, None] * by_weight[:, None, :]
-    np.einsum("kii->ki", noise)[:] += np.hstack([by_length, by_angle])
+    shape = repeats * _SHAPE_ERROR * sag.differences(forces)[:, measured.lines]  # no line is a parabola
+    own = settings.line_angle_sigma**2 + shape**2 + measured.variances
+    slopes = np.hstack([-sag.excess_slopes(forces), sag.difference_slopes(forces)[:, measured.lines]])  # (k, m + j)
+    moved = slopes[:, :, None] * np.vstack([unsure, unsure[measured.lines]])
+    noise = moved @ moved.transpose(0, 2, 1)
+    np.einsum("kii->ki", noise)[:] += np.hstack([by_length, own])
     return noise

@@ -18,6 +18,7 @@ from cablewright.solvers.taut import Taut
 
 _FORCES: Final = np.geomspace(0.2, 2e4, 160)  # N: of the tables by which an excess gives the force
 _MIN_FORCE: Final = 0.5  # N, of a line that hangs as a parabola
+_FREEDOMS: Final = 3
 _LEAST_SHARE: Final = 1e-4  # of the range of the unknown force
 
 
@@ -66,11 +67,11 @@ class Sag(NamedTuple):
 
 
 class Balanced(NamedTuple):
-    """All horizontal forces that hold the drum at one position: ``first + share * change`` with a share from 0 to 1."""
+    """Horizontal forces that may be: ``first + share * change``, a share from 0 to 1, and what is not sure in them."""
 
     first: Array  # (m,) N
     change: Array  # (m,) N
-    by_weight: Array  # (m,) how they grow with the weight
+    unsure: Array  # (m, j) N: how they change with j numbers of standard deviation 1
 
     def forces(self, shares: Array) -> Array:
         """Forces (k, m), N, by *shares* (k,)."""
@@ -84,22 +85,30 @@ def share_at(places: Array) -> Array:
     return np.asarray(np.where(places <= 0.5, share, 1.0 - share))
 
 
-def balanced(sensors: SlacknessSettings, taut: Taut, weight: float) -> Balanced | None:
-    """Return the forces that hold a *weight*, N, at one position by one line more than freedoms.
+def balanced(sensors: SlacknessSettings, taut: Taut, weight: float, weight_sigma: float) -> Balanced | None:
+    """Return the forces that hold a *weight*, N, at one position, known to *weight_sigma*, N, by at most four lines.
 
-    None for another number of lines, or where no forces of pulling lines hold it.
+    None for more lines, or where no forces of pulling lines hold it.
     """
     lines = sensors.model.lines
     level = np.hypot(taut.toward[:, 0], taut.toward[:, 1])
     pulls = np.vstack([-(taut.toward[:, :2] / level[:, None]).T, -np.tan(taut.angles)])  # (3, m) per force
-    if pulls.shape[1] != 4:
+    m = pulls.shape[1]
+    if m > _FREEDOMS + 1:
         return None
     load = np.array([0.0, 0.0, weight + 0.5 * float((lines.weight * taut.free).sum())])
     inverse = np.linalg.pinv(pulls)
-    some = inverse @ load
+    some, unsure = inverse @ load, weight_sigma * inverse[:, 2:]
+    if m <= _FREEDOMS:
+        return Balanced(some, np.zeros(m), unsure) if (some >= _MIN_FORCE).all() else None
     along = np.linalg.svd(pulls)[2][-1]  # the forces that balance each other
     limits = (_MIN_FORCE - some) / along
     low, high = float(limits[along > 0.0].max(initial=-np.inf)), float(limits[along < 0.0].min(initial=np.inf))
     if not (np.isfinite([low, high]).all() and low < high):
         return None
-    return Balanced(some + low * along, (high - low) * along, inverse[:, 2])
+    return Balanced(some + low * along, (high - low) * along, unsure)
+
+
+def each_alone(forces: Array) -> Balanced:
+    """Return *forces* (m,), N, of which nothing is sure: a line's angle then shows its own excess alone."""
+    return Balanced(forces, np.zeros(len(forces)), np.diag(forces))

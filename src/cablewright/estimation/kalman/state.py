@@ -38,8 +38,7 @@ class FilterSettings:
     of the ground under the valve; ``gyro_noise`` rad per root second.
 
     Initial: ``radius_sigma`` as a share, ``gyro_bias_sigma`` rad/s, ``accelerometer_bias_sigma`` rad of tilt,
-    ``height_bias_sigma`` m of the vertical lidar's range, ``zero_sigma`` rad of each line accelerometer's zero,
-    ``clock_sigma`` s of the drum's clock.
+    ``height_bias_sigma`` m of the vertical lidar's range, ``zero_sigma`` rad of each line accelerometer's zero.
 
     Measurements, besides their sensors' noise: ``wall_sigma`` m and ``wall_angle_sigma`` rad of a wall's line,
     ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
@@ -66,7 +65,6 @@ class FilterSettings:
     height_sigma: float = 1e-4
     height_bias_sigma: float = 2e-3
     zero_sigma: float = 0.0
-    clock_sigma: float = 0.0
     distance_sigma: float = 2e-3
     gravity_sigma: float = 1e-3
     swing_sigma: float = 1e-3
@@ -84,7 +82,7 @@ class FilterSettings:
     def __post_init__(self) -> None:
         """Refuse numbers that are not positive and finite."""
         for name, value in vars(self).items():
-            if name in ("zero_sigma", "clock_sigma"):
+            if name == "zero_sigma":
                 if not 0.0 <= value < math.inf:
                     raise InputError(f"{name} = {value:g}: a finite number from 0 on is expected")
             elif name != "chain" and not 0.0 < value < math.inf:
@@ -170,6 +168,7 @@ class FilterState:
     vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
     zeros: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad
     clock_error: float = 0.0  # s
+    constant_variances: Array = field(default_factory=lambda: np.zeros(0))  # at first, from `Layout.walls` to `zeros`
     consistency: Consistency = field(default_factory=Consistency)
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
@@ -183,6 +182,7 @@ class FilterState:
     last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
     last_imu_time: float = -math.inf  # s: to which the attitude is integrated
     shaken_time: float = -math.inf  # s: when B was last accelerated in a way that encoders do not show
+    shaken_since: float = -math.inf  # s: when that began
     imu_gap_end: float = -math.inf  # s: end of the last time without an IMU
     pending_scans: list[Scan] = field(default_factory=list)
     extracted_turn: ExtractedTurn | None = None
@@ -249,14 +249,21 @@ def passes_gate(P: Array, H: Array, innovation: Array, R: Array) -> tuple[bool, 
     return nis <= _CHI2[len(innovation)], nis
 
 
-def update_state(
-    state: FilterState, sensor: str, H: Array, innovation: Array, R: Array, spread: Array | None = None
-) -> None:
-    """Update the state and its covariance by one measurement of a *sensor*, as `kalman_update`."""
-    if spread is None:
-        judge(state, sensor, passes_gate(state.P, H, innovation, R)[1], len(innovation))
+def update_state(state: FilterState, sensor: str, H: Array, innovation: Array, R: Array) -> None:
+    """Judge a *sensor* by one measurement, and update the state by it."""
+    judge(state, sensor, passes_gate(state.P, H, innovation, R)[1], len(innovation))
+    apply_update(state, H, innovation, R)
+
+
+def apply_update(state: FilterState, H: Array, innovation: Array, R: Array, spread: Array | None = None) -> None:
+    """Update the state and its covariance by one measurement, as `kalman_update`."""
     correction, state.P = kalman_update(state.P, H, innovation, R, spread)
     inject_correction(state, correction)
+
+
+def moving_velocity(state: FilterState) -> Array:
+    """Velocity (3,) of B, m/s: by the winches, or its own state while no encoder tells it."""
+    return state.velocity if state.coasting else np.asarray(state.jacobian @ (state.radii * state.drum_rates))
 
 
 def judge(state: FilterState, sensor: str, nis: float, freedoms: int) -> None:

@@ -14,7 +14,14 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.estimation.height import FLOOR_MAJORITY, HeightSettings, floor_points, height_over_structure, tilted
 from cablewright.estimation.kalman.lidar_update import gated_update, noise_factor
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, inflate_position, passes_gate
+from cablewright.estimation.kalman.state import (
+    FilterSettings,
+    FilterState,
+    MotionSince,
+    inflate_position,
+    moving_velocity,
+    passes_gate,
+)
 from cablewright.signals import Scan
 
 _RINGS: Final = (
@@ -28,6 +35,7 @@ _GATE: Final = 3.0  # sigmas from the expected value, of points and heights
 _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
+_LOWER_TURNS: Final = 2  # refused measurements of a lower floor before it is believed
 _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height
 
 
@@ -43,7 +51,8 @@ class VerticalTurn(NamedTuple):
     gyro_time: Array  # (k,) s over which the gyro is integrated since
     rotation: Array  # (k, m) rad, of the winch drums since
     coasting_time: Array  # (k,) s without encoders since
-    position: Array  # (k, 3) m, world, of B
+    position: Array  # (k, 3) m, world, of B, by the estimate at ...
+    estimate: Array  # ... (3,) m
 
 
 def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
@@ -86,17 +95,24 @@ def _turn(
         motion.rotation[good],
         motion.coasting_time[good],
         state.position - motion.displacement[good],
+        state.position,
     )
+
+
+def _moved(state: FilterState, turn: VerticalTurn) -> Array:
+    """By how much (3,), m, updates and the drum's clock have moved B's place at the rays of a *turn*."""
+    return state.position - turn.estimate - state.clock_error * moving_velocity(state)
 
 
 def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the points near the expected floor, in two rings: below and aside, where the bias counts less."""
     lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
     variance = state.P[lay.position, lay.position][2, 2] + state.P[lay.range_bias, lay.range_bias][-1, -1]
-    heights = turn.position[:, 2] + turn.points[:, 2] - height.floor - float(state.range_bias[-1]) * turn.rays[:, 2]
     band = _FLOOR_BAND + _GATE * math.sqrt(float(variance))
     seen = False
     for low, high in _RINGS:
+        place = turn.position + _moved(state, turn)
+        heights = place[:, 2] + turn.points[:, 2] - height.floor - float(state.range_bias[-1]) * turn.rays[:, 2]
         inside = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
         good = inside.copy()
         good[inside] = floor_points(
@@ -118,15 +134,16 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         H[0, lay.range_bias.stop - 1] = -float(steep.mean())
         bx, by, _ = turn.beams[good].mean(axis=0).tolist()
         H[0, lay.vertical_mount] = 0.0, 0.0, 1.0, by, -bx, 0.0
-        H[0, lay.clock] = -float(state.jacobian[2] @ (state.radii * state.drum_rates))
+        H[0, lay.clock] = -float(moving_velocity(state)[2])
         own = settings.height_sigma**2 + _coasting_variance(settings, coasting_time)
         R = noise_factor(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + own]])
         if over > 0.0 and count < FLOOR_MAJORITY * np.count_nonzero(inside):  # it may be no floor
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
-        if over < 0.0 and not passes_gate(state.P, H, np.array([-over]), R)[0]:
-            inflate_position(state, [0.0, 0.0, over])  # nothing is below a floor, so a lower one is accepted
+        refused = over < 0.0 and not passes_gate(state.P, H, np.array([-over]), R)[0]
+        if refused and state.rejections.get("height", 0) >= _LOWER_TURNS:
+            inflate_position(state, [0.0, 0.0, over])  # nothing is below a floor, so a lower one is believed
         seen, sentence = True, "its floor is not at the expected height: not used"
         gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
     if seen:
@@ -138,12 +155,13 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the points near each expected wall."""
     flat = np.flatnonzero(turn.axis_cosine < _WALL_COSINE)
-    rays, points, beams, position = turn.rays[flat], turn.points[flat], turn.beams[flat], turn.position[flat]
+    rays, points, beams = turn.rays[flat], turn.points[flat], turn.beams[flat]
     rotation, coasting_times, gyro_time = turn.rotation[flat], turn.coasting_time[flat], turn.gyro_time[flat]
     lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
     c, s = np.cos(turn.yaw[flat]), np.sin(turn.yaw[flat])
-    above = position[:, 2] + points[:, 2] > height.floor + _WALL_HEIGHT
+    above = turn.position[flat, 2] + points[:, 2] > height.floor + _WALL_HEIGHT
     for j, wall in enumerate(settings.chain.walls.room.walls):
+        position = turn.position[flat] + _moved(state, turn)
         n, along = np.array(wall.normal), np.array(wall.along)
         wall_off, wall_turn = state.wall_errors[j].tolist()
         ahead, left = n[0] * c + n[1] * s, n[1] * c - n[0] * s  # the normal along the drum's axes
@@ -173,7 +191,7 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
         H[0, lay.vertical_mount] = a, b, 0.0, -b * bz, a * bz, b * bx - a * by
         H[0, lay.walls.start + 2 * j] = -1.0
         H[0, lay.walls.start + 2 * j + 1] = float(from_reference[good].mean())
-        H[0, lay.clock] = -float(n @ state.jacobian[:2] @ (state.radii * state.drum_rates))
+        H[0, lay.clock] = -float(n @ moving_velocity(state)[:2])
         own = settings.wall_sigma**2 + _coasting_variance(settings, coasting_time)
         R = noise_factor(state) * np.array([[sigma**2 / count + own]])
         innovation = np.array([-float(off[good].mean())])

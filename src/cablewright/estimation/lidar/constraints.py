@@ -133,7 +133,8 @@ def contradicting_walls(constraints: Sequence[Constraint], room: RoomMap, gate: 
     (a, b), off = max(wrong.items(), key=lambda each: abs(each[1]))
     apart = room.walls[a].distance + room.walls[b].distance
     names = f"walls {room.walls[a].name!r} and {room.walls[b].name!r}"
-    return f"{names} are {apart - off:.3f} m apart as they are seen, {apart:.3f} m by the survey"
+    nearer = ", or something stands before one of them" if off > 0.0 else ""
+    return f"{names} are {apart - off:.3f} m apart as they are seen, {apart:.3f} m by the survey{nearer}"
 
 
 def find_candidates(

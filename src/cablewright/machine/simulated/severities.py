@@ -18,6 +18,7 @@ from cablewright.machine.settings import ClockSettings
 if TYPE_CHECKING:
     from cablewright.machine.simulated.settings import SimulationSettings, TwinSettings
 
+_LATENCY: Final = 5e-3  # s, by the data sheet of the link
 _GAP_EVERY: Final = 60.0  # s
 _DRIFT_OF_GAIN: Final = 0.1  # of a load cell's zero in an hour, to its range, over the error of its scale
 
@@ -113,7 +114,7 @@ def _known(twin: TwinSettings, off: Mapping[str, float]) -> dict[str, Any]:
     """What an owner knows who knows the tolerances *off*: new values of the owner's tables."""
     owner = twin.owner
     mounted = {"place_deviation": off["mount_place"], "turn_deviation": off["mount_turn"]}
-    clock = {"offset": off["clock_offset"], "drift": off["clock_drift"], "latency": twin.simulation.wifi.latency}
+    clock = {"offset": off["clock_offset"], "drift": off["clock_drift"], "latency": _LATENCY}
     known: dict[str, Any] = {
         "room": owner.room.model_copy(update={"deviation": off["wall"]}),
         "lidars": {key: lidar.model_copy(update=mounted) for key, lidar in owner.lidars.items()},
