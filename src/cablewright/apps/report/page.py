@@ -76,9 +76,12 @@ def bundled(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def page(title: str, body: Iterable[Html], script: str) -> str:
-    """Return the whole document. Its policy forbids every request and every script and style but its own."""
-    css = bundled("page.css")
+def page(title: str, body: Iterable[Html], script: str = "", style: str = "") -> str:
+    """Return the whole document. Its policy forbids every request and every script and style but its own.
+
+    *style*: rules that come after those of all pages.
+    """
+    css = bundled("page.css") + style
     policy = f"default-src 'none'; img-src data:; style-src {_hash(css)}; script-src {_hash(script)}"
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
