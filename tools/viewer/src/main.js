@@ -4,13 +4,13 @@ import { Panel } from "./panel.js";
 import { make } from "./words.js";
 
 async function mount(host) {
-  const given = JSON.parse(document.getElementById(host.dataset.scene).textContent);
   const stage = host.querySelector(".stage");
   const canvas = make("canvas", { tabIndex: 0 });
-  canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", `${given.title}, in three dimensions. ${host.dataset.help ?? ""}`);
   let view;
   try {
+    const given = JSON.parse(document.getElementById(host.dataset.scene).textContent);
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", `${given.title}, in three dimensions`);
     if (!window.WebGL2RenderingContext) throw new Error("no WebGL 2");
     stage.append(canvas);
     host.classList.add("live"); // has the size that it will have

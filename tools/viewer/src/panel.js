@@ -11,9 +11,9 @@ export class Panel {
     this.legends = make("div", { className: "legends" });
     this.tip = make("div", { className: "tip", hidden: true });
     this.tip.setAttribute("role", "tooltip");
-    stage.append(this.legends, this.tip, this.tools());
+    stage.append(this.tip, this.tools());
     this.below = make("div", { className: "below" });
-    host.insertBefore(this.below, stage.nextSibling);
+    stage.after(this.legends, this.below);
     this.time();
     this.layers();
     this.choices();
@@ -76,7 +76,7 @@ export class Panel {
   fitPath() {
     const { path, camera } = this.view, [low, high] = camera.whole.map((p) => p.clone());
     low.setScalar(Infinity); high.setScalar(-Infinity);
-    for (const id of path.overview.ids) {
+    for (const id of path.ids[0]) {
       const p = low.clone().set(...path.place(id));
       low.min(p); high.max(p);
     }
@@ -93,7 +93,7 @@ export class Panel {
     const { view } = this;
     if (view.count < 2) return;
     this.playButton = make("button", { type: "button", className: "play", textContent: "Play", onclick: () => this.play(!this.playing) });
-    this.scrub = this.slider("Time", view.count - 1, view.frame, (value) => { this.play(false); view.show(value); });
+    this.scrub = this.slider("Time", view.count - 1, view.frame, (value) => { this.play(false); view.gone = true; view.show(value); });
     this.scrub.classList.add("scrub");
     this.clock = make("output", { className: "clock" });
     this.below.append(make("div", { className: "row" }, this.playButton, this.scrub, this.clock));
@@ -104,6 +104,7 @@ export class Panel {
     if (!this.playButton) return;
     this.playButton.textContent = on ? "Pause" : "Play";
     if (!on) return;
+    this.view.gone = true;
     const { view } = this, last = view.count - 1, share = view.frame >= last ? 0 : view.frame / last, begun = performance.now() - share * PLAY * 1e3;
     const step = () => {
       if (!this.playing) return;
@@ -129,7 +130,7 @@ export class Panel {
 
   layered() {
     const { path } = this.view, at = Number(this.layer.value);
-    path.lines.uniforms.uLayers.value.set(this.only.checked ? at - 0.5 : -1, at + 0.5);
+    path.only({ low: this.only.checked ? at : 0, high: at });
     this.layerName.textContent = `${this.only.checked ? "" : "to "}${path.layers[at]}`;
     this.view.changed();
   }
@@ -149,8 +150,9 @@ export class Panel {
     const group = (text, name, on = true) => { groups[name].visible = on; tick(text, on, (value) => { groups[name].visible = value; }); };
     if (path) {
       group("path", "path");
-      if (path.kind.includes(2)) tick("travel", true, (on) => { path.lines.uniforms.uKinds.value.y = Number(on); });
-      if (view.samples) tick("path ahead", true, (on) => { path.lines.uniforms.uShowAhead.value = Number(on); });
+      if (path.kind.includes(2)) tick("travel", !path.kind.includes(1), (travel) => path.only({ travel }));
+      path.only({ travel: !path.kind.includes(1) });
+      if (view.samples) tick("path ahead", true, (ahead) => path.only({ ahead }));
       if (path.deposit) tick("deposit", false, (on) => { path.deposit.visible = on; });
     }
     group("lines", "lines");
@@ -176,7 +178,8 @@ export class Panel {
     colours.forEach((colour, k) => { pen.fillStyle = colour; pen.fillRect(k, 0, 1, 1); });
     bar.setAttribute("aria-hidden", "true");
     return make("div", { className: "legend" }, make("div", { className: "what", textContent: label }), bar,
-      make("div", { className: "ends" }, make("span", { textContent: quantity(low, unit) }), make("span", { textContent: quantity(high, unit) })),
+      make("div", { className: "ends" }, make("span", { textContent: quantity(low, unit, Math.max(Math.abs(low), Math.abs(high))) }),
+        make("span", { textContent: quantity(high, unit, Math.max(Math.abs(low), Math.abs(high))) })),
       note ? make("div", { className: "note", textContent: note }) : null);
   }
 
@@ -186,12 +189,8 @@ export class Panel {
     const pose = view.pose(), turned = pose.length > 3;
     if (given.frames.names) item("state", given.frames.names[frame]);
     if (view.times) item("time", clock(view.times.values[frame]));
-    const at = path && view.samples ? path.before(path.overview.ids) - 1 : -1;
-    if (at >= 0) {
-      const i = path.overview.ids[at];
-      item("layer", String(path.layers[path.layer[i]]));
-      if (path.line) item(path.line_name, String(path.line[i]));
-    }
+    if (view.layers) item("layer", String(view.layers.values[frame]));
+    if (view.fileLines) item(path.line_name, String(view.fileLines.values[frame]));
     item("position", `(${pose.slice(0, 3).map((v) => fixed(v, 3)).join(", ")}) m`);
     if (turned) item("rotation vector", `(${pose.slice(3).map((v) => fixed(v * 180 / Math.PI, 2)).join(", ")})\u00b0`);
     given.lines.forEach(({ name, limits }, i) => {
@@ -233,9 +232,11 @@ export class Panel {
     this.tip.style.transform = `translate(${Math.min(x + 14, width - this.tip.offsetWidth - 4)}px, ${Math.min(y + 14, height - this.tip.offsetHeight - 4)}px)`;
   }
 
+  step(by) { this.view.gone = true; this.view.show(this.view.frame + by); }
+
   key(event) {
     const { view } = this, layer = (by) => { if (this.layer) { this.layer.value = String(Number(this.layer.value) + by); this.layered(); } };
-    const keys = { " ": () => this.play(!this.playing), ",": () => view.show(view.frame - 1), ".": () => view.show(view.frame + 1), "[": () => layer(-1), "]": () => layer(1) };
+    const keys = { " ": () => this.play(!this.playing), ",": () => this.step(-1), ".": () => this.step(1), "[": () => layer(-1), "]": () => layer(1) };
     if (!keys[event.key] || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
     keys[event.key]();

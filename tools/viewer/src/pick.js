@@ -12,11 +12,10 @@ export function pick(view, x, y) {
 
 function nearestVertex(view, x, y) {
   const { path, camera } = view, m = new Matrix4().multiplyMatrices(camera.eye.projectionMatrix, camera.eye.matrixWorldInverse).elements;
-  const { ids } = path.overview, every = Math.max(1, Math.ceil(ids.length / MOST));
+  const { pairs, pieces } = path, every = Math.max(1, Math.ceil(pieces / MOST)); // of what is drawn
   let best = null;
-  for (let k = 0; k < ids.length; k += every) {
-    const i = ids[k];
-    if (!path.kind[i] || !path.shownLayer(i)) continue;
+  for (let k = 0; k < pieces; k += every) {
+    const i = pairs[2 * k + 1];
     const [px, py, pz] = [0, 1, 2].map((axis) => path.origin[axis] + path.step * path.places[3 * i + axis]);
     const w = m[3] * px + m[7] * py + m[11] * pz + m[15];
     if (w <= 0) continue;

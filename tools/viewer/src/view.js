@@ -1,16 +1,17 @@
 // What is drawn, and when: one canvas, its camera, the robot, a path, and the time that is shown.
 import {
-  AmbientLight, Color, ColorManagement, DirectionalLight, Frustum, Group, LinearSRGBColorSpace, Matrix4, Scene, Sphere, Vector3, WebGLRenderer,
+  AmbientLight, Color, ColorManagement, DirectionalLight, Frustum, Group, LinearSRGBColorSpace, Matrix4, Scene, Vector3, WebGLRenderer,
 } from "three";
 import { Camera, control } from "./camera.js";
 import { unpacked } from "./data.js";
 import { Path } from "./path.js";
-import { lineMaterial, rgb, UNKNOWN } from "./ribbon.js";
+import { lineMaterial, rgb } from "./ribbon.js";
 import { boxEdges, facing, Grid, ground, Lines, Parts, posed, stretched } from "./robot.js";
 
 ColorManagement.enabled = false; // colours are those of the page, as they are
 
-const SLOW = 45, QUICK = 22; // ms a frame takes
+const SLOW = 45; // ms that a frame takes
+const COARSEST = 16; // pixels of error, while one turns the view
 const AGAIN = 180; // ms after a motion until all is drawn as well as can be
 
 export class View {
@@ -19,13 +20,16 @@ export class View {
     this.given = given;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    const gl = this.renderer.getContext(), about = gl.getExtension("WEBGL_debug_renderer_info");
+    this.software = /swiftshader|llvmpipe|software|basic render/i.test(about ? gl.getParameter(about.UNMASKED_RENDERER_WEBGL) : "");
     this.scene = new Scene();
     this.camera = new Camera(given.bounds.low, given.bounds.high);
-    this.camera.sees = (centre, radius) => this.frustum.intersectsSphere(new Sphere(centre, radius));
+    this.camera.sees = (box) => this.frustum.intersectsBox(box);
     this.frustum = new Frustum();
     this.frame = 0;
     this.drawn = 0; // pictures so far
     this.allowed = 1; // pixels of error
+    this.took = 0; // ms
     this.listeners = [];
     this.groups = Object.fromEntries(["frame", "walls", "lines", "sheaves", "platform", "estimate", "ellipsoid", "path", "deposit"].map((name) => [name, new Group()]));
     this.scene.add(...Object.values(this.groups), new AmbientLight(0xffffff, 2.0));
@@ -43,8 +47,9 @@ export class View {
     view.poses = await unpacked(frames.poses);
     view.count = view.poses.shape[0];
     view.lines = await Lines.of(frames, view.grid);
-    for (const name of ["sheaves", "times", "samples", "estimates", "ellipsoids"]) view[name] = await unpacked(frames[name]);
-    view.path = given.path ? await Path.of(given.path) : null;
+    for (const name of ["sheaves", "times", "samples", "estimates", "ellipsoids", "layers", "fileLines"]) view[name] = await unpacked(frames[name]);
+    view.path = given.path ? await Path.of(given.path, view.software) : null;
+    view.least = view.software && view.path ? Math.max(1, Math.min(COARSEST, view.path.n / 20_000)) : 1;
     await view.build();
     view.theme();
     control(canvas, view.camera, () => view.changed(true), (event) => view.hover?.(event));
@@ -84,6 +89,7 @@ export class View {
     groups.platform.add(parts.platform(given.platform, size, "--platform"));
     if (this.estimates) groups.estimate.add(parts.platform(given.platform, size, "--estimate", 0.55));
     if (this.ellipsoids) groups.ellipsoid.add(parts.ellipsoid("--estimate"));
+    if (this.path) groups.path.add(this.path.thin, this.path.thick);
     if (this.path?.deposit) groups.deposit.add(this.path.deposit);
     for (const each of given.meshes) this.extra(each, parts.mesh((await unpacked(each.vertices)).values, (await unpacked(each.faces)).values, each.token, each.opacity));
     for (const each of given.tracks) {
@@ -114,13 +120,13 @@ export class View {
     this.renderer.setClearColor(new Color().setRGB(...token("--stage")), 1);
     this.parts.recolour(token);
     for (const [material, name] of this.looks) material.uniforms.uPlain.value.set(...token(name));
-    const own = [this.lines.material, this.path?.lines].filter(Boolean);
-    for (const { uniforms } of own) {
-      uniforms.uUnknown.value.set(...token("--unknown"));
-      uniforms.uPlain.value.set(...token("--plain"));
-      uniforms.uAhead.value.set(...token("--ahead"));
-      uniforms.uTravel.value.set(...token("--travel"));
+    const own = this.lines.material.uniforms, path = this.path?.uniforms;
+    for (const each of [own, path]) {
+      each?.uUnknown.value.set(...token("--unknown"));
+      each?.uPlain.value.set(...token("--plain"));
     }
+    path?.uAhead.value.set(...token("--ahead"));
+    path?.uTravel.value.set(...token("--travel"));
     this.lines.colourBy(this.given.tension_scale, this.ramp("tension"));
     if (this.path) this.path.colourBy(this.path.quantity, this.ramp(this.path.quantity?.colours ?? "error"));
     this.changed();
@@ -161,7 +167,7 @@ export class View {
       this.groups.ellipsoid.visible = axes.every(Number.isFinite) && this.wantsEllipsoid !== false;
       if (this.groups.ellipsoid.visible) stretched(this.groups.ellipsoid.children[0], (known ? guessed : this.pose()).slice(0, 3), axes, this.given.frames.ellipsoid_times);
     }
-    if (this.path && this.samples) this.path.now = this.samples.values[this.frame];
+    if (this.path && this.samples && this.gone) this.path.now = this.samples.values[this.frame]; // all of it until one moves the time
     this.changed();
     for (const told of this.listeners) told("frame");
   }
@@ -178,34 +184,41 @@ export class View {
   }
 
   changed(moving = false) {
-    if (moving) { this.untouched = false; this.moved = performance.now(); }
+    if (moving) this.move();
     if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(() => this.draw());
   }
 
+  move() { // as good as can be again once nothing has moved for a while
+    this.untouched = false;
+    if (!this.moving) this.allowed = Math.max(this.least, this.allowed / 2);
+    this.moving = true;
+    clearTimeout(this.later);
+    this.later = setTimeout(() => { this.moving = false; this.changed(); }, AGAIN + 2 * this.took);
+  }
+
   draw() {
     this.waiting = false;
-    const { camera, renderer } = this, began = performance.now(), moving = began - (this.moved ?? -1e9) < AGAIN;
+    const { camera, renderer } = this;
     camera.place();
     this.frustum.setFromProjectionMatrix(new Matrix4().multiplyMatrices(camera.eye.projectionMatrix, camera.eye.matrixWorldInverse));
     this.sun.position.copy(camera.eye.position).sub(camera.target).add(new Vector3(0, 0, 0.5 * camera.distance));
-    const sizes = [this.lines.material, this.path?.lines, ...this.looks.map(([each]) => each)].filter(Boolean);
+    const sizes = [this.lines.material, this.path, ...this.looks.map(([each]) => each)].filter(Boolean);
     for (const { uniforms } of sizes) uniforms.uSize.value.set(camera.width / 2, camera.height / 2);
-    if (this.path) this.path.choose(this.groups.path, camera, moving ? this.allowed : 1);
+    this.path?.choose(camera, this.moving ? this.allowed : 1, Boolean(this.moving));
     renderer.render(this.scene, camera.eye);
     this.drawn++;
-    this.pace(began, moving);
+    this.pace();
     for (const told of this.listeners) told("drawn");
   }
 
-  pace(began, moving) { // coarser while one turns what is too much to draw at once, fine when one stops
-    const took = began - (this.before ?? began);
-    this.before = moving ? began : undefined;
-    if (moving && took > SLOW) this.allowed = Math.min(16, this.allowed * 1.5);
-    else if (moving && took > 0 && took < QUICK) this.allowed = Math.max(1, this.allowed / 1.1);
-    clearTimeout(this.later);
-    if (moving) this.later = setTimeout(() => this.changed(), AGAIN + 20);
+  pace() { // coarser while one turns what is too much to draw at once
+    const began = performance.now();
+    requestAnimationFrame(() => {
+      this.took = performance.now() - began;
+      if (this.moving && this.took > SLOW) this.allowed = Math.min(COARSEST, this.allowed * Math.min(4, this.took / SLOW));
+    });
   }
 
   project(point) { // to pixels of the canvas, and the depth
@@ -213,5 +226,3 @@ export class View {
     return [(p.x + 1) / 2 * this.camera.width, (1 - p.y) / 2 * this.camera.height, p.z];
   }
 }
-
-export { UNKNOWN };

@@ -1,10 +1,10 @@
 // Numbers with units as people write them, and elements. All text is set as text, never as markup.
 const PREFIXES = { m: [[1, "m"], [1e-3, "mm"], [1e-6, "\u00b5m"]], N: [[1e3, "kN"], [1, "N"]] };
 
-export function quantity(value, unit) {
+export function quantity(value, unit, like = value) { // 0 in the unit of another value
   if (value === null || value === undefined || !Number.isFinite(value)) return "not known";
   const sizes = PREFIXES[unit] ?? [[1, unit]];
-  const [size, name] = sizes.find(([each]) => Math.abs(value) >= each) ?? sizes.at(-1);
+  const [size, name] = sizes.find(([each]) => Math.abs(value || like) >= each) ?? sizes[value || like ? sizes.length - 1 : 0];
   return `${number(value / size)} ${name}`.trim();
 }
 

@@ -10,6 +10,7 @@ from importlib import resources
 from typing import Final
 
 _ONE_LINE: Final = 20  # characters
+_FEW_COLUMNS: Final = 4  # that fit a phone
 
 
 class Html(str):
@@ -42,7 +43,9 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
 
     top = element("tr", *(cell("th", at, name) for at, name in enumerate(head)))
     body = [element("tr", *(cell("td", at, value) for at, value in enumerate(row))) for row in rows]
-    return element("div", element("table", element("thead", top), element("tbody", *body)), class_="wide")
+    wide = "wide many" if len(head) > _FEW_COLUMNS else "wide"
+    made = element("table", element("thead", top), element("tbody", *body))
+    return element("div", made, class_=wide, tabindex="0", role="region", aria_label=", ".join(head))
 
 
 def notice(text: str) -> Html:

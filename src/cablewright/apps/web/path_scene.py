@@ -18,9 +18,10 @@ LIFTED, LAID, TRAVEL = 0, 1, 2  # what the piece that ends at a vertex is
 _UNKNOWN: Final = 255
 _COLOURS: Final = 250  # steps of a colour scale
 _STEPS: Final = 65_535
-_ACROSS: Final = 1200.0  # tolerance of the coarsest level: this part of the largest extent of the scene, under a pixel
+_ACROSS: Final = 1200.0  # tolerance when all is in view: this part of the scene's extent, which is under a pixel
 _FINER: Final = 4.0  # from level to level
-_LEVELS: Final = 4
+_COARSER: Final = 3  # levels for machines that draw slowly, while one turns the view
+_LEVELS: Final = 7
 _SEEN: Final = 0.04  # share of a scale that counts as much as the tolerance
 
 
@@ -84,7 +85,12 @@ class PathScene:
     @cached_property
     def tolerances(self) -> Array:
         """(L,) m: how far from the path each level is at most."""
-        return np.asarray(self.extent / _ACROSS / _FINER ** np.arange(_LEVELS))
+        return np.asarray(self.extent / _ACROSS * _FINER ** (_COARSER - np.arange(_LEVELS, dtype=float)))
+
+    @property
+    def overview(self) -> Indices:
+        """The points of the level that is drawn when all is in view."""
+        return np.flatnonzero(self.level <= _COARSER)
 
     @cached_property
     def kind(self) -> NDArray[np.uint8]:
@@ -108,7 +114,7 @@ class PathScene:
         columns = [np.nan_to_num(self.positions)]
         for each in self.quantities[:1]:  # the one that is shown first
             share = np.nan_to_num((each.values - each.low) / (each.high - each.low))
-            columns.append(np.clip(share, 0.0, 1.0)[:, None] * (self.tolerances[0] / _SEEN))
+            columns.append(np.clip(share, 0.0, 1.0)[:, None] * (self.tolerances[_COARSER] / _SEEN))
         return levels(np.concatenate(columns, axis=1), fixed, self.tolerances)
 
     @cached_property

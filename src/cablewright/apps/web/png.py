@@ -67,7 +67,7 @@ def _add_path(drawn: Figure, axes: object, scene: SceneDescription) -> None:
     path = scene.path
     if path is None:
         return
-    kept = np.flatnonzero(path.level == 0)
+    kept = path.overview
     kept = kept[:: max(1, len(kept) // _MOST)]
     laid = path.kind[kept[1:]] == 1
     pieces = np.stack([path.positions[kept[:-1]], path.positions[kept[1:]]], axis=1)[laid]

@@ -97,7 +97,7 @@ class SceneDescription:
             "walls": [{"name": name, "corners": [_numbers(each) for each in corners]} for name, corners in self.walls],
             "lines": lines_of(self.robot),
             "platform": platform_of(self.robot, self.drum),
-            "frames": self.states.as_dict(low, step),
+            "frames": self.states.as_dict(low, step) | self._places_in_file(),
             "tension_scale": self.states.scale(self.robot),
             "path": None if self.path is None else self.path.as_dict(),
             "meshes": [_mesh(body, body.mesh) for body in self.bodies if body.mesh is not None],
@@ -105,6 +105,14 @@ class SceneDescription:
             "tracks": [_places(body, body.track) for body in self.bodies if body.track is not None],
             "worst": None if self.worst is None else {"label": self.worst.label, "place": self.worst.place},
         }
+
+    def _places_in_file(self) -> dict[str, Any]:
+        """The layer and the line of the file of each state."""
+        path, samples = self.path, self.states.samples
+        if path is None or samples is None:
+            return {}
+        lines = None if path.line is None else packed(path.line[samples], "u32")
+        return {"layers": packed(path.layer[samples], "u32"), "fileLines": lines}
 
     def as_json(self) -> str:
         """The scene as text that may stand in a page: nothing in a name ends an element."""

@@ -72,7 +72,7 @@ def _frame(scene: SceneDescription, project: _Projection) -> Iterator[str]:
 def _path(scene: SceneDescription, project: _Projection) -> Iterator[str]:
     if scene.path is None:
         return
-    coarse = np.flatnonzero(scene.path.level == 0)
+    coarse = scene.path.overview
     coarse = coarse[:: -(-len(coarse) // _MOST)] if len(coarse) else coarse
     flat, laid = project(scene.path.positions[coarse]), scene.path.kind[coarse] == 1
     for run in np.split(np.arange(len(coarse)), np.flatnonzero(~laid)):
