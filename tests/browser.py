@@ -1,4 +1,4 @@
-"""Chromium driven over its pipe (DevTools protocol): pages at any size, light or dark, their pixels and their errors."""
+"""Chromium driven over its pipe (DevTools protocol): pages of any size, light or dark, and their errors."""
 
 from __future__ import annotations
 
@@ -43,7 +43,9 @@ class Browser:
     def send(self, method: str, session: str | None = None, **parameters: Any) -> dict[str, Any]:
         """Call a method and return its result."""
         self._count += 1
-        message = {"id": self._count, "method": method, "params": parameters} | ({"sessionId": session} if session else {})
+        message = {"id": self._count, "method": method, "params": parameters} | (
+            {"sessionId": session} if session else {}
+        )
         data = json.dumps(message).encode() + b"\0"
         while data:
             data = data[os.write(self._writer, data) :]
@@ -76,7 +78,9 @@ class Browser:
             self.events.append(event)
 
     @contextmanager
-    def page(self, file: Path, width: int, height: int = 900, *, dark: bool = False, touch: bool = False) -> Iterator[Page]:
+    def page(
+        self, file: Path, width: int, height: int = 900, *, dark: bool = False, touch: bool = False
+    ) -> Iterator[Page]:
         """A page of a *file*, its size in pixels, until it is ready."""
         target = self.send("Target.createTarget", url="about:blank")["targetId"]
         session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
@@ -166,7 +170,9 @@ class Page:
     def requests(self) -> list[str]:
         """Addresses that the page asked for, but its own file."""
         self._browser.drain()
-        asked = [each["params"]["request"]["url"] for each in self._own() if each["method"] == "Network.requestWillBeSent"]
+        asked = [
+            each["params"]["request"]["url"] for each in self._own() if each["method"] == "Network.requestWillBeSent"
+        ]
         return [url for url in asked[1:] if not url.startswith(("data:", "blob:"))]
 
     def _own(self) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ import { boxEdges, facing, Grid, ground, Lines, Parts, posed, stretched } from "
 ColorManagement.enabled = false; // colours are those of the page, as they are
 
 const SLOW = 45; // ms that a frame takes
-const COARSEST = 16; // pixels of error, while one turns the view
+const COARSEST = 32; // pixels of error, while one turns the view
 const AGAIN = 180; // ms after a motion until all is drawn as well as can be
 
 export class View {
@@ -49,7 +49,7 @@ export class View {
     view.lines = await Lines.of(frames, view.grid);
     for (const name of ["sheaves", "times", "samples", "estimates", "ellipsoids", "layers", "fileLines"]) view[name] = await unpacked(frames[name]);
     view.path = given.path ? await Path.of(given.path, view.software) : null;
-    view.least = view.software && view.path ? Math.max(1, Math.min(COARSEST, view.path.n / 20_000)) : 1;
+    view.least = view.software && view.path ? Math.max(1, Math.min(16, view.path.n / 20_000)) : 1;
     await view.build();
     view.theme();
     control(canvas, view.camera, () => view.changed(true), (event) => view.hover?.(event));

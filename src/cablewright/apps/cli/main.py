@@ -41,15 +41,24 @@ COMMANDS = {
         "bracket": ("bracket.BracketCommand", "Stress in the brackets of the sheaves, by finite elements."),
     },
     "Calibrate": {
-        "survey": ("calibration.survey.SurveyCommand", "Exit points, sheave axes and walls from a total station's markers."),
+        "survey": (
+            "calibration.survey.SurveyCommand",
+            "Exit points, sheave axes and walls from a total station's markers.",
+        ),
         "poses": ("calibration.poses.PosesCommand", "Poses to measure for a calibration."),
-        "calibrate": ("calibration.calibrate.CalibrateCommand", "Exit points and home lengths from length changes at poses."),
+        "calibrate": (
+            "calibration.calibrate.CalibrateCommand",
+            "Exit points and home lengths from length changes at poses.",
+        ),
         "simulate-calibration": (
             "calibration.calibrate.SimulateCalibrationCommand",
             "Simulated measurements to try `calibrate` with.",
         ),
         "modulus": ("calibration.modulus.ModulusCommand", "Young's modulus of a cable from a tensile test."),
-        "walls": ("calibration.walls.WallsCommand", "Walls in a lidar's scan, and the lidar's place in a surveyed room."),
+        "walls": (
+            "calibration.walls.WallsCommand",
+            "Walls in a lidar's scan, and the lidar's place in a surveyed room.",
+        ),
     },
     "Print": {
         "check": ("check.CheckCommand", "Whether a robot can print a job, how far off, and the winch lengths for it."),

@@ -180,7 +180,7 @@ class SimulateCommand:
                 log=self.out,
                 progress=show,
             )
-        return answer(found, self.output.as_json, out=self.out, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, out=self.out, **self.output.write(found, "Simulated drive"))
 
 
 def _fault(text: str) -> FaultPlan:

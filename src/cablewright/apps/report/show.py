@@ -33,7 +33,9 @@ def _lines(robot: Robot) -> Html:
             line.name,
             _point(line.exit_point),
             _point(line.platform_point),
-            line.sheave.kind if line.sheave.kind == "eyelet" else f"{line.sheave.kind}, {quantity(line.sheave.radius, 'm')}",
+            line.sheave.kind
+            if line.sheave.kind == "eyelet"
+            else f"{line.sheave.kind}, {quantity(line.sheave.radius, 'm')}",
             f"{quantity(line.tension_limits[0], 'N')} to {quantity(line.tension_limits[1], 'N')}",
             quantity(line.cable.breaking_load, "N"),
         )

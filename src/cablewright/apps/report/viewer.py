@@ -10,9 +10,10 @@ from cablewright.apps.web.scene import SceneDescription
 from cablewright.apps.web.still import svg
 
 HELP: Final = (
-    "Drag to turn, with shift or the right button to move; click it and roll the wheel to zoom; hover over a line or the "
-    "path for figures. With fingers: one sideways turns, two move and zoom. Keys: arrows turn, with shift they move; + and "
-    "\N{MINUS SIGN} zoom; 0 all; 1, 2, 3 front, side, top; space plays; comma and full stop step; [ and ] change the layer."
+    "Drag to turn, with shift or the right button to move; click it and roll the wheel to zoom; hover over a line or "
+    "the path for figures. With fingers: one sideways turns, two move and zoom. Keys: arrows turn, with shift they "
+    "move; + and \N{MINUS SIGN} zoom; 0 all; 1, 2, 3 front, side, top; space plays; comma and full stop step; [ and ] "
+    "change the layer."
 )
 
 

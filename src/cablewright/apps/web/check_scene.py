@@ -90,10 +90,20 @@ def check_scene(check: Check) -> SceneDescription:
     )
     tensions = check.statics.tensions
     states = states_along(
-        Model(check.robot), check.poses, retraction=check.retraction, tensions=tensions, time=check.law.time, worst=worst
+        Model(check.robot),
+        check.poses,
+        retraction=check.retraction,
+        tensions=tensions,
+        time=check.law.time,
+        worst=worst,
     )
     return SceneDescription(
-        f"{job.name} on {check.robot.name}", check.robot, states, path, worst=_mark(worst, error, samples.positions), notes=(_REST,)
+        f"{job.name} on {check.robot.name}",
+        check.robot,
+        states,
+        path,
+        worst=_mark(worst, error, samples.positions),
+        notes=(_REST,),
     )
 
 

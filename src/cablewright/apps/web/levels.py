@@ -19,7 +19,7 @@ _BREAK: Final = 512  # vertices after which one is kept in any case, which keeps
 def levels(points: Array, fixed: Mask, tolerances: Array) -> NDArray[np.uint8]:
     """Return the level (k,) of each of *points* (k, d): the index of the first tolerance that needs it.
 
-    *fixed* (k,): those that every level has; *tolerances* (L,), falling, in the unit of the points. `LEFT_OUT`: no level
+    *fixed* (k,): those that every level has; *tolerances* (L,), falling, in the unit of the points. `LEFT_OUT`: none
     needs it.
     """
     level = np.full(len(points), LEFT_OUT, dtype=np.uint8)
@@ -44,7 +44,7 @@ def levels(points: Array, fixed: Mask, tolerances: Array) -> NDArray[np.uint8]:
 
 
 def _farthest(points: Array, begin: Indices, end: Indices) -> tuple[Indices, Array]:
-    """Return the point farthest from each chord from *begin* to *end* (s,), and how far; ends are not next to another."""
+    """Return the point farthest from each chord from *begin* to *end* (s,), and how far; there is one between."""
     counts = end - begin - 1
     starts = np.cumsum(counts) - counts
     piece = np.repeat(np.arange(len(begin)), counts)

@@ -95,7 +95,7 @@ class PathScene:
     @cached_property
     def kind(self) -> NDArray[np.uint8]:
         """(k,) what the piece that ends at each point is; lifted at the first, and where a point is not known."""
-        known = np.isfinite(self.positions).all(axis=1)
+        known: Mask = np.asarray(np.isfinite(self.positions).all(axis=1))
         made = np.where(self.extruding, LAID, TRAVEL).astype(np.uint8)
         made[:1] = LIFTED
         made[~known] = LIFTED
@@ -105,8 +105,8 @@ class PathScene:
     @cached_property
     def level(self) -> NDArray[np.uint8]:
         """(k,) the first level that has each point."""
-        known = np.isfinite(self.positions).all(axis=1)
-        fixed = ~known
+        known: Mask = np.asarray(np.isfinite(self.positions).all(axis=1))
+        fixed: Mask = np.asarray(~known)
         fixed[:-1] |= (self.kind[1:] != self.kind[:-1]) | (self.layer[1:] != self.layer[:-1]) | ~known[1:]
         fixed[1:] |= ~known[:-1]
         if self.worst is not None:

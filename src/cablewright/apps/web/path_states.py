@@ -17,7 +17,7 @@ MOST: Final = 300
 
 
 def chosen(count: int, time: Array | None = None, worst: int | None = None, most: int = MOST) -> Indices:
-    """Return the samples, of *count*, that get a state: even in *time* (or by number), with the first, last and worst."""
+    """Return the samples, of *count*, that get a state: even in *time* (or by number), first, last and worst too."""
     if time is None or not np.isfinite(time).all() or count < 2 or time[-1] <= time[0]:
         at = np.linspace(0, count - 1, min(count, most)).round().astype(np.intp)
     else:
@@ -43,9 +43,7 @@ def states_along(
     preferred = None if tensions is None else np.where(np.isfinite(tensions[at]), tensions[at], 0.0)
     own = None if retraction is None else retraction[at]
     found = solve_inverse(model, poses[at], path=True, preferred=preferred, retraction=own)
-    notes = tuple(
-        "" if code == 0 else f"Not in equilibrium here: {Status.of(int(code)).value}." for code in found.code
-    )
+    notes = tuple("" if code == 0 else f"Not in equilibrium here: {Status.of(int(code)).value}." for code in found.code)
     shown = int(np.searchsorted(at, worst)) if worst is not None else 0
     return States.held(
         found,

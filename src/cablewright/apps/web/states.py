@@ -16,7 +16,8 @@ from cablewright.analyses.line_shapes import polylines
 from cablewright.apps.quantities import allowed_range
 from cablewright.apps.web.packing import Packed, packed
 from cablewright.arrays import Array, Indices
-from cablewright.kernels.layout import PULLEY, Packed as PackedRobot
+from cablewright.kernels.layout import PULLEY
+from cablewright.kernels.layout import Packed as PackedRobot
 from cablewright.models.packed_views import LineNumbers, LineStates
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Equilibrium
@@ -64,7 +65,7 @@ class States:
             row = packed_robot._replace(lines=own, platform=platform[k if len(platform) > 1 else 0])
             drawn = _curves(row, pose, state, tolerance)
             curves.append(drawn)
-            sheaves.append(_sheaves(LineNumbers(own), LineStates(state), pose, drawn))
+            sheaves.append(_sheaves(LineNumbers(own), LineStates(state), drawn))
         return cls(poses, tensions, tuple(curves), np.array(sheaves), **more)
 
     def __len__(self) -> int:
@@ -85,7 +86,11 @@ class States:
         if high - low < 0.02 * max(high, 1e-9):  # all alike: one colour, in the middle
             low, high = 0.9 * low, 1.1 * high + 1e-9
         limits = np.array([line.tension_limits for line in robot.lines])
-        words = allowed_range(*limits[0], "N") if (limits == limits[0]).all() else "of each line: see below"
+        words = (
+            allowed_range(float(limits[0, 0]), float(limits[0, 1]), "N")
+            if (limits == limits[0]).all()
+            else "of each line: see below"
+        )
         return {"low": low, "high": high, "limits": words}
 
     def as_dict(self, corner: Array, step: float) -> dict[str, Any]:
@@ -130,7 +135,7 @@ def _curves(row: PackedRobot, pose: Array, states: Array, tolerance: float) -> t
     return tuple(ends)
 
 
-def _sheaves(numbers: LineNumbers, states: LineStates, pose: Array, curves: tuple[Array, ...]) -> Array:
+def _sheaves(numbers: LineNumbers, states: LineStates, curves: tuple[Array, ...]) -> Array:
     """Centre and axis (m, 6) of each sheave: in the plane of its line, or as it is fixed; NaN of an eyelet."""
     exits, radius = numbers.exit_point, numbers.radius
     made = np.full((len(exits), 6), np.nan)

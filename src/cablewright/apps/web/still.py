@@ -1,4 +1,4 @@
-"""A scene as a picture in SVG, seen from a corner: for paper, and for browsers that draw nothing in three dimensions."""
+"""A scene as a picture in SVG, seen from a corner: for paper, and for browsers without WebGL."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ class _Projection:
 
     def __init__(self, low: Array, high: Array) -> None:
         self._right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
-        back = np.array([np.cos(_ELEVATION) * np.cos(_AZIMUTH), np.cos(_ELEVATION) * np.sin(_AZIMUTH), np.sin(_ELEVATION)])
+        back = np.array(
+            [np.cos(_ELEVATION) * np.cos(_AZIMUTH), np.cos(_ELEVATION) * np.sin(_AZIMUTH), np.sin(_ELEVATION)]
+        )
         self._up = np.cross(back, self._right)
         corners = self._flat(np.array(list(product(*zip(low, high, strict=True)))))
         self._low, high_ = corners.min(axis=0), corners.max(axis=0)
