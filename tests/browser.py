@@ -8,6 +8,7 @@ import os
 import select
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -26,6 +27,12 @@ OPTIONS = (
     "--force-device-scale-factor=1", "--disable-extensions",
 )  # fmt: skip
 PATIENCE = 60.0  # s
+LAUNCH = """
+import fcntl, os, sys
+reader, writer = (fcntl.fcntl(int(each), fcntl.F_DUPFD, 10) for each in sys.argv[1:3])
+os.dup2(reader, 3), os.dup2(writer, 4)
+os.execvp(sys.argv[3], sys.argv[3:])
+"""  # Chromium reads from 3 and writes to 4
 
 
 def executable() -> str | None:
@@ -188,10 +195,8 @@ def browser(*more: str) -> Iterator[Browser]:
     to_command, to_write = os.pipe()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         words = [command, *OPTIONS, *more, f"--user-data-dir={profile}"]
-        shell = f'exec "$@" 3<&{to_command} 4>&{to_answer}'
-        process = subprocess.Popen(
-            ["sh", "-c", shell, "sh", *words], pass_fds=(to_command, to_answer), stderr=subprocess.DEVNULL
-        )
+        launch = [sys.executable, "-c", LAUNCH, str(to_command), str(to_answer), *words]
+        process = subprocess.Popen(launch, pass_fds=(to_command, to_answer), stderr=subprocess.DEVNULL)
         os.close(to_command)
         os.close(to_answer)
         try:

@@ -97,7 +97,7 @@ def test_foreign_text_is_escaped_everywhere(tmp_path, folder):
     assert "<script>alert" not in page
     assert "<b>" not in page
     assert page.count("<script") == page.count("</script>") == 2  # the data and the program
-    data = json.loads(re.search(r'id="view-data">(.*?)</script>', page, re.S)[1])
+    data = json.loads(re.search(r'id="scene">(.*?)</script>', page, re.S)[1])
     assert data["lines"][0]["name"] == evil
 
 

@@ -101,7 +101,7 @@ export class View {
       this.extra(each, group);
     }
     for (const each of given.points) {
-      const { values, shape } = await unpacked(each.places), s = 0.002 * size, group = new Group();
+      const { values, shape } = await unpacked(each.places), s = 0.006 * size, group = new Group();
       const cross = (k) => { const [x, y, z] = values.slice(3 * k, 3 * k + 3); return [[[x - s, y, z], [x + s, y, z]], [[x, y - s, z], [x, y + s, z]]]; };
       this.plain([...Array(shape[0]).keys()].flatMap(cross), each.token, 2, group);
       this.extra(each, group);

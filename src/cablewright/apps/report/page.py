@@ -9,7 +9,7 @@ from html import escape
 from importlib import resources
 from typing import Final
 
-_ONE_LINE: Final = 20  # characters
+_ONE_LINE: Final = 24  # characters
 _FEW_COLUMNS: Final = 4  # that fit a phone
 
 
@@ -39,7 +39,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
     """Return a table; the columns in ``numbers`` are set flush right."""
 
     def cell(kind: str, at: int, content: str) -> Html:
-        return element(kind, content, class_="number") if at in numbers else element(kind, content)
+        short = at in numbers and (isinstance(content, Html) or len(content) <= _ONE_LINE)
+        return element(kind, content, class_="number") if short else element(kind, content)
 
     top = element("tr", *(cell("th", at, name) for at, name in enumerate(head)))
     body = [element("tr", *(cell("td", at, value) for at, value in enumerate(row))) for row in rows]

@@ -46,7 +46,8 @@ def _body(found: Pictured, title: str, png: bytes | None) -> Iterator[Html]:
     if scene is not None:
         yield section("In three dimensions", view(scene))
     for sheet in sheets(found):
-        yield section(sheet.title or "Figures", sheet_table(sheet))
+        title = sheet.title or f"by {sheet.head[0].partition(',')[0]}"
+        yield section(title[:1].upper() + title[1:], sheet_table(sheet))
     yield element("p", program(), class_="soft")
 
 

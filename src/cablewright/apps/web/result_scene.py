@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from cablewright.analyses.interference import Interference
 from cablewright.analyses.modes import Modes
 from cablewright.analyses.workspace.workspace import Workspace
+from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.robot_scene import one_state, robot_scene
 from cablewright.apps.web.scene import Body, SceneDescription
 from cablewright.results import Pictured
 from cablewright.robot import Robot
 from cablewright.studies.interference import JobInterference
+from cablewright.studies.replay import Replay, Replays
 
 
 def scene_of(found: Pictured, title: str) -> SceneDescription | None:
@@ -18,6 +22,9 @@ def scene_of(found: Pictured, title: str) -> SceneDescription | None:
         return one_state(found.closest.equilibrium[0], title, "where a line is nearest to something, at rest")
     if isinstance(found, Interference | Modes) and found.equilibrium.single:
         return one_state(found.equilibrium, title, "at the pose that was asked for, at rest")
+    if isinstance(found, Replay | Replays):
+        first = found if isinstance(found, Replay) else found.first
+        return log_scene(Path(first.log))
     robot = found.criterion.model.robot if isinstance(found, Workspace) else getattr(found, "robot", None)
     if not isinstance(robot, Robot):
         return None
