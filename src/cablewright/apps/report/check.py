@@ -68,7 +68,8 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     turns = () if digest.check.robot.n == 6 else ("max_turn_uncompensated",)
     yield cards((*each, "") for each in summary(digest.check, "feasible", "verdict", "not_checked", *turns))
     yield from _notices(digest)
-    yield section("The robot along the path", view(check_scene(digest.check)))
+    if digest.check.robot.m >= digest.check.robot.freedoms:
+        yield section("The robot along the path", view(check_scene(digest.check)))
     yield section("Not checked", list_of(list(digest.check.not_checked)))
     yield section("Worst place of every limit", findings_table(digest))
     if digest.check.expected is not None and digest.check.expected.causes:

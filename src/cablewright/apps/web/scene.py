@@ -1,7 +1,7 @@
 """The description of a scene: all that the viewer draws, as one JSON object. Shared by `show` and all reports.
 
-Lengths are in m, forces in N, times in s, rotation vectors in rad, in the world's axes unless said otherwise. Arrays are
-`Packed`. Points of lines and of the path are whole numbers of 16 bits on a grid. docs/show.md has every key.
+Lengths are in m, forces in N, times in s, rotation vectors in rad, in the world's axes if nothing else is said. Arrays
+are `Packed`. Points of lines and of the path are whole numbers of 16 bits on a grid. docs/show.md has every key.
 """
 
 from __future__ import annotations
