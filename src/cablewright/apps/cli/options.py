@@ -256,7 +256,7 @@ class OutputOptions:
         check_suffix(self.report, "--report", ".html")
 
     def write(self, found: Pictured, title: str, *, when: bool = True) -> dict[str, Path | None]:
-        """Write the picture and the page that are requested; return their files by kind.
+        """Write the picture and the page that are requested; return their files by kind, the page's where it is requested.
 
         *title* of the page; *when*: whether there is something to draw.
         """
@@ -268,4 +268,4 @@ class OutputOptions:
             from cablewright.file_output import write_whole
 
             write_whole(self.report, result_page(found, title, drawn=when).encode("utf-8"))
-        return {"plot": drawn, "report": self.report}
+        return {"plot": drawn} | ({} if self.report is None else {"report": self.report})

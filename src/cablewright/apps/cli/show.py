@@ -27,7 +27,7 @@ class ShowCommand:
     statics of the robot file have them; nothing is judged, `check` does that.
     """
 
-    EXAMPLE: ClassVar = "show jung2020 --out runs/jung2020.html"
+    EXAMPLE: ClassVar = "show jung2020"
     ANSWERS: ClassVar = ("apps.cli.show:Shown",)
 
     robot: RobotOptions
@@ -70,7 +70,7 @@ class ShowCommand:
             write_whole(self.png, scene_png(scene))
         if self.open_page:
             typer.launch(str(page))
-        return answer(Shown(scene, len(text)), self.as_json, page=page, picture=self.png)
+        return answer(Shown(scene, len(text)), self.as_json, report=page, plot=self.png)
 
     def scene(self, report: Progress) -> SceneDescription:
         """What is to be drawn. Raises `InputError`."""
