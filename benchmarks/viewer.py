@@ -1,6 +1,6 @@
 """The page of a run of a million samples, and how fast it turns: ``python -m benchmarks.viewer [FOLDER]``.
 
-Two paths of 140 layers on the house-printer: a smooth one, and one that is rough by 3 mm. Pages go to FOLDER (by default
+Two paths of 140 layers on the house-printer: a smooth one, and one that is rough by 3 mm. Pages go to FOLDER (else
 a temporary one). With Chromium installed each is turned for 4 s, in software, all in view and zoomed in by 8 and by 40.
 """
 

@@ -1,4 +1,4 @@
-"""Draw the pictures of ``docs/index.md``, ``conventions.md`` and ``show.md`` anew: ``python tools/docs_pictures.py``."""
+"""Draw the pictures of ``docs/index.md``, ``conventions.md`` and ``show.md``: ``python tools/docs_pictures.py``."""
 
 from __future__ import annotations
 

@@ -162,3 +162,15 @@ def test_the_program_asks_for_nothing_of_others():
     assert "</script" not in text
     assert len(text) < 700_000
     assert not re.search(r"\beval\(|innerHTML|document\.write|new Function", text)
+
+
+def test_the_program_is_of_the_version_that_is_locked():
+    wanted = json.loads((ROOT / "tools" / "viewer" / "package.json").read_text("utf-8"))["dependencies"]["three"]
+    locked = json.loads((ROOT / "tools" / "viewer" / "package-lock.json").read_text("utf-8"))
+    assert locked["packages"]["node_modules/three"]["version"] == wanted
+    assert script().startswith(f"/* Built by tools/viewer/build.mjs. Contains three.js {wanted}, MIT")
+
+
+def test_the_licence_is_beside_the_program():
+    folder = ROOT / "src" / "cablewright" / "apps" / "web" / "viewer"
+    assert "MIT" in (folder / "LICENSE-three.txt").read_text("utf-8")

@@ -70,6 +70,7 @@ export class Path {
     for (const key of ["origin", "step", "tolerances", "layers", "bead", "line_name"]) made[key] = given[key];
     made.n = made.kind.length;
     made.wideUpTo = software ? { still: 12_000, moving: 300 } : { still: 150_000, moving: 150_000 }; // pieces
+    made.most = software ? 400_000 : 4_000_000; // pieces at once, but for those of the coarsest level
     made.prepare();
     return made;
   }
@@ -167,6 +168,7 @@ export class Path {
       wanted[k] = camera.sees(around) ? this.levelFor(allowed * camera.pixel(Math.max(camera.eye.near, around.distanceToPoint(eye)))) : -1;
       hash = (hash * 31 + wanted[k] + 7) | 0;
     });
+    if (this.count(wanted) > this.most) { this.choose(camera, 2 * allowed, moving); return; }
     const signature = `${hash} ${moving}`;
     if (signature === this.signature) return;
     this.signature = signature;
@@ -178,9 +180,14 @@ export class Path {
     return at < 0 ? this.tolerances.length - 1 : at;
   }
 
+  count(wanted) { // pieces, before layers are left out
+    let sum = 0;
+    wanted.forEach((level, k) => { if (level > 0) sum += this.starts[level][k + 1] - this.starts[level][k]; });
+    return sum;
+  }
+
   list(wanted, widest) { // the numbers of both vertices of all pieces
-    let most = 0;
-    wanted.forEach((level, k) => { if (level >= 0) most += this.starts[level][k + 1] - this.starts[level][k]; });
+    const most = this.count(wanted) + this.ids[0].length;
     if (!this.pairs || this.pairs.length < 2 * most) this.pairs = new Uint32Array(Math.max(64, Math.ceil(2.6 * most)));
     let count = 0;
     wanted.forEach((level, k) => {

@@ -22,6 +22,7 @@ export class View {
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
     const gl = this.renderer.getContext(), about = gl.getExtension("WEBGL_debug_renderer_info");
     this.software = /swiftshader|llvmpipe|software|basic render/i.test(about ? gl.getParameter(about.UNMASKED_RENDERER_WEBGL) : "");
+    this.took = this.software ? 150 : 0; // ms
     this.scene = new Scene();
     this.camera = new Camera(given.bounds.low, given.bounds.high);
     this.camera.sees = (box) => this.frustum.intersectsBox(box);
@@ -29,7 +30,6 @@ export class View {
     this.frame = 0;
     this.drawn = 0; // pictures so far
     this.allowed = 1; // pixels of error
-    this.took = 0; // ms
     this.listeners = [];
     this.groups = Object.fromEntries(["frame", "walls", "lines", "sheaves", "platform", "estimate", "ellipsoid", "path", "deposit"].map((name) => [name, new Group()]));
     this.scene.add(...Object.values(this.groups), new AmbientLight(0xffffff, 2.0));
@@ -195,7 +195,7 @@ export class View {
     if (!this.moving) this.allowed = Math.max(this.least, this.allowed / 2);
     this.moving = true;
     clearTimeout(this.later);
-    this.later = setTimeout(() => { this.moving = false; this.changed(); }, AGAIN + 2 * this.took);
+    this.later = setTimeout(() => { this.moving = false; this.changed(); }, AGAIN + 3 * this.took);
   }
 
   draw() {

@@ -256,7 +256,7 @@ class OutputOptions:
         check_suffix(self.report, "--report", ".html")
 
     def write(self, found: Pictured, title: str, *, when: bool = True) -> dict[str, Path | None]:
-        """Write the picture and the page that are requested; return their files by kind, the page's where it is requested.
+        """Write the picture and the page that are requested; return their files by kind.
 
         *title* of the page; *when*: whether there is something to draw.
         """

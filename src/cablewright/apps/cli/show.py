@@ -79,7 +79,11 @@ class ShowCommand:
             return self._robot_alone()
         if self.what.is_dir() and (self.what / "samples.parquet").is_file():
             from cablewright.apps.web.check_scene import check_folder_scene
+            from cablewright.studies.store import read_manifest, robot_hash
 
+            inputs = (read_manifest(self.what) or {}).get("inputs")
+            if not isinstance(inputs, dict) or inputs.get("robot") != robot_hash(self.robot.robot):
+                raise InputError(f"{self.what}: is of another robot than {self.robot.robot}, or its file has changed")
             return check_folder_scene(robot, self.what)
         if self.what.is_dir() or self.what.suffix == ".mcap":
             from cablewright.apps.web.log_scene import log_scene

@@ -31,7 +31,8 @@ def scene_png(scene: SceneDescription) -> bytes:
 
 
 def _drawn(scene: SceneDescription) -> Figure:
-    drawn = style.figure(7.4, 6.2)
+    sides = np.subtract(scene.robot.scene.frame_max, scene.robot.scene.frame_min)
+    drawn = style.figure(7.4, 3.6 + 2.4 * min(1.0, float(sides[2] / max(sides[:2]))))
     states, robot = scene.states, scene.robot
     curves, pose = states.curves[states.shown], states.poses[states.shown]
     low, high = scene.bounds
