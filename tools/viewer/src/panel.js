@@ -2,7 +2,9 @@
 import { pick } from "./pick.js";
 import { clock, fixed, make, number, quantity } from "./words.js";
 
-const MOST_NAMES = 12, PLAY = 20; // s that a whole run takes
+const MOST_NAMES = 12;
+const PLAY = 20; // s that a whole run takes
+const FEW_LAYERS = 3; // of more, what is ahead would hide what is done
 
 export class Panel {
   constructor(host, stage, view) {
@@ -152,7 +154,8 @@ export class Panel {
       group("path", "path");
       if (path.kind.includes(2)) tick("travel", !path.kind.includes(1), (travel) => path.only({ travel }));
       path.only({ travel: !path.kind.includes(1) });
-      if (view.samples) tick("path ahead", true, (ahead) => path.only({ ahead }));
+      if (view.samples) tick("path ahead", path.layers.length <= FEW_LAYERS, (ahead) => path.only({ ahead }));
+      path.only({ ahead: path.layers.length <= FEW_LAYERS });
       if (path.deposit) tick("deposit", false, (on) => { path.deposit.visible = on; });
     }
     group("lines", "lines");
@@ -189,7 +192,7 @@ export class Panel {
     const pose = view.pose(), turned = pose.length > 3;
     if (given.frames.names) item("state", given.frames.names[frame]);
     if (view.times) item("time", clock(view.times.values[frame]));
-    if (view.layers) item("layer", String(view.layers.values[frame]));
+    if (view.layers && path.layers.length > 1) item("layer", String(view.layers.values[frame]));
     if (view.fileLines) item(path.line_name, String(view.fileLines.values[frame]));
     item("position", `(${pose.slice(0, 3).map((v) => fixed(v, 3)).join(", ")}) m`);
     if (turned) item("rotation vector", `(${pose.slice(3).map((v) => fixed(v * 180 / Math.PI, 2)).join(", ")})\u00b0`);
@@ -219,7 +222,8 @@ export class Panel {
     const { given, path, lines, frame } = this.view, rows = [];
     if (found.vertex !== undefined) {
       const i = found.vertex;
-      rows.push(`layer ${path.layers[path.layer[i]]}${path.line ? `, ${path.line_name} ${path.line[i]}` : ""}`);
+      const where = [path.layers.length > 1 && `layer ${path.layers[path.layer[i]]}`, path.line && `${path.line_name} ${path.line[i]}`].filter(Boolean);
+      if (where.length) rows.push(where.join(", "));
       if (path.time) rows.push(clock(path.time[i] / 1e3));
       rows.push(`(${path.place(i).map((v) => fixed(v, 3)).join(", ")}) m`);
       for (const each of path.quantities.slice(0, 6)) rows.push(`${each.label}: ${quantity(path.value(each, i), each.unit)}`);

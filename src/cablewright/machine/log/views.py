@@ -34,7 +34,9 @@ _TRANSFORM: Final = object_schema(
 )
 _POSE: Final = object_schema(position=XYZ.schema, orientation=XYZW.schema)
 _COLOUR: Final = object_schema(**dict.fromkeys("rgba", NUMBER.schema))
-_SHAPE: Final = object_schema(pose=_POSE, size=XYZ.schema, color=_COLOUR)
+_SHAPE: Final = object_schema(
+    pose=_POSE, size=XYZ.schema, color=_COLOUR, bottom_scale=NUMBER.schema, top_scale=NUMBER.schema
+)
 _LINE: Final = object_schema(
     type=WHOLE_NUMBER.schema,
     pose=_POSE,
