@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from io import BytesIO
 
 import numpy as np
@@ -16,6 +16,7 @@ from cablewright.machine.log.views import EVERY, _quaternion
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
 from cablewright.signals import Estimate, PrintState, Progress, SensorFrame, Truth, frozen
+from cablewright.studies.prints.run import log_epoch
 
 EPOCH = datetime(2026, 5, 1, 12, tzinfo=UTC)
 ROTATION = np.array([0.05, -0.1, 0.7])
@@ -109,3 +110,13 @@ def test_quaternions_turn_as_matrices_do(seed):
     part, point = np.array([x, y, z]), np.array([0.3, -1.2, 0.5])
     turned = point + 2 * np.cross(part, np.cross(part, point) + w * point)
     assert turned == pytest.approx(matrices(vector) @ point)
+
+
+def test_a_print_in_real_time_has_the_time_of_the_clock_and_keeps_it(tmp_path):
+    assert log_epoch(tmp_path, real_time=False) is None
+    begun = log_epoch(tmp_path, real_time=True)
+    assert abs(begun - datetime.now(UTC)) < timedelta(seconds=5)
+    head = LogHead(load("merlet2023"), load_machine("merlet2023"), 0.01, epoch=EPOCH)
+    with (tmp_path / "log-000.mcap").open("wb") as file, LogWriter(file, head) as log:
+        log.write(SensorFrame(0.01), truth=truth(0.01))
+    assert log_epoch(tmp_path, real_time=True) == EPOCH
