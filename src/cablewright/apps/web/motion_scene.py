@@ -92,7 +92,10 @@ def _path(head: LogHead, gone: Gone, has_truth: bool) -> PathScene:
     bead = None if extrusion is None else (extrusion.bead.width, extrusion.bead.height)
     worst = int(np.nanargmax(apart)) if known else None
     size = extent(head.robot)
-    return PathScene(places, gone.prints, gone.layer, size, quantities, gone.time, bead=bead, worst=worst)
+    laid = (
+        gone.prints if gone.prints.any() else np.ones(len(places), dtype=bool)
+    )  # a drive lays nothing: all of it counts
+    return PathScene(places, laid, gone.layer, size, quantities, gone.time, bead=bead, worst=worst)
 
 
 def walls_of(head: LogHead) -> tuple[tuple[str, Array], ...]:
