@@ -105,6 +105,7 @@ export class Parts { // bodies, whose colours follow the page
     const key = `${token} ${opacity}`;
     this.materials[key] ??= { token, made: new MeshLambertMaterial({
       side: DoubleSide, flatShading: true, transparent: opacity < 1, opacity, depthWrite: opacity === 1,
+      polygonOffset: token === "--estimate", polygonOffsetFactor: 2, polygonOffsetUnits: 2, // behind the truth where both are
     }) };
     return this.materials[key].made;
   }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.apps.web.states import States
 from cablewright.models.statics import Equilibrium, Model
@@ -25,8 +23,3 @@ def one_state(found: Equilibrium, title: str, note: str) -> SceneDescription:
     if dead:
         notes.append("Between winch and sheave the cable is drawn straight.")
     return SceneDescription(title, found.model.robot, states, notes=(" ".join(notes),))
-
-
-def is_known(scene: SceneDescription) -> bool:
-    """Whether there is a pose to draw."""
-    return bool(np.isfinite(scene.states.poses).all())

@@ -7,7 +7,6 @@ are `Packed`. Points of lines and of the path are whole numbers of 16 bits on a 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -187,9 +186,3 @@ def _named(body: Body) -> dict[str, Any]:
 
 def _numbers(values: ArrayLike) -> list[float]:
     return [float(each) for each in np.asarray(values)]
-
-
-def as_page_data(scene: SceneDescription) -> Mapping[str, Any]:
-    """The scene as the page reads it back, to look at it."""
-    found: Mapping[str, Any] = json.loads(scene.as_json())
-    return found
