@@ -15,13 +15,14 @@ from cablewright.apps.report import check as check_report
 from cablewright.apps.report.show import show_page
 from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.robot import load
+from printed import RING
 
 ROOT = Path(__file__).parents[3]
 EVIL = "</script><img src=x onerror=alert(1)>"
 
 pytestmark = pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests")
 
-KINDS = ("robot", "markup", "job", "check", "log", "accuracy", "modes", "calibration", "replay")
+KINDS = ("robot", "markup", "job", "check", "log", "accuracy", "modes", "calibration", "replay", "print")
 WITH_PATH = ("job", "check")
 LOOKS = [
     (kind, width, dark)
@@ -65,6 +66,10 @@ def pages(tmp_path_factory: pytest.TempPathFactory, cli) -> dict[str, Path]:
         assert made[kind].is_file(), answer
     cli("accuracy", "wang2021", "--helix", "0.5,0.2,1,1.4", "--out", folder / "accuracy")
     shutil.copy(folder / "accuracy" / "report.html", made["accuracy"])
+    ring = folder / "ring.toml"
+    ring.write_text(RING.format(radius=0.2))
+    cli("print", "merlet2023", ring, "--plant", "quasi-static", "--out", folder / "print")
+    shutil.copy(folder / "print" / "report.html", made["print"])
     check, layers = make_check(ring_robot(4), small_job(folder))
     run = folder / "run"
     run.mkdir()
