@@ -10,6 +10,7 @@ import pytest
 
 from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.packing import unpacked
+from cablewright.apps.web.png import _shaded
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter, read_log
@@ -145,3 +146,11 @@ def test_reports_of_commands_with_a_picture(cli, tmp_path):
     assert answer.json["report"] == str(page)
     assert scene_of(page)["meshes"][0]["name"] == "workspace"
     shutil.rmtree(tmp_path)
+
+
+def test_a_long_piece_is_drawn_in_the_colours_of_its_values():
+    pieces, values = np.array([[[0.0, 0, 0], [1.0, 0, 0]]]), np.array([[2.0, 4.0]])
+    cut, found = _shaded(pieces, values, 0.25)
+    assert cut[:, 0, 0].tolist() == [0.0, 0.25, 0.5, 0.75]
+    assert cut[:, 1, 0].tolist() == [0.25, 0.5, 0.75, 1.0]
+    assert found.tolist() == [2.25, 2.75, 3.25, 3.75]

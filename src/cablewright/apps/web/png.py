@@ -13,12 +13,13 @@ from matplotlib.figure import Figure
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_faces, add_lines, machine
 from cablewright.apps.web.colours import RAMPS
-from cablewright.apps.web.path_scene import Quantity
+from cablewright.apps.web.path_scene import LAID, Quantity
 from cablewright.apps.web.scene import SceneDescription, platform_of, route
 from cablewright.arrays import Array
 from cablewright.models.rotation import placed
 
 _MOST: Final = 20_000  # pieces of a path
+_SHADES: Final = 60.0  # pieces of one colour are at most this part of the scene's extent long
 _MOST_NAMES: Final = 12
 _SIDES: Final = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 _UNITS: Final = {"m": (1e3, "mm")}  # of errors; heights stay in m
@@ -69,19 +70,30 @@ def _add_path(drawn: Figure, axes: object, scene: SceneDescription) -> None:
     if path is None:
         return
     kept = path.overview
-    kept = kept[:: max(1, len(kept) // _MOST)]
-    laid = path.kind[kept[1:]] == 1
-    pieces = np.stack([path.positions[kept[:-1]], path.positions[kept[1:]]], axis=1)[laid]
-    if not len(pieces):
+    ends = np.stack([kept[:-1], kept[1:]], axis=1)[path.kind[kept[1:]] == LAID]
+    ends = ends[:: max(1, len(ends) // _MOST)]
+    if not len(ends):
         return
     if not path.quantities:
-        add_lines(axes, pieces, 4, 1.0, style.BLUE)
+        add_lines(axes, path.positions[ends], 4, 1.0, style.BLUE)
         return
     first: Quantity = path.quantities[0]
     size, unit = _UNITS.get(first.unit, (1.0, first.unit)) if first.high < 1.0 else (1.0, first.unit)
     colours = ScalarMappable(Normalize(size * first.low, size * first.high), _map(first.colours))
-    add_lines(axes, pieces, 4, 1.0, colours.to_rgba(size * first.values[kept[1:]][laid]))
+    pieces, values = _shaded(path.positions[ends], first.values[ends], path.extent / _SHADES)
+    add_lines(axes, pieces, 4, 1.0, colours.to_rgba(size * values))
     style.colour_bar(drawn, axes, colours, f"{first.label} in {unit}", shrink=0.6)  # type: ignore[arg-type]
+
+
+def _shaded(pieces: Array, values: Array, longest: float) -> tuple[Array, Array]:
+    """Pieces (p, 2, 3) and values (p, 2) at their ends, cut to at most *longest*, m; values of the middles."""
+    length = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
+    count = np.clip(np.ceil(length / longest), 1, _SHADES).astype(int)
+    of = np.repeat(np.arange(len(pieces)), count)
+    place = (np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)) / count[of]
+    share = np.stack([place, place + 1.0 / count[of]], axis=1)
+    cut = pieces[of, :1] + share[..., None] * (pieces[of, 1:] - pieces[of, :1])
+    return cut, values[of, 0] + share.mean(axis=1) * (values[of, 1] - values[of, 0])
 
 
 def _add_platform(axes: object, scene: SceneDescription, pose: Array) -> None:
