@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet
 
 from cablewright.apps.quantities import quantity
@@ -17,6 +18,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
+from cablewright.printing.path import MAX_SAMPLES
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.studies.checks.result import Check
@@ -109,8 +111,7 @@ def check_scene(check: Check) -> SceneDescription:
 
 def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
     """The same from the ``samples.parquet`` that a check wrote to its run folder. Raises `InputError` for another."""
-    table = pyarrow.parquet.read_table(folder / "samples.parquet", memory_map=True)
-    column = {name: table[name].to_numpy() for name in table.column_names}
+    column = _columns(folder / "samples.parquet")
     try:
         positions = _points(column, "")
         tensions = np.stack([column[f"tensions {line.name}"] for line in robot.lines], axis=1)
@@ -136,6 +137,21 @@ def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
     )
     title = f"{folder.name} on {robot.name}"
     return SceneDescription(title, robot, states, path, worst=_mark(worst, error, positions), notes=(_REST,))
+
+
+def _columns(file: Path) -> dict[str, Array]:
+    """The numbers of a table by column. Raises `InputError` for what is none of a check, or is too large."""
+    try:
+        with pyarrow.parquet.ParquetFile(file) as table:
+            rows = table.metadata.num_rows
+            if not 2 <= rows <= MAX_SAMPLES:
+                raise InputError(f"{file}: {rows} samples; 2 to {MAX_SAMPLES} are expected")
+            found = table.read()
+    except (pa.ArrowException, OSError) as reason:
+        raise InputError(f"{file}: cannot be read as Parquet: {str(reason).splitlines()[0]}") from None
+    numeric = (pa.types.is_floating, pa.types.is_integer, pa.types.is_boolean)
+    names = [field.name for field in found.schema if any(kind(field.type) for kind in numeric)]
+    return {name: found[name].to_numpy() for name in names}
 
 
 def _points(column: Mapping[str, Array], prefix: str) -> Array:
