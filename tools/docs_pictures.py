@@ -1,4 +1,4 @@
-"""Draw the pictures of ``docs/index.md`` and ``docs/conventions.md`` anew: ``python tools/docs_pictures.py``."""
+"""Draw the pictures of ``docs/index.md``, ``conventions.md`` and ``show.md``: ``python tools/docs_pictures.py``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ import cablewright as cw
 from cablewright.apps import style
 from cablewright.apps.pictures.path import side_view
 from cablewright.apps.report.digest import Digest
+from cablewright.apps.web.png import scene_png
+from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.printing.layers import layer_table
+from cablewright.robot import library_names
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
@@ -127,8 +130,15 @@ def _note(axes: Axes, text: str, point: np.ndarray, offset: tuple[float, float])
     axes.annotate(text, spot(point), place, arrowprops=arrow, fontsize=9.5, ha="center", va="center", zorder=7)
 
 
+def draw_robot(name: str) -> bytes:
+    """A robot of the library at rest, as ``cablewright show NAME --png`` draws it."""
+    return scene_png(robot_scene(cw.load(name)))
+
+
 def main() -> None:
     """Write all pictures."""
+    for name in library_names():
+        (IMAGES / f"robot-{name}.png").write_bytes(draw_robot(name))
     with style.drawing():
         (IMAGES / "check-path.png").write_bytes(draw_check())
         (IMAGES / "frame.png").write_bytes(draw_frame())

@@ -30,7 +30,7 @@ def page() -> str:
     for group, commands in COMMANDS.items():
         parts.append(f"## {group}\n")
         for name, (home, summary) in commands.items():
-            module, kind = home.split(".")
+            module, kind = home.rsplit(".", 1)
             answers = getattr(import_module(f"cablewright.apps.cli.{module}"), kind).ANSWERS
             parts += [f"### {name}\n", f"{summary}\n", *map(_table, answers)]
     return "\n".join(parts).rstrip() + "\n"

@@ -5,14 +5,18 @@ from __future__ import annotations
 import io
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
+from cablewright.apps import style
 from cablewright.apps.cli import main
+
+MARKUP = re.compile(r"\\math")  # of TeX, which pictures do not typeset; a name may have a dollar
 
 
 def _no_constant(word: str) -> None:
@@ -77,3 +81,28 @@ def cli() -> Callable[..., Outcome]:
     run("inverse", "merlet2023", "--at", "0,0,1")
     run("forward", "merlet2023", "--lengths", "10,10,10,10")
     return run
+
+
+def ticks(drawn: Figure) -> list[str]:
+    """All labels of ticks of a figure, great and small."""
+    return [
+        label.get_text()
+        for axes in drawn.get_axes()
+        for axis in axes._axis_map.values()
+        for label in axis.get_ticklabels(which="both")
+    ]
+
+
+@pytest.fixture(autouse=True)
+def _ticks_are_plain_text(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """No picture that any test here draws shows raw markup at an axis."""
+    drawn: list[Figure] = []
+    made = style.figure
+
+    def figure(width: float, height: float) -> Figure:
+        drawn.append(made(width, height))
+        return drawn[-1]
+
+    monkeypatch.setattr(style, "figure", figure)
+    yield
+    assert [text for each in drawn for text in ticks(each) if MARKUP.search(text)] == []

@@ -22,7 +22,7 @@ HOMES = {name: home for commands in COMMANDS.values() for name, (home, _) in com
 
 
 def _kind(name: str) -> Any:
-    module, kind = HOMES[name].split(".")
+    module, kind = HOMES[name].rsplit(".", 1)
     return getattr(import_module(f"cablewright.apps.cli.{module}"), kind)
 
 

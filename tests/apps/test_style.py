@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from apps.conftest import MARKUP, ticks
 from cablewright.apps import style
 from cablewright.apps.pictures.print import steps_picture
 
@@ -62,3 +63,26 @@ def test_enlargements_are_round_and_never_shrink():
         style.enlargement(goal, size) for goal, size in ((1.0, 0.3), (1.0, 0.1), (1.0, 0.004), (1.0, 2.0), (1.0, 0.0))
     ]
     assert found == pytest.approx([2.0, 10.0, 200.0, 1.0, 1.0])
+
+
+def test_a_log_axis_without_care_would_be_noticed():
+    with style.drawing():
+        drawn = style.figure(4.0, 3.0)
+        axes = drawn.add_subplot()
+        axes.set(xscale="log", xlim=(0.3, 40.0))
+        assert any(MARKUP.search(text) for text in ticks(drawn))
+        style.log_ticks(axes.xaxis, 0.3, 40.0)
+    assert not any(MARKUP.search(text) for text in ticks(drawn))
+    assert "0.5" in ticks(drawn)
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, 1.4), (0.02, 0.9), (1e-9, 1e9), (3e-4, 7.0), (900.0, 2e6)])
+def test_ticks_of_any_log_axis_are_plain(low: float, high: float):
+    with style.drawing():
+        drawn = style.figure(4.0, 3.0)
+        axes = drawn.add_subplot()
+        axes.set(yscale="log", ylim=(low, high))
+        style.log_ticks(axes.yaxis, low, high)
+    told = [text for text in ticks(drawn) if text]
+    assert not any(MARKUP.search(text) for text in told)
+    assert len(told) >= 2

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cablewright.analyses.line_shapes import polylines
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, Status
 from cablewright.kernels.collision import clearance as kernel
 from cablewright.kernels.collision.clearance import Surroundings
-from cablewright.kernels.collision.line_polyline import MAX_POINTS
 from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Pictured, Result
@@ -256,11 +256,7 @@ class Interference(Distances):
         """Return the lines of one row as polylines (k, 3), m, world; none where the row has no solution."""
         one = self[row].equilibrium
         _, poses, states = one.solved_arrays()
-        m = one.model.m
-        points, counts = np.zeros((m, MAX_POINTS, 3)), np.zeros(m, np.int64)
-        around = _surroundings(one.model.robot, self.settings)
-        kernel.drawn_lines(one.packed, poses, states, around, points, counts)
-        return [own[:count] for own, count in zip(points, counts, strict=True)]
+        return polylines(one.packed, poses[0], states[0], self.settings.tolerance, self.settings.ends)
 
     def contact(self, row: int, kind: int) -> Contact:
         """Return the nearest contact at pose *row* of the kind with index *kind*."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
@@ -81,6 +82,7 @@ def simulate(
     severity: SeverityName | None = None,
     driving: DriveSettings | None = None,
     log: str | Path | None = None,
+    epoch: datetime | None = None,
     progress: Progress | None = None,
 ) -> Simulation:
     """Drive a simulated machine, built by *seed* within its tolerances, along a random closed path, or hold it.
@@ -88,7 +90,8 @@ def simulate(
     *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, to
     stay at instead. *duration*: s, by default once round the loop. Of a `Model` only the robot is used: the *plant*,
     ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see `with_severity`; None: of the *machine*. *log*:
-    an MCAP file, which appears when it is complete.
+    an MCAP file, which appears when it is complete. *epoch*: UTC of its time 0, for programs that show dates; by
+    default 1970, so that the same input gives the same bytes.
 
     Raises `InputError` for contradictory or missing arguments, `AnswerError` where the path cannot be held,
     `EnvironmentFault` where the log cannot be written.
@@ -122,7 +125,9 @@ def simulate(
         duration = math.floor(path_length(path) / settings.speed + 0.5 * settings.ramp)
     assert duration is not None
     twin = SimulatedMachine(described, built, start, seed=seed, plant=plant)
-    head = LogHead(described, built.owner, twin.period, simulation=built.simulation, plant=plant, seed=seed)
+    head = LogHead(
+        described, built.owner, twin.period, simulation=built.simulation, plant=plant, seed=seed, epoch=epoch
+    )
     run = partial(drive, twin, path, duration, settings=settings, seed=seed, progress=progress)
     return Simulation(head, run() if log is None else _logged(run, Path(log), head))
 

@@ -7,6 +7,7 @@ from importlib.metadata import version
 
 import pytest
 
+from cablewright.apps.report.viewer import script
 from cablewright.errors import AnswerError
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
@@ -42,7 +43,7 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
     assert values["max_path_error"] < 0.0482  # the paper's
     with read_log(values["log"]) as log:
         assert len(list(log.entries())) == values["steps"]
-    assert "://" not in (out / "report.html").read_text()
+    assert "://" not in (out / "report.html").read_text().replace(script(), "")  # three.js names specifications
     assert json.loads((out / "manifest.json").read_text())["cablewright"] == version("cablewright")
     assert json.loads((out / "metrics.json").read_text()) == values
     again = cli("print", "merlet2023", job, *FAST, "--out", out, "--json")

@@ -87,7 +87,9 @@ class BracketCommand:
             from cablewright.apps.report.bracket_vtu import vtu
 
             write_whole(self.vtu, vtu(found.designs))
-        return answer(found, self.output.as_json, plot=self.output.draw(found), vtu=self.vtu)
+        return answer(
+            found, self.output.as_json, **self.output.write(found, f"Brackets of {model.robot.name}"), vtu=self.vtu
+        )
 
     def _check(self) -> None:
         """Raise `InputError` unless the options go together."""

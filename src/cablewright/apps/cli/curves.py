@@ -51,4 +51,4 @@ class CurvesCommand:
                 min_radius=self.min_radius,
                 progress=show,
             )
-        return answer(found, self.output.as_json, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, **self.output.write(found, "Curves to print"))

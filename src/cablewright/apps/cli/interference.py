@@ -82,4 +82,4 @@ class InterferenceCommand:
                 retraction=self.retraction,
                 progress=show,
             )
-        return answer(found, self.output.as_json, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, **self.output.write(found, f"Interference of {found.robot.name}"))

@@ -20,6 +20,7 @@ from cablewright.errors import AnswerError, CablewrightError, InputError, one_li
 
 COMMANDS = {
     "Model": {
+        "show": ("show.ShowCommand", "A robot to look at in a browser, alone or with a job, a run or a log."),
         "inverse": ("statics.InverseCommand", "Lengths and tensions of the lines that hold the platform at a pose."),
         "forward": ("statics.ForwardCommand", "Pose of the platform for given unstrained lengths."),
         "equilibria": (
@@ -40,15 +41,24 @@ COMMANDS = {
         "bracket": ("bracket.BracketCommand", "Stress in the brackets of the sheaves, by finite elements."),
     },
     "Calibrate": {
-        "survey": ("survey.SurveyCommand", "Exit points, sheave axes and walls from a total station's markers."),
-        "poses": ("poses.PosesCommand", "Poses to measure for a calibration."),
-        "calibrate": ("calibrate.CalibrateCommand", "Exit points and home lengths from length changes at poses."),
+        "survey": (
+            "calibration.survey.SurveyCommand",
+            "Exit points, sheave axes and walls from a total station's markers.",
+        ),
+        "poses": ("calibration.poses.PosesCommand", "Poses to measure for a calibration."),
+        "calibrate": (
+            "calibration.calibrate.CalibrateCommand",
+            "Exit points and home lengths from length changes at poses.",
+        ),
         "simulate-calibration": (
-            "calibrate.SimulateCalibrationCommand",
+            "calibration.calibrate.SimulateCalibrationCommand",
             "Simulated measurements to try `calibrate` with.",
         ),
-        "modulus": ("modulus.ModulusCommand", "Young's modulus of a cable from a tensile test."),
-        "walls": ("walls.WallsCommand", "Walls in a lidar's scan, and the lidar's place in a surveyed room."),
+        "modulus": ("calibration.modulus.ModulusCommand", "Young's modulus of a cable from a tensile test."),
+        "walls": (
+            "calibration.walls.WallsCommand",
+            "Walls in a lidar's scan, and the lidar's place in a surveyed room.",
+        ),
     },
     "Print": {
         "check": ("check.CheckCommand", "Whether a robot can print a job, how far off, and the winch lengths for it."),
@@ -88,7 +98,7 @@ def command(name: str) -> TyperCommand:
     from cablewright.apps.cli.command import command_of
 
     home, summary = next(commands[name] for commands in COMMANDS.values() if name in commands)
-    module, kind = home.split(".")
+    module, kind = home.rsplit(".", 1)
     return command_of(getattr(import_module(f"cablewright.apps.cli.{module}"), kind), name, summary)
 
 

@@ -51,7 +51,9 @@ class ModesCommand:
             self._refuse_boundary_options()
             laws = {key: given[key] for key in ("cable", "sheave", "tension_limits", "retraction")}
             found = modes(machine, numbers(self.at, "--at", free=True) or [], geometric=self.geometric, **laws)
-            return answer(found, self.output.as_json, plot=self.output.draw(found, when=found.has_modes))
+            return answer(
+                found, self.output.as_json, **self.output.write(found, f"Modes of {machine.name}", when=found.has_modes)
+            )
         with progress() as show:
             along = boundary_modes(
                 machine,
@@ -62,7 +64,9 @@ class ModesCommand:
                 progress=show,
                 **given,
             )
-        return answer(along, self.output.as_json, plot=self.output.draw(along, when=along.has_modes))
+        return answer(
+            along, self.output.as_json, **self.output.write(along, f"Modes of {machine.name}", when=along.has_modes)
+        )
 
     def _refuse_boundary_options(self) -> None:
         """Raise `InputError` for an option that only a boundary has."""

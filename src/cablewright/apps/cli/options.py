@@ -252,15 +252,28 @@ class OutputOptions:
     PANEL: ClassVar = "Output"
 
     plot: Plot = None
+    report: Annotated[
+        Path | None,
+        typer.Option("--report", metavar="FILE.html", help="Write a page with figures, tables and picture."),
+    ] = None
     as_json: AsJson = False
 
     def __post_init__(self) -> None:
-        """Refuse a picture that is no PNG, before any work. Raises `InputError`."""
+        """Refuse other kinds of files, before any work. Raises `InputError`."""
         check_suffix(self.plot, "--plot", ".png")
+        check_suffix(self.report, "--report", ".html")
 
-    def draw(self, found: Pictured, *, when: bool = True) -> Path | None:
-        """Write the picture if one is requested and there is something to draw; return its file."""
-        if self.plot is None or not when:
-            return None
-        found.plot(self.plot)
-        return self.plot
+    def write(self, found: Pictured, title: str, *, when: bool = True) -> dict[str, Path | None]:
+        """Write the picture and the page that are requested; return their files by kind.
+
+        *title* of the page; *when*: whether there is something to draw.
+        """
+        drawn = self.plot if when else None
+        if drawn is not None:
+            found.plot(drawn)
+        if self.report is not None:
+            from cablewright.apps.report.result import result_page
+            from cablewright.file_output import write_whole
+
+            write_whole(self.report, result_page(found, title, drawn=when).encode("utf-8"))
+        return {"plot": drawn} | ({} if self.report is None else {"report": self.report})

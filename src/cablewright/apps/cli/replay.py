@@ -49,4 +49,4 @@ class ReplayCommand:
         with progress() as show:
             each = [replay(self.log, name, lasers=measured, progress=show) for name in names]
         found = each[0] if len(each) == 1 else Replays(tuple(each))
-        return answer(found, self.output.as_json, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, **self.output.write(found, f"Replay of {self.log.name}"))

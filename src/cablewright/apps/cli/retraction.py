@@ -52,4 +52,4 @@ class RetractionCommand:
                 progress=show,
                 **self.region.as_arguments(),
             )
-        return answer(found, self.output.as_json, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, **self.output.write(found, f"Retraction of {self.robot.robot}"))

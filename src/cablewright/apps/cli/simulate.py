@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -153,6 +154,15 @@ class SimulateCommand:
     path: DriveOptions
     faults: FaultOptions
     out: Annotated[Path | None, typer.Option("--out", metavar="LOG.mcap", help="Write a log of the drive.")] = None
+    epoch: Annotated[
+        str | None,
+        typer.Option(
+            "--epoch",
+            metavar="TIME",
+            help="Time 0 of the log: ISO 8601 in UTC, like 2026-05-01T12:00:00Z, or now; by default 1970, so that the "
+            "same seed gives the same bytes.",
+        ),
+    ] = None
     output: OutputOptions
 
     def __post_init__(self) -> None:
@@ -180,9 +190,24 @@ class SimulateCommand:
                 severity=self.severity,
                 driving=DriveSettings(speed=path.speed, slack=path.slack, valve=path.valve),
                 log=self.out,
+                epoch=self.began(),
                 progress=show,
             )
-        return answer(found, self.output.as_json, out=self.out, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, out=self.out, **self.output.write(found, "Simulated drive"))
+
+    def began(self) -> datetime | None:
+        """Time 0 of the log. Raises `InputError`."""
+        if self.epoch is None:
+            return None
+        if self.epoch == "now":
+            return datetime.now(UTC).replace(microsecond=0)
+        try:
+            told = datetime.fromisoformat(self.epoch)
+        except ValueError:
+            told = None
+        if told is None or told.utcoffset() != timedelta(0):
+            raise InputError(f"--epoch = {self.epoch!r}: expected `now`, or a time in UTC like 2026-05-01T12:00:00Z")
+        return told
 
 
 def _fault(text: str) -> FaultPlan:

@@ -95,7 +95,12 @@ class TradeCommand:
         except KeyboardInterrupt:
             tell(f"{file} has what is done; the same command resumes")
             raise
-        return answer(found, self.output.as_json, file=file, plot=self.output.draw(found, when=found.status != "empty"))
+        return answer(
+            found,
+            self.output.as_json,
+            file=file,
+            **self.output.write(found, f"Trade of {machine.name}", when=found.status != "empty"),
+        )
 
     def settings(self) -> TradeSettings:
         """What is found for each combination. Raises `InputError`."""

@@ -97,7 +97,7 @@ class WorkspaceCommand:
         mesh = self.mesh if some else None
         if mesh is not None and isinstance(found, Workspace):
             write_whole(mesh, found.mesh.stl() if mesh.suffix.lower() == ".stl" else found.mesh.glb())
-        return {"mesh": mesh, "plot": self.output.draw(found, when=some)}
+        return {"mesh": mesh, **self.output.write(found, f"Workspace of {self.robot.robot}", when=some)}
 
 
 def _wrench_box(text: str | None, n: int) -> Any:

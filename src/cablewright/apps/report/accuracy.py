@@ -21,6 +21,8 @@ from cablewright.apps.report.figures import part_table
 from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, table
 from cablewright.apps.report.provenance import assumptions, list_of, robot_rows
 from cablewright.apps.report.terms import with_terms
+from cablewright.apps.report.viewer import script, stylesheet, view
+from cablewright.apps.web.accuracy_scene import place_scene, study_scene
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
 from cablewright.studies.accuracy import AccuracyStudy
@@ -64,7 +66,7 @@ def _written(folder: Path, title: str, drawn: Pictures, body: Callable[[Pictures
     for name, png in drawn.items():
         write_whole(folder / f"{name}.png", png)
     report = folder / "report.html"
-    write_whole(report, page(title, with_terms(body(drawn)), "").encode("utf-8"))
+    write_whole(report, page(title, with_terms(body(drawn)), script(), stylesheet()).encode("utf-8"))
     return report
 
 
@@ -95,6 +97,7 @@ def _study_body(study: AccuracyStudy, title: str, pictures: Pictures, options: M
         yield cards(_cards(study, found))
     yield from _notices(found, study.notes)
     if pictures:
+        yield section("The robot and the places", view(study_scene(study, title)))
         yield section("Errors over the places", *_study_pictures(study, pictures))
         yield section("Extreme places", part_table(study, "extremes"))
     if study.workspace is not None:
@@ -199,6 +202,8 @@ def _place_body(found: AccuracyAtPose, title: str, pictures: Pictures, options: 
     if pictures:
         yield cards(_cards(found, accuracy))
     yield from _notices(accuracy, found.notes)
+    if pictures:
+        yield section("The robot at the pose", view(place_scene(found, title)))
     if "region" in pictures:
         caption = f"From the nominal position of the nozzle. {count(len(found.region.points))} corners of the ranges."
         alt = "The hull of the positions of the nozzle at the corners of the ranges, and its outlines along the axes"

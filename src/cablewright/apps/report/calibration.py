@@ -11,6 +11,9 @@ from cablewright.apps.report.figures import along_table, key_figures, part_table
 from cablewright.apps.report.page import Html, cards, element, page, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
 from cablewright.apps.report.terms import with_terms
+from cablewright.apps.report.viewer import script, stylesheet, view
+from cablewright.apps.web.robot_scene import robot_scene
+from cablewright.apps.web.scene import Body, SceneDescription
 from cablewright.calibration.result import Calibration
 
 Pictures = dict[str, bytes]
@@ -19,7 +22,13 @@ Pictures = dict[str, bytes]
 def calibration_page(found: Calibration, data: str) -> str:
     """Return the page as HTML; *data* names the file of the measurements. The same calibration gives the same text."""
     title = f"Calibration of {found.problem.robot.name}"
-    return page(title, with_terms(_body(found, title, data, _pictures(found))), "")
+    return page(title, with_terms(_body(found, title, data, _pictures(found))), script(), stylesheet())
+
+
+def _scene(found: Calibration, title: str) -> SceneDescription:
+    """The robot that was found, and the poses of the measurements."""
+    places = found.poses[:, :3]
+    return robot_scene(found.robot, title).with_bodies(Body("poses that were measured", "--estimate", points=places))
 
 
 def _pictures(found: Calibration) -> Pictures:
@@ -42,6 +51,7 @@ def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iter
         yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
     if found.status == "ok":
         yield section("What the data leave open", *_open(found))
+        yield section("The robot, and where it was measured", view(_scene(found, title)))
         yield section("Values", along_table(found, "unknown"))
         yield section("Residuals of the lengths", *_residuals(found, pictures))
         yield section("How well exit points are known", *_exits(pictures))

@@ -20,7 +20,8 @@ from cablewright.apps.report.findings import findings_table
 from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, table
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.terms import with_terms
-from cablewright.apps.report.viewer import canvas, script
+from cablewright.apps.report.viewer import script, stylesheet, view
+from cablewright.apps.web.check_scene import check_scene
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
 from cablewright.printing.layers import LayerTable
@@ -43,7 +44,7 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
         write_whole(folder / f"{name}.png", png)
     title = f"Check of {check.job.name} on {check.robot.name}"
     report = folder / "report.html"
-    write_whole(report, page(title, with_terms(_body(digest, title, pictures)), script()).encode("utf-8"))
+    write_whole(report, page(title, with_terms(_body(digest, title, pictures)), script(), stylesheet()).encode("utf-8"))
     return report
 
 
@@ -67,6 +68,8 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     turns = () if digest.check.robot.n == 6 else ("max_turn_uncompensated",)
     yield cards((*each, "") for each in summary(digest.check, "feasible", "verdict", "not_checked", *turns))
     yield from _notices(digest)
+    if digest.check.robot.m >= digest.check.robot.freedoms:
+        yield section("The robot along the path", view(check_scene(digest.check)))
     yield section("Not checked", list_of(list(digest.check.not_checked)))
     yield section("Worst place of every limit", findings_table(digest))
     if digest.check.expected is not None and digest.check.expected.causes:
@@ -132,7 +135,6 @@ def _path(digest: Digest, pictures: Pictures) -> Iterator[Html]:
         "The extruded path seen from a corner, with the frame and the lines",
         f"The same from a corner, with {some} lines to the place of the largest error.",
     )
-    yield canvas(digest)
 
 
 def _tensions(digest: Digest, pictures: Pictures) -> Iterator[Html]:

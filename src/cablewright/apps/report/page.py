@@ -9,7 +9,8 @@ from html import escape
 from importlib import resources
 from typing import Final
 
-_ONE_LINE: Final = 20  # characters
+_ONE_LINE: Final = 24  # characters
+_FEW_COLUMNS: Final = 4  # that fit a phone
 
 
 class Html(str):
@@ -38,11 +39,14 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, numbers: Sequen
     """Return a table; the columns in ``numbers`` are set flush right."""
 
     def cell(kind: str, at: int, content: str) -> Html:
-        return element(kind, content, class_="number") if at in numbers else element(kind, content)
+        short = at in numbers and (isinstance(content, Html) or len(content) <= _ONE_LINE)
+        return element(kind, content, class_="number") if short else element(kind, content)
 
     top = element("tr", *(cell("th", at, name) for at, name in enumerate(head)))
     body = [element("tr", *(cell("td", at, value) for at, value in enumerate(row))) for row in rows]
-    return element("div", element("table", element("thead", top), element("tbody", *body)), class_="wide")
+    wide = "wide many" if len(head) > _FEW_COLUMNS else "wide"
+    made = element("table", element("thead", top), element("tbody", *body))
+    return element("div", made, class_=wide, tabindex="0", role="region", aria_label=", ".join(head))
 
 
 def notice(text: str) -> Html:
@@ -76,9 +80,12 @@ def bundled(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def page(title: str, body: Iterable[Html], script: str) -> str:
-    """Return the whole document. Its policy forbids every request and every script and style but its own."""
-    css = bundled("page.css")
+def page(title: str, body: Iterable[Html], script: str = "", style: str = "") -> str:
+    """Return the whole document. Its policy forbids every request and every script and style but its own.
+
+    *style*: rules that come after those of all pages.
+    """
+    css = bundled("page.css") + style
     policy = f"default-src 'none'; img-src data:; style-src {_hash(css)}; script-src {_hash(script)}"
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

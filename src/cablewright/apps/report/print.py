@@ -35,11 +35,11 @@ from cablewright.apps.report.print_tables import (
 )
 from cablewright.apps.report.provenance import list_of
 from cablewright.apps.report.terms import with_terms
+from cablewright.apps.report.viewer import script, stylesheet, view
+from cablewright.apps.web.print_scene import print_scene, structure_mesh
 from cablewright.arrays import Array
 from cablewright.file_output import write_whole
-from cablewright.printing.heightfield import HeightField
 from cablewright.studies.prints.result import PrintRecord
-from cablewright.triangle_mesh import TriangleMesh
 
 Pictures = dict[str, bytes]
 
@@ -47,7 +47,6 @@ _CARDS: Final = (
     "layers", "distance", "duration", "mean_path_error", "max_path_error", "max_height_error", "max_error_in_space",
     "estimated_max_path_error", "mean_speed", "barrier_stops", "refills",
 )  # fmt: skip
-_PLATE: Final = 0.01  # m that a mesh of the structure goes below the floor, so that bare floor is a body too
 
 
 def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None = None) -> Path:
@@ -60,22 +59,14 @@ def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None 
     for each, png in pictures.items():
         write_whole(folder / f"{each}.png", png)
     if found.structure is not None and found.structure.best is not None:
-        mesh = _mesh(found.structure.best, found)
+        mesh = structure_mesh(found.structure.best, found)
         write_whole(folder / "structure.stl", mesh.stl())
         write_whole(folder / "structure.glb", mesh.glb())
     title = f"Print of {name} on {found.head.robot.name}"
     report = folder / "report.html"
-    write_whole(report, page(title, with_terms(_body(found, title, name, pictures)), "").encode("utf-8"))
+    body = with_terms(_body(found, title, name, pictures))
+    write_whole(report, page(title, body, script(), stylesheet()).encode("utf-8"))
     return report
-
-
-def _mesh(field: HeightField, found: PrintRecord) -> TriangleMesh:
-    """The structure about the path as a body on a plate; what no scan saw is floor."""
-    low = np.maximum(field.cells_of(found.track.positions[:, :2].min(axis=0)[None] - 0.5)[0], 0)
-    high = np.minimum(field.cells_of(found.track.positions[:, :2].max(axis=0)[None] + 0.5)[0] + 1, field.shape)
-    corner = (field.low[0] + field.cell * int(low[0]), field.low[1] + field.cell * int(low[1]))
-    part = np.nan_to_num(field.heights[low[0] : high[0], low[1] : high[1]], nan=0.0)
-    return HeightField(corner, field.cell, part).solid(-_PLATE)
 
 
 def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
@@ -104,6 +95,9 @@ def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iter
     yield cards(_cards(found))
     for note in found.notes:
         yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
+    scene = print_scene(found, title)
+    if scene is not None:
+        yield section("The machine along the path", view(scene))
     yield section("Path errors", following_table(found), *_shown(pictures, "path", "errors"))
     paper = paper_table(found)
     if paper is not None:

@@ -11,7 +11,7 @@ from cablewright.apps.report.page import Html, element, join, section
 TERMS = {term.name.lower(): term for terms in GLOSSARY.values() for term in terms}
 _NAMES = re.compile(r"\b(" + "|".join(sorted(map(re.escape, TERMS), key=len, reverse=True)) + r")s?\b", re.IGNORECASE)
 _TAG = re.compile(r"(<[^>]*>)")
-_CLOSED = ("h1", "h2", "a", "strong")  # in which nothing is linked
+_CLOSED = ("h1", "h2", "a", "strong", "script", "svg", "summary")  # in which nothing is linked
 
 
 def with_terms(body: Iterable[Html]) -> list[Html]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 from typing import Annotated, Any, Final, Literal
 
@@ -20,6 +20,7 @@ from cablewright.robot import Robot
 from cablewright.validation import shown
 
 NEWEST_SCHEMA: Final = 2
+_BEGIN: Final = datetime(1970, 1, 1, tzinfo=UTC)
 _MAX_HEAD: Final = 1 << 20  # letters; ours has some thousand
 
 VERSIONS: Final = "versions"
@@ -69,6 +70,11 @@ class LogHead:
                     raise InputError(f"the head's {key}: a {self.kind} machine has none; only a simulated one has")
 
     @property
+    def epoch_ns(self) -> int:
+        """Time 0 in ns since 1970, UTC; 0 where nobody knows it."""
+        return 0 if self.epoch is None else round((self.epoch - _BEGIN) / timedelta(microseconds=1)) * 1000
+
+    @property
     def origin(self) -> str:
         """How the log was made, in a few words."""
         if self.kind != "simulated" or self.plant is None:
@@ -93,6 +99,18 @@ def written_head(head: LogHead) -> dict[str, str]:
     """Return the *head* as a log's metadata: JSON by key."""
     about = {"schema": NEWEST_SCHEMA, **_HEAD.dump_python(head, mode="json")}
     return {key: json.dumps(value) for key, value in about.items()}
+
+
+def epoch_of(texts: Mapping[str, str]) -> int:
+    """Return `LogHead.epoch_ns` of a log's metadata; 0 where it cannot be read."""
+    try:
+        told = json.loads(texts.get("epoch", "null"))
+        epoch = None if told is None else datetime.fromisoformat(told)
+    except (TypeError, ValueError, RecursionError):
+        return 0
+    if epoch is None or epoch.tzinfo is None:
+        return 0
+    return round((epoch - _BEGIN) / timedelta(microseconds=1)) * 1000
 
 
 def read_head(texts: Mapping[str, str], origin: str) -> LogHead:

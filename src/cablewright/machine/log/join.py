@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.file_output import cannot_write, whole_file
-from cablewright.machine.log.log import begin_log
+from cablewright.machine.log.log import SCHEMAS, begin_log
 from cablewright.machine.log.segments import JOINED_NAME, Segments, log_files
 
 _MIN_CHUNK: Final = 1 << 20  # bytes
@@ -31,8 +31,10 @@ def join_log(folder: Path) -> Path:
             writer, channels = begin_log(file, segments.files[0].head, chunk)
             for step in segments.steps():
                 for message in step:
-                    if message.topic in channels:
-                        writer.add_message(channels[message.topic], message.logged, message.data, message.measured)
+                    if message.topic in SCHEMAS:
+                        writer.add_message(
+                            channels.number(message.topic), message.logged, message.data, message.measured
+                        )
             writer.finish()  # type: ignore[no-untyped-call]
     finally:
         segments.close()

@@ -20,6 +20,7 @@ from cablewright.machine.log.mcap_file import HEAD
 from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
+from cablewright.machine.log.views import VIEWS, Views
 from cablewright.signals import (
     PER_LINE,
     Command,
@@ -32,6 +33,9 @@ from cablewright.signals import (
     SensorFrame,
     Truth,
 )
+
+SCHEMAS: Final = {each.topic: (each.schema, each.content) for each in TOPICS} | VIEWS
+"""Name and JSON schema of the messages of each topic that a log may have."""
 
 _CHUNK: Final = 256 << 10  # bytes: a second or two
 
@@ -75,6 +79,7 @@ class LogWriter:
         self._flush_every, self._clock, self._flushed = flush_every, clock, -math.inf
         with self._writing():
             self._writer, self._channels = begin_log(file, written_head(head), _CHUNK)
+        self._views, self._epoch = Views(head), head.epoch_ns
 
     def write(
         self,
@@ -86,13 +91,16 @@ class LogWriter:
         orders: Sequence[Order] = (),
     ) -> None:
         """Write one step: its command, readings and orders, and the truth, estimate and progress at its end."""
-        now = round(frame.time * 1e9)
+        now = self._epoch + round(frame.time * 1e9)
         counts = self.head.settings.winch.counts
         signals: tuple[Signal | None, ...] = (command, *frame.readings, *orders, truth, estimate, progress)
         with self._writing():
             for signal in signals:
                 if signal is not None:
-                    self._add(*encode(signal, self._lines, counts), now, round(max(signal.time, 0.0) * 1e9))
+                    measured = self._epoch + round(max(signal.time, 0.0) * 1e9)
+                    self._add(*encode(signal, self._lines, counts, self._epoch), now, measured)
+            for topic, data in self._views.messages(frame.time, truth, estimate, progress):
+                self._add(topic, data, now, now)
             self._add(*encode_frame(frame), now, now)
         if self._flush_every is not None:
             since = frame.time if self._clock is None else self._clock()
@@ -106,7 +114,7 @@ class LogWriter:
             self._writer.flush()  # type: ignore[no-untyped-call]
 
     def _add(self, topic: str, data: bytes, now: int, measured: int) -> None:
-        self._writer.add_message(self._channels[topic], log_time=now, data=data, publish_time=measured)
+        self._writer.add_message(self._channels.number(topic), log_time=now, data=data, publish_time=measured)
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -151,19 +159,32 @@ def write_log(
             file.close()
 
 
-def begin_log(file: IO[bytes], head: Mapping[str, str], chunk: int) -> tuple[Writer, dict[str, int]]:
-    """Begin an MCAP file with all topics and the *head*; return its writer, and the channel number of each topic."""
+class Channels:
+    """The channels of a file, each from its first message on: no topic is empty."""
+
+    def __init__(self, writer: Writer) -> None:
+        """For what *writer* writes."""
+        self._writer = writer
+        self._numbers: dict[str, int] = {}
+
+    def number(self, topic: str) -> int:
+        """The number of a topic's channel."""
+        if topic not in self._numbers:
+            name, content = SCHEMAS[topic]
+            about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": name}
+            schema = self._writer.register_schema(name, "jsonschema", json.dumps(about | content).encode())
+            self._numbers[topic] = self._writer.register_channel(topic, "json", schema)
+        return self._numbers[topic]
+
+
+def begin_log(file: IO[bytes], head: Mapping[str, str], chunk: int) -> tuple[Writer, Channels]:
+    """Begin an MCAP file with the *head*; return its writer, and the channels that it will have."""
     writer = Writer(
         file, chunk_size=chunk, compression=CompressionType.ZSTD, index_types=IndexType.ALL, enable_crcs=True
     )
     writer.start(profile="", library="cablewright")
     writer.add_metadata(HEAD, dict(head))
-    channels = {}
-    for topic in TOPICS:
-        schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": topic.schema}
-        number = writer.register_schema(topic.schema, "jsonschema", json.dumps(schema | topic.content).encode())
-        channels[topic.topic] = writer.register_channel(topic.topic, "json", number)
-    return writer, channels
+    return writer, Channels(writer)
 
 
 class Log:
@@ -212,6 +233,7 @@ class Log:
         """
         topics = {topic for each in without for topic in ((each,) if isinstance(each, str) else TOPICS_OF[each])}
         topics.discard(CLOSING_TOPIC)
+        topics |= VIEWS.keys()
         last, skipped = -1.0, 0
         file = self._segments.file
         for step in self._segments.steps(topics):

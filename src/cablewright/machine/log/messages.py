@@ -24,17 +24,20 @@ _STEPS: Final = 1e5  # ... in steps of 10 um: so many a metre
 _NOT_TURNED: Final = XYZW.write((0.0, 0.0, 0.0, 1.0))
 
 
-def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int) -> tuple[str, bytes]:
-    """Return topic and JSON of one signal. *lines* names the lines; *counts_per_turn* is of a motor's encoder."""
+def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int, epoch: int = 0) -> tuple[str, bytes]:
+    """Return topic and JSON of one signal. *lines* names the lines; *counts_per_turn* is of a motor's encoder.
+
+    *epoch*: time 0, ns since 1970, for the stamps that others read.
+    """
     match signal:
         case Tensions():
             return f"/tensions/{signal.source}", _dump(_plain(signal, _BY_NAME[f"/tensions/{signal.source}"]))
         case Scan():
-            return f"/scan/{signal.source}", _scan(signal)
+            return f"/scan/{signal.source}", _scan(signal, epoch)
         case Inertial():
-            return "/imu", _dump(_imu(signal))
+            return "/imu", _dump(_imu(signal, epoch))
         case Encoders():
-            return "/encoders", _dump(_joints(signal, lines, counts_per_turn))
+            return "/encoders", _dump(_joints(signal, lines, counts_per_turn, epoch))
     topic = _BY_SIGNAL[type(signal)]
     return topic.topic, _dump(_plain(signal, topic))
 
@@ -99,8 +102,8 @@ def _ranges(ranges: Array) -> bytes:
     return to_json(ranges.tolist())
 
 
-def _scan(scan: Scan) -> bytes:
-    sec, nanosec = _stamp(scan.begin)
+def _scan(scan: Scan, epoch: int) -> bytes:
+    sec, nanosec = _stamp(scan.begin, epoch)
     values = {
         "timestamp": {"sec": sec, "nsec": nanosec},
         "frame_id": f"lidar_{scan.source}",
@@ -116,10 +119,10 @@ def _scan(scan: Scan) -> bytes:
     return _dump(values)[:-1] + b',"ranges":' + _ranges(ranges) + b"}"
 
 
-def _imu(reading: Inertial) -> dict[str, Any]:
+def _imu(reading: Inertial, epoch: int) -> dict[str, Any]:
     unknown = [-1.0] + [0.0] * 8  # ROS: there is no such measurement
     return {
-        "header": _header(reading.time, "drum"),
+        "header": _header(reading.time, "drum", epoch),
         "orientation": _NOT_TURNED,
         "orientation_covariance": unknown,
         "angular_velocity": XYZ.write(reading.rate),
@@ -130,9 +133,9 @@ def _imu(reading: Inertial) -> dict[str, Any]:
     }
 
 
-def _joints(reading: Encoders, lines: Sequence[str], counts_per_turn: int) -> dict[str, Any]:
+def _joints(reading: Encoders, lines: Sequence[str], counts_per_turn: int, epoch: int) -> dict[str, Any]:
     return {
-        "header": _header(reading.time, "winches"),
+        "header": _header(reading.time, "winches", epoch),
         "name": list(lines),
         "position": (reading.counts * (2.0 * math.pi / counts_per_turn)).tolist(),
         "velocity": [],
@@ -142,13 +145,13 @@ def _joints(reading: Encoders, lines: Sequence[str], counts_per_turn: int) -> di
     }
 
 
-def _header(time: float, frame: str) -> dict[str, Any]:
-    sec, nanosec = _stamp(time)
+def _header(time: float, frame: str, epoch: int) -> dict[str, Any]:
+    sec, nanosec = _stamp(time, epoch)
     return {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": frame}
 
 
-def _stamp(time: float) -> tuple[int, int]:
-    return divmod(round(time * 1e9), 1_000_000_000)
+def _stamp(time: float, epoch: int) -> tuple[int, int]:
+    return divmod(epoch + round(time * 1e9), 1_000_000_000)
 
 
 def _dump(values: dict[str, Any]) -> bytes:

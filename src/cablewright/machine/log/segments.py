@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.errors import InputError
-from cablewright.machine.log.head import VERSIONS
+from cablewright.machine.log.head import VERSIONS, epoch_of
 from cablewright.machine.log.mcap_file import MAX_RECORD, LogFile, RawMessage
 
 JOINED_NAME: Final = "log.mcap"
@@ -115,7 +115,8 @@ class Segments:
                 self._read += self.files[number - 1].size
                 self.file.close()
                 self.file = LogFile(segment.path)
-            step, size, last = list[RawMessage](), 0, 0
+            step, size, begin = list[RawMessage](), 0, epoch_of(segment.head)
+            last = begin
             for each in self.file.messages(without):
                 size += len(each.data)
                 if size > MAX_RECORD:
@@ -130,7 +131,7 @@ class Segments:
                 if self.file.cut:
                     self.notes.append(f"cut or damaged before byte {self.file.cut}: read up to that byte")
                 if step:
-                    self.notes.append(f"the step after {1e-9 * last:g} s is not complete: left out")
+                    self.notes.append(f"the step after {1e-9 * (last - begin):g} s is not complete: left out")
 
 
 def _identity(head: Mapping[str, str]) -> dict[str, str]:

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -114,7 +115,15 @@ def run_print(
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
             plant, seed, simulation = twin.choices.plant, twin.choices.seed, machine.simulation
-            head = LogHead(twin.robot, machine.settings, machine.period, simulation=simulation, plant=plant, seed=seed)
+            head = LogHead(
+                twin.robot,
+                machine.settings,
+                machine.period,
+                simulation=simulation,
+                plant=plant,
+                seed=seed,
+                epoch=log_epoch(folder, real_time),
+            )
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone
                 write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
@@ -124,6 +133,17 @@ def run_print(
             ):
                 _run(run, FolderRecorder(log, writer, run.timing, progress), real_time)
         return run
+
+
+def log_epoch(folder: Path, real_time: bool) -> datetime | None:
+    """Return the UTC of time 0 of a print: that of the log in *folder*, or now for one that begins in real time.
+
+    None for a print that waits for no time: its log is a function of its input.
+    """
+    if any(folder.glob("log*.mcap")):
+        with read_log(folder) as log:
+            return log.head.epoch
+    return datetime.now(UTC).replace(microsecond=0) if real_time else None
 
 
 def _run(run: PrintRun, recorder: FolderRecorder, real_time: bool) -> None:

@@ -123,7 +123,7 @@ class ModulusCommand:
         assert length is not None
         section, load = self.specimen.section_and_load()
         found = modulus(self.test, initial_length=length, section=section, breaking_load=load, band=_band(self.band))
-        return answer(found, self.output.as_json, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, **self.output.write(found, "Young's modulus"))
 
 
 def _quantity(text: str | None, option: str, dimension: Dimension) -> float | None:

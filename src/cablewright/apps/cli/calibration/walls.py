@@ -114,7 +114,7 @@ class WallsCommand:
             yaw=(math.radians(low), math.radians(high)),
             lasers=lasers(place.laser),
         )
-        return answer(found, self.output.as_json, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, **self.output.write(found, "Walls in a scan"))
 
 
 def _masks(text: str | None) -> tuple[tuple[float, float], ...]:

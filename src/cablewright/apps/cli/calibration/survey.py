@@ -57,7 +57,7 @@ class SurveyCommand:
             raise InputError(f"--out = {str(self.out)!r}: there is no --robot whose exit points it could have")
         found = survey(self.file, self.plan, robot=None if self.robot is None else load(self.robot))
         self._write(found)
-        return answer(found, self.output.as_json, robot=self.out, plot=self.output.draw(found))
+        return answer(found, self.output.as_json, robot=self.out, **self.output.write(found, "Survey"))
 
     def _write(self, found: Surveyed) -> None:
         """Write the robot as surveyed, and say what could not be taken over."""

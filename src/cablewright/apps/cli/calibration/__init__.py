@@ -1,0 +1,1 @@
+"""The commands that find a robot's numbers from measurements."""

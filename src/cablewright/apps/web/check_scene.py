@@ -1,0 +1,188 @@
+"""Scenes of a path on a robot: of a job, of a check, and of the folder that a check wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+
+from cablewright.apps.quantities import quantity
+from cablewright.apps.web.path_scene import PathScene, Quantity
+from cablewright.apps.web.path_states import states_along
+from cablewright.apps.web.scene import Mark, SceneDescription
+from cablewright.arrays import Array
+from cablewright.errors import InputError
+from cablewright.models.statics import Model
+from cablewright.printing.job import Job
+from cablewright.printing.path import MAX_SAMPLES
+from cablewright.progress import Progress, silent
+from cablewright.robot import Robot
+from cablewright.studies.checks.result import Check
+from cablewright.studies.job_poses import along, sampled
+
+MOST_LINES: Final = 12
+"""Lines whose tension colours the path: more would make the page large."""
+
+_REST: Final = (
+    "Each state of the slider is an equilibrium at rest by the full statics, solved when the page was written; between "
+    "states nothing is interpolated."
+)
+
+
+def extent(robot: Robot) -> float:
+    """The largest side of what is drawn of a robot, m."""
+    points = np.array([robot.scene.frame_min, robot.scene.frame_max, *(line.exit_point for line in robot.lines)])
+    return float(np.ptp(points, axis=0).max())
+
+
+def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescription:
+    """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
+    samples, _ = sampled(robot, job, job.toolpath(progress))
+    poses, retraction = along(robot, job, samples)
+    law = job.time_law(samples)
+    progress("states along the path", 0, 1)
+    states = states_along(Model(robot), poses, retraction=retraction, time=law.time)
+    path = PathScene(
+        samples.positions,
+        samples.extruding,
+        samples.layer,
+        extent(robot),
+        (
+            Quantity.of("height", "height", "m", samples.positions[:, 2]),
+            Quantity.of("speed", "speed", "m/s", law.speed),
+        ),
+        law.time,
+        samples.line,
+        job.move_name,
+        (job.bead.width, job.bead.height),
+    )
+    notes = (f"{_REST} Limits were not judged along the path: `cablewright check` does.",)
+    return SceneDescription(f"{job.name} on {robot.name}", robot, states, path, notes=notes)
+
+
+def check_scene(check: Check) -> SceneDescription:
+    """A check: its path by error and by tension, and the robot along it."""
+    samples, job = check.samples, check.job
+    error = check.error_uncompensated
+    laid = np.flatnonzero(samples.extruding & np.isfinite(error))
+    known = laid if len(laid) else np.flatnonzero(np.isfinite(error))
+    worst = int(known[np.argmax(error[known])]) if len(known) else None
+    columns = {
+        "error": error,
+        "tensions": check.statics.tensions,
+        "speed": check.law.speed,
+        "displacement": check.statics.displacement,
+        "clearance": None if check.distances is None else check.distances.smallest,
+    }
+    path = PathScene(
+        samples.positions,
+        samples.extruding,
+        samples.layer,
+        extent(check.robot),
+        _quantities(check.robot, samples.positions, columns),
+        check.law.time,
+        samples.line,
+        job.move_name,
+        (job.bead.width, job.bead.height),
+        worst,
+    )
+    tensions = check.statics.tensions
+    states = states_along(
+        Model(check.robot),
+        check.poses,
+        retraction=check.retraction,
+        tensions=tensions,
+        time=check.law.time,
+        worst=worst,
+    )
+    return SceneDescription(
+        f"{job.name} on {check.robot.name}",
+        check.robot,
+        states,
+        path,
+        worst=_mark(worst, error, samples.positions),
+        notes=(_REST,),
+    )
+
+
+def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
+    """The same from the ``samples.parquet`` that a check wrote to its run folder. Raises `InputError` for another."""
+    column = _columns(folder / "samples.parquet")
+    try:
+        positions = _points(column, "")
+        tensions = np.stack([column[f"tensions {line.name}"] for line in robot.lines], axis=1)
+        error = np.linalg.norm(_points(column, "uncompensated_") - positions, axis=1)
+        poses = positions
+        if robot.n == 6:
+            poses = Model(robot).at_nozzle(np.concatenate([positions, _points(column, "rotation_")], axis=1))
+        time, speed, laid = column["time"], column["speed"], column["extruding"].astype(bool)
+        layer, line = column["layer"], column["gcode_line"]
+    except KeyError as missing:
+        raise InputError(f"{folder / 'samples.parquet'}: column {missing}: is missing: of another robot?") from None
+    known = np.flatnonzero(laid & np.isfinite(error))
+    worst = int(known[np.argmax(error[known])]) if len(known) else None
+    columns = {
+        "error": error, "tensions": tensions, "speed": speed,
+        "displacement": column.get("acceleration_displacement"), "clearance": column.get("clearance"),
+    }  # fmt: skip
+    path = PathScene(
+        positions, laid, layer, extent(robot), _quantities(robot, positions, columns), time, line, worst=worst
+    )
+    states = states_along(
+        Model(robot), poses, retraction=column.get("retraction"), tensions=tensions, time=time, worst=worst
+    )
+    title = f"{folder.name} on {robot.name}"
+    return SceneDescription(title, robot, states, path, worst=_mark(worst, error, positions), notes=(_REST,))
+
+
+def _columns(file: Path) -> dict[str, Array]:
+    """The numbers of a table by column. Raises `InputError` for what is none of a check, or is too large."""
+    try:
+        with pyarrow.parquet.ParquetFile(file) as table:
+            rows = table.metadata.num_rows
+            if not 2 <= rows <= MAX_SAMPLES:
+                raise InputError(f"{file}: {rows} samples; 2 to {MAX_SAMPLES} are expected")
+            found = table.read()
+    except (pa.ArrowException, OSError) as reason:
+        raise InputError(f"{file}: cannot be read as Parquet: {str(reason).splitlines()[0]}") from None
+    numeric = (pa.types.is_floating, pa.types.is_integer, pa.types.is_boolean)
+    names = [field.name for field in found.schema if any(kind(field.type) for kind in numeric)]
+    return {name: found[name].to_numpy() for name in names}
+
+
+def _points(column: Mapping[str, Array], prefix: str) -> Array:
+    return np.stack([column[f"{prefix}{axis}"] for axis in "xyz"], axis=1)
+
+
+def _mark(worst: int | None, error: Array, positions: Array) -> Mark | None:
+    if worst is None:
+        return None
+    x, y, z = positions[worst].tolist()
+    return Mark(f"largest error: {quantity(float(error[worst]), 'm')}", (x, y, z))
+
+
+def _quantities(robot: Robot, positions: Array, columns: Mapping[str, Any]) -> list[Quantity]:
+    """What colours the path, the error first."""
+    tensions: Array = columns["tensions"]
+    made = [
+        Quantity.of("error", "error without compensation", "m", columns["error"]),
+        Quantity.of("lowest", "lowest tension of a line", "N", np.min(tensions, axis=1), colours="tension"),
+        Quantity.of("highest", "highest tension of a line", "N", np.max(tensions, axis=1), colours="tension"),
+        Quantity.of("speed", "speed", "m/s", columns["speed"]),
+        Quantity.of("height", "height", "m", positions[:, 2]),
+    ]
+    if columns["displacement"] is not None:
+        made.append(Quantity.of("displacement", "displacement by acceleration", "m", columns["displacement"]))
+    if columns["clearance"] is not None and np.isfinite(columns["clearance"]).any():
+        near = np.where(np.isfinite(columns["clearance"]), columns["clearance"], np.nan)
+        made.append(Quantity.of("clearance", "distance of lines from the nearest thing", "m", near))
+    if robot.m <= MOST_LINES:
+        made += [
+            Quantity.of(f"tension {k}", f"tension of {line.name}", "N", tensions[:, k], colours="tension")
+            for k, line in enumerate(robot.lines)
+        ]
+    return made

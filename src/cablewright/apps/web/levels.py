@@ -1,0 +1,61 @@
+"""Levels of detail of a path: which of its vertices are needed so that nothing is farther from it than a tolerance.
+
+A vertex of one level belongs to all finer ones (Douglas and Peucker 1973, level by level, on all pieces at once).
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array, Indices, Mask
+
+LEFT_OUT: Final = 255
+_BREAK: Final = 512  # vertices after which one is kept in any case, which keeps pieces short
+
+
+def levels(points: Array, fixed: Mask, tolerances: Array) -> NDArray[np.uint8]:
+    """Return the level (k,) of each of *points* (k, d): the index of the first tolerance that needs it.
+
+    *fixed* (k,): those that every level has; *tolerances* (L,), falling, in the unit of the points. `LEFT_OUT`: none
+    needs it.
+    """
+    level = np.full(len(points), LEFT_OUT, dtype=np.uint8)
+    level[fixed] = 0
+    level[::_BREAK] = 0
+    level[-1:] = 0
+    for number, tolerance in enumerate(tolerances):
+        kept = np.flatnonzero(level != LEFT_OUT)
+        begin, end = kept[:-1], kept[1:]
+        open_ = end - begin > 1
+        begin, end = begin[open_], end[open_]
+        while len(begin):
+            farthest, distance = _farthest(points, begin, end)
+            split = distance > tolerance
+            middle = farthest[split]
+            level[middle] = number
+            begin, end = np.concatenate([begin[split], middle]), np.concatenate([middle, end[split]])
+            open_ = end - begin > 1
+            order = np.argsort(begin[open_], kind="stable")
+            begin, end = begin[open_][order], end[open_][order]
+    return level
+
+
+def _farthest(points: Array, begin: Indices, end: Indices) -> tuple[Indices, Array]:
+    """Return the point farthest from each chord from *begin* to *end* (s,), and how far; there is one between."""
+    counts = end - begin - 1
+    starts = np.cumsum(counts) - counts
+    piece = np.repeat(np.arange(len(begin)), counts)
+    at = np.arange(int(counts.sum())) - starts[piece] + begin[piece] + 1
+    chord = points[end] - points[begin]
+    size = np.maximum(np.einsum("ij,ij->i", chord, chord), 1e-300)
+    away = points[at] - points[begin][piece]
+    share = np.clip(np.einsum("ij,ij->i", away, chord[piece]) / size[piece], 0.0, 1.0)
+    away -= share[:, None] * chord[piece]
+    square = np.einsum("ij,ij->i", away, away)
+    largest = np.maximum.reduceat(square, starts)
+    hits = np.flatnonzero(square == largest[piece])
+    first = hits[np.unique(piece[hits], return_index=True)[1]]
+    return at[first], np.sqrt(largest)

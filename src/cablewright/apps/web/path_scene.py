@@ -1,0 +1,160 @@
+"""A path in a scene: its vertices by level of detail, what each piece is, and the quantities that colour it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.apps.web.levels import LEFT_OUT, levels
+from cablewright.apps.web.packing import packed
+from cablewright.arrays import Array, Indices, Mask
+
+LIFTED, LAID, TRAVEL = 0, 1, 2  # what the piece that ends at a vertex is
+_UNKNOWN: Final = 255
+_COLOURS: Final = 250  # steps of a colour scale
+_STEPS: Final = 65_535
+_ACROSS: Final = 1200.0  # tolerance when all is in view: this part of the scene's extent, which is under a pixel
+_FINER: Final = 4.0  # from level to level
+_COARSER: Final = 3  # levels for machines that draw slowly, while one turns the view
+_LEVELS: Final = 7
+_SEEN: Final = 0.04  # share of a scale that counts as much as the tolerance
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """Values (k,) along a path, SI, and the ends of their colour scale. NaN: not known."""
+
+    key: str
+    label: str
+    unit: str
+    values: Array
+    low: float
+    high: float
+    colours: Literal["error", "signed", "tension"] = "error"
+    note: str = ""
+
+    @classmethod
+    def of(cls, key: str, label: str, unit: str, values: Array, **more: Any) -> Quantity:
+        """With a scale from the smallest to the largest value; few outliers do not stretch it, and the note says so."""
+        known = values[np.isfinite(values)]
+        if not len(known):
+            return cls(key, label, unit, values, 0.0, 1.0, **more)
+        low, high = float(known.min()), float(known.max())
+        core_low, core_high = np.quantile(known, [0.002, 0.998]).tolist()
+        if high - low > 1.5 * (core_high - core_low) > 0.0:
+            more.setdefault("note", "a few values are beyond the ends")
+            low, high = core_low, core_high
+        if high - low <= 1e-12 * max(abs(high), 1.0):
+            high = low + max(abs(low) * 0.05, 1e-9)
+        return cls(key, label, unit, values, low, high, **more)
+
+    @property
+    def steps(self) -> NDArray[np.uint8]:
+        """Values as steps of the colour scale (k,); `_UNKNOWN` where there is none."""
+        share = (self.values - self.low) / (self.high - self.low)
+        scaled = np.clip(np.round(np.nan_to_num(share) * (_COLOURS - 1)), 0, _COLOURS - 1)
+        return np.where(np.isfinite(self.values), scaled, _UNKNOWN).astype(np.uint8)
+
+
+@dataclass(frozen=True, eq=False)
+class PathScene:
+    """k points of a path in order, m; ``extent``: the largest side of the scene, m, by which detail is chosen."""
+
+    positions: Array  # (k, 3)
+    extruding: Mask  # (k,) whether material is laid on the way to each
+    layer: NDArray[Any]  # (k,) number of the layer
+    extent: float
+    quantities: Sequence[Quantity] = ()
+    time: Array | None = None  # (k,) s
+    line: NDArray[Any] | None = None  # (k,) of the file
+    line_name: str = "G-code line"
+    bead: tuple[float, float] | None = None  # m: width and height of a strand
+    worst: int | None = None  # kept in any case
+
+    @property
+    def bounds(self) -> Array:
+        """Lowest and highest corner (2, 3), m."""
+        known = self.positions[np.isfinite(self.positions).all(axis=1)]
+        return np.stack([known.min(axis=0), known.max(axis=0)]) if len(known) else np.zeros((0, 3))
+
+    @cached_property
+    def tolerances(self) -> Array:
+        """(L,) m: how far from the path each level is at most."""
+        return np.asarray(self.extent / _ACROSS * _FINER ** (_COARSER - np.arange(_LEVELS, dtype=float)))
+
+    @property
+    def overview(self) -> Indices:
+        """The points of the level that is drawn when all is in view."""
+        return np.flatnonzero(self.level <= _COARSER)
+
+    @cached_property
+    def kind(self) -> NDArray[np.uint8]:
+        """(k,) what the piece that ends at each point is; lifted at the first, and where a point is not known."""
+        known: Mask = np.asarray(np.isfinite(self.positions).all(axis=1))
+        made = np.where(self.extruding, LAID, TRAVEL).astype(np.uint8)
+        made[:1] = LIFTED
+        made[~known] = LIFTED
+        made[1:][~known[:-1]] = LIFTED
+        return made
+
+    @cached_property
+    def level(self) -> NDArray[np.uint8]:
+        """(k,) the first level that has each point."""
+        known: Mask = np.asarray(np.isfinite(self.positions).all(axis=1))
+        fixed: Mask = np.asarray(~known)
+        fixed[:-1] |= (self.kind[1:] != self.kind[:-1]) | (self.layer[1:] != self.layer[:-1]) | ~known[1:]
+        fixed[1:] |= ~known[:-1]
+        if self.worst is not None:
+            fixed[max(0, self.worst - 1) : self.worst + 1] = True
+        columns = [np.nan_to_num(self.positions)]
+        for each in self.quantities[:1]:  # the one that is shown first
+            share = np.nan_to_num((each.values - each.low) / (each.high - each.low))
+            columns.append(np.clip(share, 0.0, 1.0)[:, None] * (self.tolerances[_COARSER] / _SEEN))
+        return levels(np.concatenate(columns, axis=1), fixed, self.tolerances)
+
+    @cached_property
+    def kept(self) -> Indices:
+        """The points that any level has."""
+        return np.flatnonzero(self.level != LEFT_OUT)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The path as JSON has it."""
+        kept = self.kept
+        low, high = self.bounds if len(self.bounds) else np.zeros((2, 3))
+        step = max(float((high - low).max()), 1e-9) / _STEPS
+        grid = np.clip(np.round((np.nan_to_num(self.positions[kept], nan=0.0) - low) / step), 0, _STEPS)
+        numbers, layer = np.unique(self.layer, return_inverse=True)
+        group = -(-len(numbers) // _STEPS)  # layers that share a step of the slider
+        return {
+            "origin": low.tolist(),
+            "step": step,
+            "places": packed(grid, "u16", delta=True),
+            "layer": packed(layer[kept] // group, "u16", delta=True),
+            "layers": numbers[::group].tolist(),
+            "kind": packed(self.kind[kept], "u8"),
+            "level": packed(self.level[kept], "u8"),
+            "tolerances": self.tolerances.tolist(),
+            "sample": packed(kept, "u32", delta=True),
+            "time": None if self.time is None else packed(np.round(1e3 * self.time[kept]), "u32", delta=True),
+            "line": None if self.line is None else packed(self.line[kept], "u32", delta=True),
+            "line_name": self.line_name,
+            "quantities": [
+                {
+                    "key": each.key,
+                    "label": each.label,
+                    "unit": each.unit,
+                    "low": each.low,
+                    "high": each.high,
+                    "colours": each.colours,
+                    "note": each.note,
+                    "values": packed(each.steps[kept], "u8"),
+                }
+                for each in self.quantities
+            ],
+            "bead": self.bead,
+        }

@@ -1,0 +1,188 @@
+"""The description of a scene: all that the viewer draws, as one JSON object. Shared by `show` and all reports.
+
+Lengths are in m, forces in N, times in s, rotation vectors in rad, in the world's axes if nothing else is said. Arrays
+are `Packed`. Points of lines and of the path are whole numbers of 16 bits on a grid. docs/show.md has every key.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cablewright.apps.web.colours import RAMPS
+from cablewright.apps.web.packing import Packed, packed
+from cablewright.apps.web.path_scene import PathScene
+from cablewright.apps.web.states import States
+from cablewright.arrays import Array
+from cablewright.robot import Robot
+from cablewright.triangle_mesh import TriangleMesh
+
+SCHEMA: Final = 1
+"""Version of the description."""
+
+STEPS: Final = 65_535  # of the grid of points, across the largest side
+
+
+@dataclass(frozen=True)
+class Body:
+    """A mesh in the scene, a set of points, or a polyline. ``token``: the colour, a variable of viewer.css."""
+
+    name: str
+    token: str
+    mesh: TriangleMesh | None = None
+    points: Array | None = None  # (k, 3) m, drawn as crosses
+    track: Array | None = None  # (k, 3) m, drawn joined; NaN interrupts
+    opacity: float = 1.0
+    shown: bool = True
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place with a name in the scene."""
+
+    label: str
+    place: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneDescription:
+    """A robot in one or more states, and what stands beside it."""
+
+    title: str
+    robot: Robot
+    states: States
+    path: PathScene | None = None
+    walls: tuple[tuple[str, Array], ...] = ()  # name and corners (4, 3), m
+    bodies: tuple[Body, ...] = ()
+    worst: Mark | None = None
+    drum: tuple[float, float] | None = None  # m: radius and depth of a drum that hangs from a point platform
+    notes: tuple[str, ...] = field(default=())
+
+    def with_bodies(self, *bodies: Body) -> SceneDescription:
+        """The scene and more bodies."""
+        return replace(self, bodies=(*self.bodies, *bodies))
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest corner (3,), m, of all that is drawn."""
+        points: list[ArrayLike] = [self.robot.scene.frame_min, self.robot.scene.frame_max]
+        points += [point for line in self.robot.lines for point in route(line)]
+        points += [corners for _, corners in self.walls]
+        points += [each for curves in self.states.curves for each in curves if len(each)]
+        points += [] if self.path is None else [self.path.bounds]
+        for body in self.bodies:
+            points += [each for each in (body.points, body.track) if each is not None and len(each)]
+            points += [] if body.mesh is None else [body.mesh.vertices]
+        stacked = np.vstack([np.atleast_2d(np.asarray(each, dtype=float)) for each in points])
+        return np.nanmin(stacked, axis=0), np.nanmax(stacked, axis=0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The scene as JSON has it."""
+        low, high = self.bounds
+        step = max(float((high - low).max()), 1e-9) / STEPS
+        scene = self.robot.scene
+        return {
+            "schema": SCHEMA,
+            "title": self.title,
+            "notes": list(self.notes),
+            "bounds": {"low": _numbers(low), "high": _numbers(high)},
+            "colours": RAMPS,
+            "frame": {"low": scene.frame_min, "high": scene.frame_max},
+            "beams": [{"start": beam.start, "end": beam.end, "radius": beam.radius} for beam in scene.beams],
+            "walls": [{"name": name, "corners": [_numbers(each) for each in corners]} for name, corners in self.walls],
+            "lines": lines_of(self.robot),
+            "platform": platform_of(self.robot, self.drum),
+            "frames": self.states.as_dict(low, step) | self._places_in_file(),
+            "tension_scale": self.states.scale(self.robot),
+            "path": None if self.path is None else self.path.as_dict(),
+            "meshes": [_mesh(body, body.mesh) for body in self.bodies if body.mesh is not None],
+            "points": [_places(body, body.points) for body in self.bodies if body.points is not None],
+            "tracks": [_places(body, body.track) for body in self.bodies if body.track is not None],
+            "worst": None if self.worst is None else {"label": self.worst.label, "place": self.worst.place},
+        }
+
+    def _places_in_file(self) -> dict[str, Any]:
+        """The layer and the line of the file of each state."""
+        path, samples = self.path, self.states.samples
+        if path is None or samples is None:
+            return {}
+        lines = None if path.line is None else packed(path.line[samples], "u32")
+        return {"layers": packed(path.layer[samples], "u32"), "fileLines": lines}
+
+    def as_json(self) -> str:
+        """The scene as text that may stand in a page: nothing in a name ends an element."""
+        text = json.dumps(self.as_dict(), separators=(",", ":"), allow_nan=False)
+        for mark in "<>&\u2028\u2029":
+            text = text.replace(mark, f"\\u{ord(mark):04x}")
+        return text
+
+
+def route(line: Any) -> list[tuple[float, float, float]]:
+    """The points (m, world) of a line from its winch over its guides to its exit point."""
+    return [point for point in (line.winch_exit, *line.guides, line.exit_point) if point is not None]
+
+
+def lines_of(robot: Robot) -> list[dict[str, Any]]:
+    """What is fixed of each line: the way of its cable to the exit point, the sheave's size, its limits."""
+    return [
+        {
+            "name": line.name,
+            "dead": route(line),
+            "exit": line.exit_point,
+            "limits": line.tension_limits,
+            "sheave": None if line.sheave.kind == "eyelet" else {"radius": line.sheave.radius},
+        }
+        for line in robot.lines
+    ]
+
+
+def platform_of(robot: Robot, drum: tuple[float, float] | None = None) -> dict[str, Any]:
+    """The platform in its own frame: nozzle, boxes, and the hull of its platform points where it has no boxes."""
+    platform = robot.platform
+    boxes = [[box.lowest, box.highest] for box in platform.boxes]
+    nozzle = getattr(platform, "nozzle", (0.0, 0.0, 0.0))
+    if drum is not None:
+        radius, depth = drum
+        boxes, nozzle = [*boxes, [(-radius, -radius, -depth), (radius, radius, 0.0)]], (0.0, 0.0, -depth)
+    points = np.unique([line.platform_point for line in robot.lines], axis=0)
+    return {"kind": platform.kind, "nozzle": nozzle, "boxes": boxes, "hull": _hull(points)}
+
+
+def _hull(points: Array) -> dict[str, Any] | None:
+    """The convex hull of points (k, 3) as vertices and faces; of points in a plane, the polygon; None of a point."""
+    centre = points.mean(axis=0)
+    away = points - centre
+    _, sizes, axes = np.linalg.svd(away, full_matrices=True)
+    rank = int((sizes > 1e-6 * max(float(np.abs(away).max()), 1e-12)).sum()) if len(points) > 1 else 0
+    if rank < 2:
+        return None
+    if rank == 2:
+        flat = away @ axes[:2].T
+        order = np.argsort(np.arctan2(flat[:, 1], flat[:, 0]))
+        faces = [[int(order[0]), int(order[k]), int(order[k + 1])] for k in range(1, len(order) - 1)]
+    else:
+        from scipy.spatial import ConvexHull  # takes a third of a second to load
+
+        faces = ConvexHull(points).simplices.tolist()
+    return {"vertices": points.tolist(), "faces": faces}
+
+
+def _mesh(body: Body, mesh: TriangleMesh) -> dict[str, Any]:
+    vertices: Packed = packed(mesh.vertices, "f32")
+    return _named(body) | {"opacity": body.opacity, "vertices": vertices, "faces": packed(mesh.triangles, "u32")}
+
+
+def _places(body: Body, places: Array) -> dict[str, Any]:
+    return _named(body) | {"places": packed(places, "f32")}
+
+
+def _named(body: Body) -> dict[str, Any]:
+    return {"name": body.name, "token": body.token, "shown": body.shown}
+
+
+def _numbers(values: ArrayLike) -> list[float]:
+    return [float(each) for each in np.asarray(values)]
