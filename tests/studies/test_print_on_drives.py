@@ -8,6 +8,7 @@ import numpy as np
 
 from cablewright.control.guide import TimedPath
 from cablewright.machine.interface import Machine
+from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.signals import Command, Encoders, PrintState
@@ -46,7 +47,8 @@ def ring(machine: Machine, plant: SimulatedMachine) -> Kept:
 def test_a_ring_on_drives_is_that_of_the_plant_itself() -> None:
     on = bench()
     there = ring(on.machine, on.rig.plant)
-    plant = SimulatedMachine(on.robot, on.twin, RING_BEGIN["merlet2023"], seed=0)
+    wired = on.twin.with_simulation(wire=Link())  # encoders at once, as on the bus
+    plant = SimulatedMachine(on.robot, wired, RING_BEGIN["merlet2023"], seed=0)
     here = ring(plant, plant)
     at = np.linspace(0.1, 2.4, 200)  # m along the path
     apart = np.abs(places(here, at) - places(there, at)).max()

@@ -48,8 +48,8 @@ def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
     assert drives is not None
     per_radian = winch.counts * winch.ratio / math.tau
     for line in robot.lines:
-        radii = coil_of(line, winch).radii
-        low, high = float(radii.min()), float(radii.max())
+        coil = coil_of(line, winch)
+        low, high = float(coil.radii.min()), coil.radius(coil.angle(winch.held))
         sign = drives.nodes[line.name].direction
         speed_unit = float(winch.counts) if drives.speed_unit is None else drives.speed_unit
         own_speed, own_torque = line.winch.max_speed, line.winch.max_torque

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from cablewright.arrays import Array
 from cablewright.machine.drives.bus import BusError, Frame, Port
 from cablewright.machine.drives.canopen_drives import require_drives
+from cablewright.machine.drives.objects import SYNC
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
 from cablewright.machine.simulated.settings import TwinSettings
@@ -54,6 +55,7 @@ class VirtualRig:
         self.signs = np.array([drives.nodes[name].direction for name in self.names]) * flipped
         self.per_radian = winch.counts * winch.ratio / math.tau
         self.ratio, self.ticks = winch.ratio, 0
+        self._phase: int | None = None
         unit = float(winch.counts) if drives.speed_unit is None else drives.speed_unit
         self.drives = tuple(
             VirtualDrive(drives.nodes[name].id, drives.rated_torque, winch.counts, unit, 0.5 * drives.brake_time)
@@ -76,7 +78,9 @@ class VirtualRig:
         return self.ticks * self.plant.period / _TICKS
 
     def hear(self, frame: Frame, now: float) -> list[Frame]:
-        """Tell all drives a frame; return their answers."""
+        """Tell all drives a frame; return their answers. The plant's steps end with the SYNCs, from the first on."""
+        if frame.id == SYNC and self._phase is None:
+            self._phase = self.ticks % _TICKS
         for drive in self.drives:
             drive.hear(frame, now)
         return self._said()
@@ -88,7 +92,7 @@ class VirtualRig:
         for i, drive in enumerate(self.drives):
             drive.tick(at, self.tick)
             self._turned[i] += drive.speed / _TICKS
-        if self.ticks % _TICKS == 0:
+        if self.ticks % _TICKS == (self._phase or 0):
             speeds = self.signs * self._turned / self.per_radian
             self._turned[:] = 0.0
             self.plant.step(Command(self.plant.time, speeds))
