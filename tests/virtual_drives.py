@@ -70,6 +70,12 @@ class Bench:
             self.frames.append(self.machine.step(Command(self.port.now(), given, modes=(mode,) * m, **more)))
         return self.frames[-1]
 
+    def hang(self, seconds: float) -> None:
+        """Let time go by as if this process had been stopped."""
+        end = self.port.now() + seconds
+        while self.port.now() < end - 1e-6:
+            self.port.receive(end)
+
 
 def bench(
     name: str = "merlet2023", disturb: Disturb | None = None, rig: dict[str, Any] | None = None, **changes: Any
