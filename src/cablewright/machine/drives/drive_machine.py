@@ -197,9 +197,7 @@ class DriveMachine:
             self._cycle(wanted)
             axes, on = self._drives.axes, state is PowerState.ENABLED
             late = [
-                axis
-                for axis in axes
-                if axis.state is not state or axis.pending or (on and axis.mode != Mode.VELOCITY)
+                axis for axis in axes if axis.state is not state or axis.pending or (on and axis.mode != Mode.VELOCITY)
             ]
             if not late:
                 return True
