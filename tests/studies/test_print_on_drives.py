@@ -11,7 +11,7 @@ from cablewright.machine.interface import Machine
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.signals import Command, Encoders, PrintState
+from cablewright.signals import PrintState
 from cablewright.studies.estimators import estimator
 from cablewright.studies.prints import loop
 from cablewright.studies.prints.attendant import Attendant

@@ -16,7 +16,7 @@ from cablewright.arrays import Array
 from cablewright.control.length_check import check_lengths, lengths_at
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import TakeUp, TakeUpSettings
-from cablewright.errors import AnswerError, Status
+from cablewright.errors import AnswerError, CablewrightError, Status
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker
@@ -114,6 +114,9 @@ class Homing:
         apart = float(np.linalg.norm(tracker.pose - place))
         if apart > _APART:
             return f"the lengths' equilibrium is {apart:.3f} m from where they meet; at most {_APART:g} is allowed"
-        own.accept(lengths, counts)
+        try:
+            own.accept(lengths, counts)
+        except CablewrightError as error:
+            return f"the lengths could not be kept: {error}"
         self.position = tracker.pose.copy()
         return ""

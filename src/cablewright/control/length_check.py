@@ -57,7 +57,7 @@ class LengthCheck:
 
 
 def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -> LengthCheck | None:
-    """Test unstrained *lengths* (m,), m, of lines with *tensions* (m,), N; None: they meet nowhere near *guess* (3,)."""
+    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near *guess* (3,), m."""
     place = np.array(guess, dtype=np.float64)
     for _ in range(_STEPS):
         taut = taut_at(model, place)

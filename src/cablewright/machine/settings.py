@@ -32,7 +32,7 @@ MAX_WALLS: Final = 200
 
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _Place = tuple[Length, Length]
-MachineKind = Literal["simulated", "canopen"]
+_Kind = Literal["simulated", "canopen"]
 
 
 class Drum(Description):
@@ -150,7 +150,7 @@ class MachineSettings(FileDescription):
 
     name: _Name
     robot: _Name | None = None
-    kind: MachineKind = "simulated"
+    kind: _Kind = "simulated"
     period: Time
     drum: Drum
     extrusion: Extrusion | None = None

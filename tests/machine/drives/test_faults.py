@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from virtual_drives import Bench, bench
 
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
@@ -14,6 +13,7 @@ from cablewright.machine.drives.bus import Frame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import RESET
 from cablewright.signals import Condition, Drives, DriveState, Encoders, SensorFrame, Tensions, WinchMode
+from virtual_drives import Bench, bench
 
 SPEEDS = (0.5, 0.5, -0.5, -0.5)
 
@@ -322,7 +322,7 @@ def test_the_limits_in_the_drives_are_those_of_robot_and_file() -> None:
 
 def test_tensions_are_those_of_the_lines_and_never_understated() -> None:
     found = moving()
-    shown = [reading.tensions for reading in found.step(WinchMode.HOLD, steps=30).of(Tensions)][0]
+    shown = found.step(WinchMode.HOLD, steps=30).of(Tensions)[0].tensions
     true = found.rig.plant.truth.tensions
     assert (shown > 0.99 * true).all()
     assert (shown < 1.2 * true).all()
