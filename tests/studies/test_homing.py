@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from virtual_drives import RING_BEGIN, Bench, bench
 
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.drives.session import RealMachine, SessionOperator, Watching, still_path
 from cablewright.studies.prints import loop
+from virtual_drives import RING_BEGIN, Bench, bench
 
 
 def real(found: Bench, folder: Path) -> RealMachine:

@@ -14,6 +14,7 @@ from cablewright.machine.drives.loopback import LoopbackPort
 from cablewright.machine.drives.network import Identity, Network
 from cablewright.machine.drives.parameters import Parameter, communication, disarmed, guards, speed_limit
 from cablewright.machine.drives.scale import scales_of
+from cablewright.machine.drives.sdo import Transfer
 from cablewright.machine.drives.settings import DriveSettings
 from cablewright.machine.drives.statistics import BusStatistics, cyclic_load
 from cablewright.machine.settings import MachineSettings
@@ -97,6 +98,34 @@ class CanopenDrives:
         found.require(axis.name, self.settings.rated_torque)
         return found
 
+    def scan(self) -> tuple[Identity, ...]:
+        """Who is on the bus, of this machine or not; nothing is written. Raises `EnvironmentFault`."""
+        self._network = Network(self._make_port(), self.axes, self.settings.host, self.settings.heartbeat_timeout)
+        try:
+            self._network.listen()
+            return self._network.scan()
+        finally:
+            self._leave()
+
+    def read(self) -> dict[str, list[tuple[Parameter, int | None]]]:
+        """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
+        bus = self.connect()
+        try:
+            found = {}
+            for axis in self.axes:
+                wanted = [each for each in self.parameters(axis) if each.lasts]
+                read = [axis.transfers.add(Transfer(each.object)) for each in wanted]
+                bus.finish(axis)
+                values = [None if each.failure else each.result for each in read]
+                found[axis.name] = list(zip(wanted, values, strict=True))
+            return found
+        finally:
+            self._leave()
+
+    def parameters(self, axis: Axis) -> list[Parameter]:
+        """All that is written into a drive."""
+        return communication(self.settings, self.settings.nodes[axis.name]) + self._guards(axis)
+
     def open(self) -> None:
         """As `WinchDrives`."""
         bus = self.connect()
@@ -105,9 +134,7 @@ class CanopenDrives:
             for axis in self.axes:
                 axis.restarted = False
                 axis.notes.clear()
-            nodes = self.settings.nodes
-            talk = {axis.name: communication(self.settings, nodes[axis.name]) for axis in self.axes}
-            bus.check({axis.name: talk[axis.name] + self._guards(axis) for axis in self.axes}, write=True)
+            bus.check({axis.name: self.parameters(axis) for axis in self.axes}, write=True)
             bus.settle()
             bus.command_state(o.NMT_START)
             for _ in range(_SETTLED):

@@ -150,12 +150,12 @@ class Network:
 
     def _identified(self, asked: Axis) -> Identity | None:
         first = asked.transfers.add(Transfer(o.DEVICE_TYPE))
-        self._finish(asked)
+        self.finish(asked)
         if first.failure:
             return None
         asked.answers = 0
         found = {each: asked.transfers.add(Transfer(each)) for each in _ASKED}
-        self._finish(asked)
+        self.finish(asked)
         requests = asked.transfers.sent - 1
         self.pump(self.port.now() + _DOUBLE)
 
@@ -176,7 +176,22 @@ class Network:
             asked.answers > requests,
         )
 
-    def _finish(self, axis: Axis) -> None:
+    def scan(self) -> tuple[Identity, ...]:
+        """Ask all nodes of the bus who they are."""
+        asked = {node: _stranger(node) for node in range(1, o.MAX_NODE + 1) if node != self.host}
+        own, self._by_node = self._by_node, asked
+        try:
+            first = {node: axis.transfers.add(Transfer(o.DEVICE_TYPE)) for node, axis in asked.items()}
+            end = self.port.now() + 2.0 * TIMEOUT
+            while self.port.now() < end - 1e-6 and not all(each.done for each in first.values()):
+                self.pump(min(end, self.port.now() + 0.1 * TIMEOUT))
+        finally:
+            self._by_node = own
+        self.require_alone()
+        found = [self.identify(node) for node, each in first.items() if each.done and not each.failure]
+        return tuple(each for each in found if each is not None)
+
+    def finish(self, axis: Axis) -> None:
         """Transfer what waits, no matter how long."""
         while not axis.transfers.idle:
             self.pump(self.port.now() + 0.1 * TIMEOUT)

@@ -48,7 +48,8 @@ class DriveSettings(Description):
     ``heartbeat_timeout``, ``command_timeout``: after so much silence of this computer a drive stops by itself.
     ``following_error`` (m of cable) for ``following_time``: a drive stops. ``deceleration``: of cable, of every stop by
     a drive. ``brake_time``: until a brake has opened or closed. ``answer_timeout``: s until a drive that does not
-    answer is said to be silent. ``tension_speed``: of cable, at most, in torque mode.
+    answer is said to be silent. ``tension``: N, of a line that is taken up, at most; ``tension_speed``: of its
+    cable, at most, in torque mode. ``jog_tension``: N, up to which a winch reels in by hand; None: ``tension``.
     """
 
     interface: _Text
@@ -66,6 +67,7 @@ class DriveSettings(Description):
     deceleration: Annotated[float, Field(ge=0.01, le=100.0)] = 1.0
     brake_time: _Brief = 0.2
     tension: Positive[Force]
+    jog_tension: Positive[Force] | None = None
     tension_speed: Annotated[Speed, Field(gt=0.0, le=0.25)] = 0.02
     inputs: InputBits = InputBits()
 

@@ -81,7 +81,7 @@ class RealMachine:
         return Homing(own)
 
     def printer(self, path: TimedPath, law: LawName, procedures: dict[PrintState, Procedure]) -> Printer:
-        """The loop on this machine. Raises `InputError` for a path too fast for it, `AnswerError` for one out of reach."""
+        """The loop on this machine. Raises `InputError` for a path too fast, `AnswerError` for one out of reach."""
         settings, scales = self.settings, [axis.scale for axis in self.drives.axes]
         plan = planned(self.robot, settings, path, settings.period, "encoders", law, None)
         speed = min(scale.max_speed for scale in scales)

@@ -99,6 +99,12 @@ class VirtualRig:
             self._load()
         return self._said()
 
+    def warm(self) -> None:
+        """Compile, or load, what the plant calls, and leave it where it was."""
+        for _ in range(3):
+            self.plant.step(Command(self.plant.time, np.zeros(len(self.drives))))
+        self._load()
+
     def turn_by_hand(self, line: str, length: float) -> None:
         """Pay out *length* (m) of a line as somebody would who turns its drum while nothing has power."""
         i, steps = self.names.index(line), 50
