@@ -35,7 +35,8 @@ def virtual_twin(name: str = "merlet2023", **changes: Any) -> TwinSettings:
     nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "rated_torque": RATED[name], "tension": 30.0}
     gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier"))
-    return twin.with_owner(
+    regular = twin.simulation.winch.model_copy(update={"radius_walk": 2e-5, "sideways_walk": 2e-4})  # grooved drums
+    return twin.with_simulation(winch=regular).with_owner(
         kind="canopen",
         drives=DriveSettings.model_validate(table | changes),
         encoders=Encoder(rate=100.0),

@@ -47,7 +47,7 @@ _STANDS: Final = 0.02  # rad/s of a drum that stands
 
 
 class DriveMachine:
-    """A `Machine`. Its clock begins when it is opened."""
+    """A `Machine`. Its clock is at ``begin``, s, when it is opened."""
 
     def __init__(self, drives: WinchDrives, settings: MachineSettings) -> None:
         """*settings* with a table ``[drives]``. Raises `InputError` for sensors that its drives do not have."""
@@ -58,6 +58,7 @@ class DriveMachine:
         self._off = (Setpoint(),) * m
         self._setpoints, self._on, self.tripped = self._off, False, ""
         self._start, self._cycles, self._due, self._last_time = 0.0, 0, 0.0, -math.inf
+        self.begin = 0.0
         self._measured, self._fresh, self._open = -math.inf, False, False
         self._limited: list[Notice] = []
         modes = frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY, WinchMode.TENSION})
@@ -81,7 +82,8 @@ class DriveMachine:
     def open(self) -> None:
         """As `Machine`: drives are found and told what to watch, and are off. Raises `InputError` for wrong ones."""
         self._drives.open()
-        self._start = self._due = self._drives.now()
+        self._due = self._drives.now()
+        self._start = self._due - self.begin
         self._cycles, self._on, self._open, self.tripped = 0, False, True, ""
         self._last_time = -math.inf
         self._setpoints = self._off

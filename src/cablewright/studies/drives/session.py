@@ -23,6 +23,7 @@ from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.canopen_drives import CanopenDrives, require_drives
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.settings import MachineSettings, require_robot
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.winch_counts import CountFile, Remembering
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
@@ -80,9 +81,20 @@ class RealMachine:
         own = HomingSettings(keeper.reckoning.model, self.take_up, keeper.lengths, keeper.accept, near, place)
         return Homing(own)
 
-    def printer(self, path: TimedPath, law: LawName, procedures: dict[PrintState, Procedure]) -> Printer:
-        """The loop on this machine. Raises `InputError` for a path too fast, `AnswerError` for one out of reach."""
+    def printer(
+        self,
+        path: TimedPath,
+        law: LawName,
+        procedures: dict[PrintState, Procedure],
+        archive: Archive | None = None,
+        begin: float = 0.0,
+    ) -> Printer:
+        """The loop on this machine, whose clock begins at *begin*, s.
+
+        Raises `InputError` for a path too fast for its drives, `AnswerError` for one out of reach.
+        """
         settings, scales = self.settings, [axis.scale for axis in self.drives.axes]
+        self.bus_machine.begin = begin
         plan = planned(self.robot, settings, path, settings.period, "encoders", law, None)
         speed = min(scale.max_speed for scale in scales)
         fastest, thin = max(path.print_speed, path.travel_speed), min(scale.radii[0] for scale in scales)
@@ -96,9 +108,10 @@ class RealMachine:
             guard=replace(plan.guard, max_torques=torques, max_drum_speed=_OVER * settings.winch.max_speed),
             procedures=procedures,
         )
-        begin = path.track.at(0.0).position
-        warm(self.keeper, begin)
-        return Printer(plan, self.machine, lambda place, _radii: KeptEstimator(self.keeper, place))
+        warm(self.keeper, path.track.at(0.0).position)
+        return Printer(
+            plan, self.machine, lambda place, _radii: KeptEstimator(self.keeper, place), now=begin, archive=archive
+        )
 
 
 def still_path(robot: Robot, place: Array | None) -> TimedPath:
