@@ -326,3 +326,15 @@ def test_tensions_are_those_of_the_lines_and_never_understated() -> None:
     true = found.rig.plant.truth.tensions
     assert (shown > 0.99 * true).all()
     assert (shown < 1.2 * true).all()
+
+
+@pytest.mark.parametrize("line", range(4))
+def test_a_winch_that_drifts_unknown_to_its_drive_is_stopped(line: int) -> None:
+    found = moving()
+    found.step(WinchMode.HOLD, steps=20)
+    found.rig.drives[line].drift = 0.05 / 0.055 * found.rig.per_radian  # 50 mm/s
+    before = found.rig.plant.rig.winches.lengths_out()
+    found.step(WinchMode.HOLD, steps=200)
+    assert f"{found.rig.names[line]}: its winch is 2" in found.machine.tripped
+    assert np.abs(found.rig.plant.rig.winches.lengths_out() - before).max() < 0.05
+    assert all(drive.brake_closed for drive in found.rig.drives)

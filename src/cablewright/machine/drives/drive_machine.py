@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.arrays import Array
 from cablewright.errors import CablewrightError, InputError
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.cia402 import IN_FAULT, PowerState, Wish, shown
@@ -43,6 +44,7 @@ _TIME: Final = 2.0  # s for parameters, and for all drives to be enabled
 _MODE_TIME: Final = 0.5  # s to change a mode
 _STOP_TIME: Final = 1.0  # s for drives to stop, and to be off
 _RESET_TIME: Final = 0.3  # s
+_FORGOTTEN: Final = 1.0  # s
 _STANDS: Final = 0.02  # rad/s of a drum that stands
 
 
@@ -61,6 +63,7 @@ class DriveMachine:
         self.begin = 0.0
         self._measured, self._fresh, self._open = -math.inf, False, False
         self._limited: list[Notice] = []
+        self._strayed: tuple[float, Array, Array] | None = None  # s, rad, and rad off, of the last answers
         modes = frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY, WinchMode.TENSION})
         self._abilities = Abilities(m, _sensors(settings.drives), modes, frozenset({RESET}), brakes=True)
 
@@ -109,6 +112,8 @@ class DriveMachine:
         self._cycle(self._setpoints)
         if self._on:
             self._watch()
+        else:
+            self._strayed = None
         return self._frame()
 
     def stop(self) -> None:
@@ -254,8 +259,31 @@ class DriveMachine:
             self.tripped = ""
 
     def _watch(self) -> None:
-        if why := self._lost():
+        if why := self._lost() or self._astray():
             self._trip(why)
+
+    def _astray(self) -> str:
+        """Which winch turns otherwise than commanded, which its drive may not see; an empty text: none.
+
+        What it is off is forgotten within `_FORGOTTEN`, so that small errors of speeds do not add up.
+        """
+        axes = self._drives.axes
+        if any(axis.pending for axis in axes):
+            return ""
+        angles = np.array([axis.counts / abs(axis.scale.counts) for axis in axes])
+        before, self._strayed = self._strayed, (self._measured, angles, np.zeros(len(axes)))
+        if before is None:
+            return ""
+        dt = self._measured - before[0]
+        asked = np.array([each.speed for each in self._setpoints])
+        off = before[2] * math.exp(-dt / _FORGOTTEN) + angles - before[1] - asked * dt
+        off[[each.mode is not Mode.VELOCITY for each in self._setpoints]] = 0.0
+        self._strayed = self._measured, angles, off
+        lengths = np.abs(off) * np.array([axis.scale.radii[1] for axis in axes])
+        worst = int(np.argmax(lengths))
+        if lengths[worst] <= self._own.following_error:
+            return ""
+        return f"{axes[worst].name}: its winch is {1e3 * lengths[worst]:.0f} mm from where it was commanded"
 
     def _lost(self) -> str:
         """Why not all drives are enabled any more; an empty text: they are."""

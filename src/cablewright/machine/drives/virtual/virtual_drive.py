@@ -49,6 +49,7 @@ class VirtualDrive:
     state: PowerState = PowerState.DISABLED
     brake_closed: bool = True
     chain_closed: bool = True
+    drift: float = 0.0  # counts/s by which it turns besides, unknown to itself
     dead: bool = False  # neither hears nor says anything
     profile: int = o.PROFILE
     dictionary: Dictionary = field(init=False)
@@ -265,14 +266,14 @@ class VirtualDrive:
             self._wanted = own[o.TARGET_VELOCITY] * unit if own[o.MODE] == Mode.VELOCITY else 0.0
             self._wanted = min(max(self._wanted, -most), most)
         slip = abs(self.load) - limit
-        self.speed = self._wanted + (math.copysign(self.mobility * slip, self.load) if slip > 0.0 else 0.0)
+        self.speed = self._wanted + self.drift + (math.copysign(self.mobility * slip, self.load) if slip > 0.0 else 0.0)
 
     def _follow(self, dt: float) -> None:
         own = self.dictionary
         if self.state is not PowerState.ENABLED or own[o.MODE] != Mode.VELOCITY:
             self._error = self._off_window = 0.0
             return
-        self._error += (self._wanted - self.speed) * dt
+        self._error += (self._wanted + self.drift - self.speed) * dt
         self._off_window = self._off_window + dt if abs(self._error) > own[o.FOLLOWING_WINDOW] else 0.0
         if self._off_window > own[o.FOLLOWING_TIME] * 1e-3:
             self.fail(FOLLOWING)
