@@ -79,11 +79,15 @@ class Bench:
 
 
 def bench(
-    name: str = "merlet2023", disturb: Disturb | None = None, rig: dict[str, Any] | None = None, **changes: Any
+    name: str = "merlet2023",
+    disturb: Disturb | None = None,
+    rig: dict[str, Any] | None = None,
+    begin: tuple[float, ...] | None = None,
+    **changes: Any,
 ) -> Bench:
     """A machine, not yet open."""
     robot, twin = load(name), virtual_twin(name, **changes)
-    behind = VirtualRig(robot, twin, RING_BEGIN[name], **(rig or {}))
+    behind = VirtualRig(robot, twin, begin or RING_BEGIN[name], **(rig or {}))
     port = VirtualPort(behind, disturb)
     machine = DriveMachine(CanopenDrives(robot, twin.owner, lambda: port), twin.owner)
     return Bench(robot, twin, behind, port, machine)

@@ -6,6 +6,7 @@ be used for it, since that listens on all networks of the computer.
 
 from __future__ import annotations
 
+import select
 import socket
 import time
 from typing import Final
@@ -19,7 +20,6 @@ _MEMBER_TIME: Final = 10.0  # s without a frame after which the hub tells a prog
 _MAX_MEMBERS: Final = 16
 _ANSWER_TIME: Final = 1.0  # s for the hub to answer
 _STANDARD: Final = 1 << 11  # identifiers
-_SLEEP: Final = 2e-4  # s by which a socket's timeout may be missed: the rest is waited for busily
 
 
 def _packed(frame: Frame) -> bytes:
@@ -30,6 +30,11 @@ def _unpacked(data: bytes) -> Frame | None:
     """The frame of a datagram; None for one that is no frame."""
     number = int.from_bytes(data[:2], "little")
     return Frame(number, data[2:]) if 2 <= len(data) <= 10 and number < _STANDARD else None
+
+
+def _waits(end: socket.socket, until: float) -> bool:
+    """Whether a datagram is there by that time, s. (A socket's own timeout is in whole milliseconds.)"""
+    return bool(select.select([end], [], [], max(until - time.monotonic(), 0.0))[0])
 
 
 class LoopbackPort:
@@ -43,6 +48,7 @@ class LoopbackPort:
             self._socket.settimeout(_ANSWER_TIME)
             self._socket.send(_HELLO)
             self._socket.recv(64)
+            self._socket.settimeout(None)
         except OSError:
             self._socket.close()
             why = "nobody answers there; `cablewright drives --virtual FILE` starts virtual drives"
@@ -62,14 +68,10 @@ class LoopbackPort:
     def receive(self, until: float) -> Frame | None:
         """As `Port`."""
         while True:
-            left = until - time.monotonic()
-            self._socket.settimeout(max(left, _SLEEP))
+            if not _waits(self._socket, until):
+                return None
             try:
                 frame = _unpacked(self._socket.recv(64))
-            except TimeoutError:
-                if left <= _SLEEP:
-                    return None
-                continue
             except OSError as error:
                 raise BusError(f"the virtual drives are gone: {error.strerror}") from None
             if frame is not None:
@@ -104,14 +106,10 @@ class Hub:
     def receive(self, until: float) -> Frame | None:
         """As `Port`; what comes is told to the other members too."""
         while True:
-            left = until - time.monotonic()
-            self._socket.settimeout(max(left, _SLEEP))
+            if not _waits(self._socket, until):
+                return None
             try:
                 data, member = self._socket.recvfrom(64)
-            except TimeoutError:
-                if left <= _SLEEP:
-                    return None
-                continue
             except OSError:  # a member has gone
                 continue
             if member not in self._members and len(self._members) >= _MAX_MEMBERS:
