@@ -44,7 +44,7 @@ class Orders(PersonOperator):
         self.steps, self.homed = 0, False
         super().__init__(lambda: self.line, lambda: False, lambda _said: None)
 
-    def orders(self, printer: Printer, now: float):  # type: ignore[no-untyped-def]  # noqa: ANN201
+    def orders(self, printer: Printer, now: float):  # type: ignore[no-untyped-def]
         """One word every half second."""
         self.steps += 1
         state = printer.supervisor.state
@@ -62,7 +62,13 @@ def rows(cycles: int = CYCLES) -> Iterator[Row]:
     yield Row("print on drives over a bus, a step of control and log", mean, "ms", "<= 1", mean <= 1.0)
     yield Row("the same, 99 of 100", p99, "ms", "<= 5", p99 <= 5.0)
     yield Row("SYNC late, 99 of 100", float(np.percentile(1e3 * late, 99.0)), "ms", "", None)
-    yield Row("a loop that only sleeps, 99 of 100", float(np.percentile(1e3 * sleeps(min(cycles, 1000)), 99.0)), "ms", "", None)
+    yield Row(
+        "a loop that only sleeps, 99 of 100",
+        float(np.percentile(1e3 * sleeps(min(cycles, 1000)), 99.0)),
+        "ms",
+        "",
+        None,
+    )
 
 
 def run(cycles: int) -> tuple[PrintedJob, Array]:

@@ -96,8 +96,10 @@ def test_of_20_wrong_ones_20_are_refused_and_of_20_right_ones_20_pass(tmp_path: 
     wrong = [case(100 + seed, tmp_path / f"w{seed}", wrong=True) for seed in range(20)]
     right = [case(100 + seed, tmp_path / f"r{seed}", wrong=False) for seed in range(20)]
     named = sum(f"{line} by " in reason for reason, line in wrong)
-    print(f"{sum(bool(reason) for reason, _ in wrong)} of 20 refused, {named} with the line among the candidates; "
-          f"{sum(not reason for reason, _ in right)} of 20 accepted")
+    print(
+        f"{sum(bool(reason) for reason, _ in wrong)} of 20 refused, {named} with the line among the candidates; "
+        f"{sum(not reason for reason, _ in right)} of 20 accepted"
+    )
     assert all(reason for reason, _ in wrong)
     assert all(f"{line} by " in reason or "following error" in reason for reason, line in wrong)  # or overloaded
     assert not any(reason for reason, _ in right)

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from virtual_drives import RING_BEGIN, virtual_twin
 
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.loopback import Hub
 from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
 from cablewright.robot import load
+from virtual_drives import RING_BEGIN, virtual_twin
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="stopping a process needs POSIX signals")
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import can
 import canopen
 import pytest
-from canopen.objectdictionary import ODVariable, ObjectDictionary, datatypes
+from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
 
 from cablewright.errors import EnvironmentFault
 from cablewright.machine.drives import objects as o

@@ -33,7 +33,7 @@ def _unpacked(data: bytes) -> Frame | None:
 
 
 def _waits(end: socket.socket, until: float) -> bool:
-    """Whether a datagram is there by that time, s. (A socket's own timeout is in whole milliseconds.)"""
+    """Whether a datagram is there by that time, s; a socket's own timeout is in whole milliseconds."""
     return bool(select.select([end], [], [], max(until - time.monotonic(), 0.0))[0])
 
 
