@@ -17,6 +17,7 @@ from cablewright.errors import InputError
 if TYPE_CHECKING:
     from cablewright.machine.settings import MachineSettings
     from cablewright.robot import Robot
+    from cablewright.studies.drives.actions import OpenPort
 
 Action = Literal["scan", "show", "write", "enable", "release", "jog", "tension", "home"]
 
@@ -31,7 +32,7 @@ class DrivesCommand:
     `jog` runs while a key is held: of one winch with --line, of the platform with --velocity; q ends it.
     """
 
-    EXAMPLE: ClassVar = "drives scan merlet2023 --machine examples/virtual-drives.toml"
+    EXAMPLE: ClassVar = "drives scan merlet2023 --machine examples/virtual-drives.toml --try"
     ANSWERS: ClassVar = (
         "studies.drives.answers:BusScan",
         "studies.drives.answers:DriveValues",
@@ -40,37 +41,41 @@ class DrivesCommand:
 
     action: Annotated[
         Action | None,
-        typer.Argument(metavar="ACTION", help="scan, show, write, enable, release, jog, tension or home."),
+        typer.Argument(metavar="ACTION", help="One of scan, show, write, enable, release, jog, tension, home."),
     ] = None
     robot: Annotated[
         str | None,
         typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `cablewright robots` lists."),
     ] = None
     machine: Annotated[
-        Path | None, typer.Option("--machine", metavar="FILE", help="Machine file with a table [drives].")
+        Path | None, typer.Option("--machine", metavar="FILE", help="Machine file of a machine on drives.")
     ] = None
     place: Annotated[
-        str | None, typer.Option("--place", metavar="X,Y,Z", help="home: where you measured the platform, m.")
+        str | None, typer.Option("--place", metavar="X,Y,Z", help="Where you measured the platform, m, for home.")
     ] = None
-    line: Annotated[str | None, typer.Option("--line", metavar="NAME", help="jog: line whose winch turns.")] = None
+    line: Annotated[str | None, typer.Option("--line", metavar="NAME", help="Line whose winch turns, for jog.")] = None
     speed: Annotated[
-        float, typer.Option("--speed", metavar="V", help="jog --line: speed of the cable, m/s, positive pays out.")
+        float, typer.Option("--speed", metavar="V", help="Speed of the cable, m/s, positive pays out, for jog --line.")
     ] = 0.01
     velocity: Annotated[
-        str | None, typer.Option("--velocity", metavar="VX,VY,VZ", help="jog: velocity of the platform, m/s.")
+        str | None, typer.Option("--velocity", metavar="VX,VY,VZ", help="Velocity of the platform, m/s, for jog.")
     ] = None
     seconds: Annotated[
         float | None,
-        typer.Option("--seconds", metavar="T", help="enable: time for which winches are held; else until Ctrl-C."),
+        typer.Option("--seconds", metavar="T", help="Time for which enable holds the winches, s; else until Ctrl-C."),
     ] = None
+    tried: Annotated[
+        bool,
+        typer.Option("--try", help="Do it on virtual drives in this process, in virtual time; nothing is kept."),
+    ] = False
     virtual: Annotated[
         Path | None,
         typer.Option("--virtual", metavar="FILE", help="Be the drives of a machine file on this computer instead."),
     ] = None
     at: Annotated[
-        str | None, typer.Option("--at", metavar="X,Y,Z", help="--virtual: where the platform begins, m.")
+        str | None, typer.Option("--at", metavar="X,Y,Z", help="Where the platform of virtual drives begins, m.")
     ] = None
-    seed: Annotated[int, typer.Option("--seed", help="--virtual: seed of the machine as built.")] = 0
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0
     as_json: AsJson = False
 
     def run(self) -> int:
@@ -85,9 +90,33 @@ class DrivesCommand:
         from cablewright.robot import load
 
         robot, settings = load(self.robot), load_machine(self.machine)
-        return answer(self._done(robot, settings, self.machine.with_suffix("")), self.as_json)
+        if not self.tried:
+            return answer(self._done(robot, settings, self.machine.with_suffix(""), None), self.as_json)
+        from tempfile import TemporaryDirectory
 
-    def _done(self, robot: Robot, settings: MachineSettings, state: Path) -> Any:
+        port = self._tried(robot)
+        with TemporaryDirectory() as folder:
+            return answer(self._done(robot, settings, Path(folder) / "machine", port), self.as_json)
+
+    def _tried(self, robot: Robot) -> OpenPort:
+        """A bus with virtual drives in this process. Raises `InputError`."""
+        from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
+        from cablewright.machine.simulated.settings import load_twin
+
+        assert self.machine is not None
+        if self.action == "jog" or (self.action == "enable" and self.seconds is None):
+            raise InputError(f"drives {self.action}: --try has no person who ends it")
+        port = VirtualPort(VirtualRig(robot, load_twin(self.machine), self._start(robot), seed=self.seed))
+        return lambda: port
+
+    def _start(self, robot: Robot) -> Any:
+        """Where the platform of virtual drives begins, (3,) m."""
+        from cablewright.studies.drives.session import still_path
+
+        given = numbers(self.at, "--at", 3)
+        return still_path(robot, None).track.at(0.0).position if given is None else given
+
+    def _done(self, robot: Robot, settings: MachineSettings, state: Path, port: OpenPort) -> Any:
         """The answer of the action."""
         import numpy as np
 
@@ -95,21 +124,21 @@ class DrivesCommand:
 
         match self.action:
             case "scan":
-                return actions.scan(robot, settings)
+                return actions.scan(robot, settings, port)
             case "show":
-                return actions.show(robot, settings)
+                return actions.show(robot, settings, port)
             case "write":
-                return actions.write(robot, settings, state)
+                return actions.write(robot, settings, state, port)
             case "release":
-                return actions.release(robot, settings, state)
+                return actions.release(robot, settings, state, port)
             case "tension":
-                return actions.tension(robot, settings, state)
+                return actions.tension(robot, settings, state, port)
             case "home":
                 place = numbers(self.place, "--place", 3)
-                return actions.home(robot, settings, state, None if place is None else np.array(place))
+                return actions.home(robot, settings, state, None if place is None else np.array(place), port)
             case "enable":
                 hold = float("inf") if self.seconds is None else self.seconds
-                return actions.enable(robot, settings, state, hold)
+                return actions.enable(robot, settings, state, hold, port)
             case _:
                 with button() as held:
                     return self._jogged(robot, settings, state, held)
@@ -130,7 +159,6 @@ class DrivesCommand:
         from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
         from cablewright.machine.simulated.settings import load_twin
         from cablewright.robot import load
-        from cablewright.studies.drives.session import still_path
 
         twin = load_twin(file)
         name, drives = self.robot or twin.owner.robot, twin.owner.drives
@@ -139,9 +167,7 @@ class DrivesCommand:
         if drives is None or drives.interface != "loopback":
             raise InputError(f'{file}: drives.interface: must be "loopback" for virtual drives')
         robot = load(name)
-        begin = numbers(self.at, "--at", 3)
-        place = still_path(robot, None).track.at(0.0).position if begin is None else begin
-        rig = VirtualRig(robot, twin, place, seed=self.seed)
+        rig = VirtualRig(robot, twin, self._start(robot), seed=self.seed)
         rig.warm()
         hub = Hub(int(drives.channel))
         where = ", ".join(f"{x:.3f}" for x in rig.plant.truth.position)
