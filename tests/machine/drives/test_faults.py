@@ -338,3 +338,32 @@ def test_a_winch_that_drifts_unknown_to_its_drive_is_stopped(line: int) -> None:
     assert f"{found.rig.names[line]}: its winch is 2" in found.machine.tripped
     assert np.abs(found.rig.plant.rig.winches.lengths_out() - before).max() < 0.05
     assert all(drive.brake_closed for drive in found.rig.drives)
+
+
+def test_a_counter_that_wraps_is_no_jump() -> None:
+    found = bench()
+    found.machine.open()
+    found.rig._base += (1 << 31) - 2000.0
+    found.step(steps=3)
+    found.step(WinchMode.VELOCITY)
+    found.step(WinchMode.VELOCITY, SPEEDS, 60)
+    found.step(WinchMode.VELOCITY, -np.array(SPEEDS), 120)
+    assert not found.machine.tripped
+    counts = np.array([reading.counts for frame in found.frames for reading in frame.of(Encoders)])
+    assert counts.min() < -(1 << 30) < 1 << 30 < counts.max()
+
+
+def test_stopping_brakes_by_the_ramps_of_the_drives_and_never_cuts_the_torque() -> None:
+    found = moving()
+    words: list[int] = []
+    send = found.port.send
+
+    def watched(frame: Frame) -> None:
+        if frame.id & 0x780 == o.CONTROL_PDO:
+            words.append(int.from_bytes(frame.data[:2], "little"))
+        send(frame)
+
+    found.port.send = watched  # type: ignore[method-assign]
+    found.machine.stop()
+    assert all(drive.brake_closed for drive in found.rig.drives)
+    assert set(words) <= {0x07, 0x06}  # disable operation, shutdown; neither disable voltage nor quick stop

@@ -58,10 +58,9 @@ class Wish(IntEnum):
     OFF = 0  # no torque, brake closed
     SWITCHED_ON = 1  # all but enabled
     ENABLED = 2
-    STOP = 3  # a ramp by the drive itself, held
 
 
-_SHUTDOWN, _SWITCH_ON, _ENABLE, _DISABLE, _QUICK_STOP, _NO_VOLTAGE = 0x06, 0x07, 0x0F, 0x07, 0x02, 0x00
+_SHUTDOWN, _SWITCH_ON, _ENABLE, _DISABLE, _NO_VOLTAGE = 0x06, 0x07, 0x0F, 0x07, 0x00
 
 FAULT_RESET: Final = 0x80
 """Resets a fault by its rising edge."""
@@ -84,10 +83,6 @@ _NEXT: Final = {
         PowerState.SWITCHED_ON: _ENABLE,
         PowerState.READY: _SWITCH_ON,
         PowerState.DISABLED: _SHUTDOWN,
-    },
-    Wish.STOP: {
-        PowerState.ENABLED: _QUICK_STOP,
-        PowerState.QUICK_STOP: _QUICK_STOP,
     },
 }
 

@@ -12,6 +12,7 @@ from contextlib import suppress
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import CablewrightError, InputError
@@ -44,6 +45,8 @@ _TIME: Final = 2.0  # s for parameters, and for all drives to be enabled
 _MODE_TIME: Final = 0.5  # s to change a mode
 _STOP_TIME: Final = 1.0  # s for drives to stop, and to be off
 _RESET_TIME: Final = 0.3  # s
+_HALF: Final = 1 << 31  # of a drive's counter
+_ENERGISED: Final = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_REACTION)
 _FORGOTTEN: Final = 1.0  # s
 _STANDS: Final = 0.02  # rad/s of a drum that stands
 
@@ -63,7 +66,7 @@ class DriveMachine:
         self.begin = 0.0
         self._measured, self._fresh, self._open = -math.inf, False, False
         self._limited: list[Notice] = []
-        self._strayed: tuple[float, Array, Array] | None = None  # s, rad, and rad off, of the last answers
+        self._strayed: tuple[float, NDArray[np.int64], Array] | None = None  # s, counts, and rad off
         modes = frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY, WinchMode.TENSION})
         self._abilities = Abilities(m, _sensors(settings.drives), modes, frozenset({RESET}), brakes=True)
 
@@ -117,28 +120,25 @@ class DriveMachine:
         return self._frame()
 
     def stop(self) -> None:
-        """As `Machine`: each drive stops by its own ramp and holds."""
-        if not self._open or not self._on:
-            return
-        stop = tuple(replace_wish(each, Wish.STOP) for each in self._setpoints)
-        end = self._drives.now() + _STOP_TIME
-        self._cycle(stop)
-        while self._drives.now() < end and not self._standing():
-            self._cycle(stop)
-        self._setpoints = stop
+        """As `Machine`: each drive comes to rest by its own ramp and closes its brake before torque goes.
 
-    def close(self) -> None:
-        """As `Machine`: brakes are closed and torque goes before the bus is left."""
+        A quick stop would hold as well, but leads off by cutting the torque alone.
+        """
         if not self._open:
             return
-        self.stop()
+        self._switch_off()
         end = self._drives.now() + _STOP_TIME + self._own.brake_time
         while True:
             self._cycle(self._off)
-            energised = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_REACTION)
-            if self._drives.now() >= end or not any(axis.state in energised for axis in self._drives.axes):
-                break
-        self._on, self._open = False, False
+            if self._drives.now() >= end or not any(axis.state in _ENERGISED for axis in self._drives.axes):
+                return
+
+    def close(self) -> None:
+        """As `Machine`: winches are stopped and braked before the bus is left."""
+        if not self._open:
+            return
+        self.stop()
+        self._open = False
         with suppress(CablewrightError):
             self._drives.close()
 
@@ -270,15 +270,17 @@ class DriveMachine:
         axes = self._drives.axes
         if any(axis.pending for axis in axes):
             return ""
-        angles = np.array([axis.counts / abs(axis.scale.counts) for axis in axes])
-        before, self._strayed = self._strayed, (self._measured, angles, np.zeros(len(axes)))
+        counts = np.array([axis.counts for axis in axes], dtype=np.int64)
+        before, self._strayed = self._strayed, (self._measured, counts, np.zeros(len(axes)))
         if before is None:
             return ""
         dt = self._measured - before[0]
         asked = np.array([each.speed for each in self._setpoints])
-        off = before[2] * math.exp(-dt / _FORGOTTEN) + angles - before[1] - asked * dt
+        turned = (counts - before[1] + _HALF) % (2 * _HALF) - _HALF  # counters wrap
+        angles = turned / np.array([abs(axis.scale.counts) for axis in axes])
+        off = before[2] * math.exp(-dt / _FORGOTTEN) + angles - asked * dt
         off[[each.mode is not Mode.VELOCITY for each in self._setpoints]] = 0.0
-        self._strayed = self._measured, angles, off
+        self._strayed = self._measured, counts, off
         lengths = np.abs(off) * np.array([axis.scale.radii[1] for axis in axes])
         worst = int(np.argmax(lengths))
         if lengths[worst] <= self._own.following_error:
@@ -362,11 +364,6 @@ class DriveMachine:
         if self.tripped:
             found.append(Notice(Condition.DRIVE_FAULT, self.tripped))
         return found
-
-
-def replace_wish(setpoint: Setpoint, wish: Wish) -> Setpoint:
-    """The same with another wish, standing."""
-    return setpoint._replace(wish=wish, speed=0.0, torque=0.0)
 
 
 def _sensors(drives: DriveSettings) -> frozenset[str]:
