@@ -135,3 +135,21 @@ def test_a_host_that_is_killed_leaves_all_braked(watched: Watched, host: subproc
     time.sleep(0.5)
     assert np.abs(watched.rig.plant.rig.winches.angles - angles).max() < 1e-6
     assert max(watched.tensions) < 700.0
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_a_command_that_is_interrupted_brakes_all_first(watched: Watched, number: str, tmp_path: Path) -> None:
+    text = (Path(__file__).parents[3] / "examples" / "virtual-drives.toml").read_text("utf-8")
+    file = tmp_path / "machine.toml"
+    file.write_text(text.replace('"43113"', f'"{watched.channel}"'), encoding="utf-8")
+    command = [sys.executable, "-m", "cablewright", "drives", "enable", "merlet2023", "--machine", str(file)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    watched.wait("ENABLED", 30.0)
+    time.sleep(0.5)
+    process.send_signal(getattr(signal, number))
+    _, said = process.communicate(timeout=20.0)
+    assert process.returncode == 130, said
+    assert said.strip().endswith("interrupted")
+    assert braked(watched)
+    time.sleep(0.6)
+    assert not any(drive.state is PowerState.FAULT for drive in watched.rig.drives)
