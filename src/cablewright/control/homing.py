@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.control.length_check import check_lengths, lengths_at
+from cablewright.control.length_check import LengthCheck, check_lengths, lengths_at
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import TakeUp, TakeUpSettings
+from cablewright.control.three_poses import SlowWay, places, sentence
 from cablewright.errors import AnswerError, CablewrightError, Status
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate, SensorFrame
@@ -31,6 +32,7 @@ class HomingSettings:
     """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found.
 
     ``guess``: (3,) m, roughly where the platform is. ``place``: (3,) m, where a person has measured it; None: nobody.
+    ``frame``: corners (3,), m, between which the platform may be moved to find which line is wrong; None: it is not.
     """
 
     model: Model
@@ -39,6 +41,7 @@ class HomingSettings:
     accept: Callable[[Array, NDArray[np.int64]], None]
     guess: Array
     place: Array | None = None
+    frame: tuple[Array, Array] | None = None
 
 
 class Homing:
@@ -57,10 +60,15 @@ class Homing:
         self.take_up.begin(now)
         self._taut_since = np.nan
         self._tensions: list[Array] = []
+        self._checks: list[LengthCheck] = []
+        self._ways: list[Array] = []  # places still to go to
+        self._way: SlowWay | None = None
         self.position = None
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
         """As `Procedure`."""
+        if self._way is not None:
+            return self._go(frame, dt)
         if np.isnan(self._taut_since):
             done = self.take_up.step(frame, estimate, dt)
             if not done.finished:
@@ -75,8 +83,42 @@ class Homing:
         if since < _CALM + _MEASURED or not self._tensions:
             return self.take_up.hold()
         failure = self._compare(np.mean(self._tensions, axis=0))
+        if failure and self._goes_on():
+            return self.take_up.hold()
         held = self.take_up.hold(failure)
         return held if failure else held._replace(finished=True)
+
+    def _goes_on(self) -> bool:
+        """Whether the next place is gone to, as more than one line could be wrong. The lengths are refused anyway."""
+        own, checks = self.settings, self._checks
+        if not checks or checks[0].fits or len(checks[0].suspects) < 2 or own.frame is None:
+            return False
+        if len(checks) == 1:
+            self._ways = places(own.model, *own.frame, checks[0].position)
+        if not self._ways:
+            return False
+        assert self.take_up.counts is not None
+        lengths = own.lengths(self.take_up.counts)
+        assert lengths is not None  # they were compared
+        self._way = SlowWay(checks[-1].position, self._ways.pop(0), lengths, own.take_up.radius)
+        return True
+
+    def _go(self, frame: SensorFrame, dt: float) -> ProcedureStep:
+        """One step on the way; at its end slack is taken up again."""
+        assert self._way is not None
+        if not self.take_up.hear(frame):
+            return self.take_up.hold("no tensions or counts are read")
+        assert self.take_up.counts is not None
+        lengths = self.settings.lengths(self.take_up.counts)
+        if lengths is None:
+            return self.take_up.hold("the counts are beyond the turns of a drum")
+        speeds = self._way.speeds(self.settings.model, lengths, dt)
+        if not self._way.arrived:
+            return ProcedureStep(speeds)
+        self._way, self._taut_since = None, np.nan
+        self._tensions.clear()
+        self.take_up.begin(frame.time)
+        return self.take_up.hold()
 
     def _compare(self, tensions: Array) -> str:
         """Accept the lengths, or return why not."""
@@ -90,9 +132,10 @@ class Homing:
         found = check_lengths(own.model, lengths, tensions, own.guess if own.place is None else own.place)
         if found is None:
             return "the saved lengths meet nowhere near the last place: home with a measured place"
-        names, self.misfit = own.take_up.names, found.misfit
-        if not found.fits:
-            return found.sentence(names)
+        self._checks.append(found)
+        self.misfit = self._checks[0].misfit
+        if not self._checks[0].fits:
+            return sentence(self._checks, own.take_up.names)
         if not found.tested and own.place is None:
             return (
                 "there are no more lines than freedoms, so that nothing tests the lengths: home with a measured place"

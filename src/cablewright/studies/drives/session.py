@@ -78,7 +78,9 @@ class RealMachine:
         keeper = self.keeper
         found = keeper.position
         near = guess if found is None else found
-        own = HomingSettings(keeper.reckoning.model, self.take_up, keeper.lengths, keeper.accept, near, place)
+        scene = self.robot.scene
+        frame = np.array(scene.frame_min), np.array(scene.frame_max)
+        own = HomingSettings(keeper.reckoning.model, self.take_up, keeper.lengths, keeper.accept, near, place, frame)
         return Homing(own)
 
     def printer(
