@@ -6,6 +6,7 @@ of a loop on the same computer, at the same time of day, that only sleeps.
 
 from __future__ import annotations
 
+import socket
 import subprocess
 import sys
 import tempfile
@@ -29,7 +30,8 @@ from cablewright.studies.prints.print_job import PrintedJob
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "virtual-drives.toml"
 BEGIN = (0.7, -0.5, 1.0)
-CYCLES, QUICK = 3000, 600
+FULL, QUICK = 6000, 300
+RING = 2600  # cycles of one ring
 EDGES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # ms
 ORDERS = {PrintState.FAULT: "reset", PrintState.OFF: "enable", PrintState.IDLE: "home"}
 
@@ -54,7 +56,7 @@ class Orders(PersonOperator):
         return super().orders(printer, now)
 
 
-def rows(cycles: int = CYCLES) -> Iterator[Row]:
+def rows(cycles: int) -> Iterator[Row]:
     """All rows of this file."""
     printed, late = run(cycles)
     numbers = printed.run.timing.statistics()
@@ -73,17 +75,17 @@ def rows(cycles: int = CYCLES) -> Iterator[Row]:
 
 def run(cycles: int) -> tuple[PrintedJob, Array]:
     """Print rings for about so many cycles; also returns how late each SYNC was, s."""
-    layers = max(1, round(cycles / 2600))
+    layers, radius = max(1, round(cycles / RING)), 0.4 * min(1.0, cycles / RING)
     job = Job(
         name="ring",
-        origin=(0.3, -0.5, 0.0),
-        helix=Helix(radius=0.4, layers=layers, layer_height=0.001, first_height=1.0),
+        origin=(BEGIN[0] - radius, BEGIN[1], 0.0),
+        helix=Helix(radius=radius, layers=layers, layer_height=0.001, first_height=1.0),
         motion=Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.1),
     )
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         file = folder / "machine.toml"
-        file.write_text(EXAMPLE.read_text(encoding="utf-8").replace('"43113"', '"43117"'), encoding="utf-8")
+        file.write_text(EXAMPLE.read_text(encoding="utf-8").replace('"43113"', f'"{free_port()}"'), encoding="utf-8")
         at = ",".join(map(str, BEGIN))
         command = [sys.executable, "-m", "cablewright", "drives", "--virtual", str(file), "--at", at]
         drives = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
@@ -100,6 +102,14 @@ def run(cycles: int) -> tuple[PrintedJob, Array]:
         finally:
             drives.terminate()
             drives.communicate()
+
+
+def free_port() -> int:
+    """A UDP port of this computer that nobody has."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
+        found.bind(("127.0.0.1", 0))
+        number: int = found.getsockname()[1]
+        return number
 
 
 def sleeps(cycles: int, period: float = 0.01) -> Array:
@@ -123,7 +133,7 @@ def histogram(late: Array) -> list[str]:
 
 def main() -> None:
     """Print the histograms."""
-    cycles = int(sys.argv[1]) if len(sys.argv) > 1 else CYCLES
+    cycles = int(sys.argv[1]) if len(sys.argv) > 1 else FULL
     printed, late = run(cycles)
     print(f"{len(late)} cycles; steps of control and log: {printed.run.timing.statistics()}")
     print("\n".join(histogram(late)))
