@@ -136,9 +136,9 @@ def main() -> None:
     cycles = int(sys.argv[1]) if len(sys.argv) > 1 else FULL
     printed, late = run(cycles)
     print(f"{len(late)} cycles; steps of control and log: {printed.run.timing.statistics()}")
-    print("\n".join(histogram(late)))
-    print("a loop that only sleeps:")
-    print("\n".join(histogram(sleeps(len(late)))))
+    print("\n".join(histogram(late)), flush=True)
+    print("a loop that only sleeps, for a minute at most:")
+    print("\n".join(histogram(sleeps(min(len(late), FULL)))))
 
 
 if __name__ == "__main__":
