@@ -95,6 +95,9 @@ def test_of_20_wrong_ones_20_are_refused_and_of_20_right_ones_20_pass(tmp_path: 
     wrong = [case(100 + seed, tmp_path / f"w{seed}", wrong=True) for seed in range(20)]
     right = [case(100 + seed, tmp_path / f"r{seed}", wrong=False) for seed in range(20)]
     named = sum(f"{line} by " in reason for reason, line in wrong)
+    alone = sum(f"it is line {line} by " in reason for reason, line in wrong)
+    other = sum("it is line " in reason for reason, _ in wrong) - alone
+    print(f"{alone} named alone, {other} named another line")
     print(
         f"{sum(bool(reason) for reason, _ in wrong)} of 20 refused, {named} with the line among the candidates; "
         f"{sum(not reason for reason, _ in right)} of 20 accepted"
@@ -102,3 +105,5 @@ def test_of_20_wrong_ones_20_are_refused_and_of_20_right_ones_20_pass(tmp_path: 
     assert all(reason for reason, _ in wrong)
     assert all(f"{line} by " in reason or "following error" in reason for reason, line in wrong)  # or overloaded
     assert not any(reason for reason, _ in right)
+    assert not other
+    assert alone >= 12

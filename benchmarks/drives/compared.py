@@ -1,6 +1,6 @@
 """A print on virtual CANopen drives in virtual time beside the same on the plant itself.
 
-`python -m benchmarks.drives_compared house-printer examples/house.toml 2` prints two layers both ways: how far apart
+`python -m benchmarks.drives.compared house-printer examples/house.toml 2` prints two layers both ways: how far apart
 the platform and the lengths paid out were at the same length of the path.
 """
 

@@ -28,7 +28,7 @@ from cablewright.studies.drives.printing import PersonOperator, print_on_drives
 from cablewright.studies.prints.loop import Printer
 from cablewright.studies.prints.print_job import PrintedJob
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "virtual-drives.toml"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "virtual-drives.toml"
 BEGIN = (0.7, -0.5, 1.0)
 FULL, QUICK = 6000, 300
 RING = 2600  # cycles of one ring
@@ -139,7 +139,3 @@ def main() -> None:
     print("\n".join(histogram(late)), flush=True)
     print("a loop that only sleeps, for a minute at most:")
     print("\n".join(histogram(sleeps(min(len(late), FULL)))))
-
-
-if __name__ == "__main__":
-    main()
