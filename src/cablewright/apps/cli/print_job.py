@@ -16,7 +16,9 @@ from cablewright.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class PrintJobCommand:
-    """The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
+    """A machine file that names drives moves a real machine, by orders that are typed: docs/drives.md.
+
+    The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
 
     A print that was interrupted resumes with --resume and the same options. The answer is no (exit 1) if the machine
     stops before the end of the job.

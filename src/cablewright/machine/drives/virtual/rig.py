@@ -25,6 +25,7 @@ from cablewright.robot import Robot
 from cablewright.signals import Command
 
 _TICKS: Final = 5  # of the drives, in a step of the plant
+_MADE_UP: Final = 0.5  # s that are made up for, after the computer was held up
 _YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque gives way in a step
 
 Disturb = Callable[[Frame, float], tuple[float, ...]]
@@ -199,14 +200,14 @@ class VirtualPort:
 
 
 def run_rig(rig: VirtualRig, port: Port, ends: Callable[[], bool] = lambda: False) -> None:
-    """Run a rig by the clock on the bus behind *port*, until *ends*. Time that a computer was held up is left out."""
+    """Run a rig by the clock on the bus behind *port*, until *ends*; a longer standstill of the computer is lost."""
     due = port.now()
     while not ends():
         due += rig.tick
         while (frame := port.receive(due)) is not None:
             _answer(port, rig.hear(frame, port.now()))
         now = port.now()
-        due = max(due, now - rig.tick)
+        due = max(due, now - _MADE_UP)
         _answer(port, rig.advance(now))
 
 
