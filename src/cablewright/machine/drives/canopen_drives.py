@@ -38,13 +38,8 @@ class CanopenDrives:
 
     def __init__(self, robot: Robot, settings: MachineSettings, port: Callable[[], Port] | None = None) -> None:
         """*port* opens the bus; None: that of the file. Raises `InputError` for a file that does not fit the robot."""
-        drives = require_drives(settings)
+        drives = require_drives(settings, robot)
         lines = tuple(line.name for line in robot.lines)
-        if set(drives.nodes) != set(lines):
-            odd = sorted(set(drives.nodes) ^ set(lines))[0]
-            raise InputError(
-                f"drives.nodes: {odd!r}: one node for each line of the robot is expected: {', '.join(lines)}"
-            )
         load = cyclic_load(len(lines), settings.period, drives.bitrate)
         if load > _MAX_LOAD:
             why = f"{len(lines)} drives in steps of {settings.period:g} s take {load:.0%} of the bus"
@@ -198,9 +193,13 @@ class CanopenDrives:
             bus.port.close()
 
 
-def require_drives(settings: MachineSettings) -> DriveSettings:
-    """The drives of a machine. Raises `InputError` for one that has none."""
-    if settings.drives is None:
+def require_drives(settings: MachineSettings, robot: Robot) -> DriveSettings:
+    """The drives of a machine of *robot*. Raises `InputError` where it has none, or not one for each line."""
+    drives, lines = settings.drives, [line.name for line in robot.lines]
+    if drives is None:
         why = 'kind = "canopen" and a table [drives] are expected'
         raise InputError(f"machine {settings.name!r}: kind = {settings.kind!r}: has no real drives; {why}")
-    return settings.drives
+    if odd := sorted(set(drives.nodes) ^ set(lines)):
+        why = f"one node for each line of the robot is expected: {', '.join(lines)}"
+        raise InputError(f"drives.nodes: {odd[0]!r}: {why}")
+    return drives

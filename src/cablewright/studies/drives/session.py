@@ -56,7 +56,7 @@ class RealMachine:
     ) -> RealMachine:
         """*state*: path without suffix of the two files. Raises `InputError` for files that do not fit each other."""
         require_robot(settings, robot.name)
-        require_drives(settings)
+        require_drives(settings, robot)
         drives = CanopenDrives(robot, settings, port)
         bus_machine = DriveMachine(drives, settings)
         lines = [line.name for line in robot.lines]

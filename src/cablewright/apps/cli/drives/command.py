@@ -48,7 +48,7 @@ class DrivesCommand:
         typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `cablewright robots` lists."),
     ] = None
     machine: Annotated[
-        Path | None, typer.Option("--machine", metavar="FILE", help="Machine file of a machine on drives.")
+        str | None, typer.Option("--machine", metavar="FILE", help="Machine file of a machine on drives.")
     ] = None
     place: Annotated[
         str | None, typer.Option("--place", metavar="X,Y,Z", help="Where you measured the platform, m, for home.")
@@ -91,7 +91,7 @@ class DrivesCommand:
 
         robot, settings = load(self.robot), load_machine(self.machine)
         if not self.tried:
-            return answer(self._done(robot, settings, self.machine.with_suffix(""), None), self.as_json)
+            return answer(self._done(robot, settings, Path(self.machine).with_suffix(""), None), self.as_json)
         from tempfile import TemporaryDirectory
 
         port = self._tried(robot)

@@ -49,7 +49,7 @@ class VirtualRig:
     ) -> None:
         """A platform at rest at *start* (3,), m, with brakes closed. Raises as `SimulatedMachine`."""
         owner = settings.owner
-        drives, winch = require_drives(owner), owner.winch
+        drives, winch = require_drives(owner, robot), owner.winch
         self.plant = SimulatedMachine(robot, settings, start, seed=seed)
         self.names = tuple(line.name for line in robot.lines)
         flipped = np.array([-1.0 if name in reversed_lines else 1.0 for name in self.names])
