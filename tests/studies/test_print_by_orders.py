@@ -112,6 +112,15 @@ def test_a_job_that_is_too_fast_for_the_drives_is_refused(tmp_path: Path) -> Non
     assert not (tmp_path / "run").exists()
 
 
+def test_a_job_that_is_too_heavy_for_the_drives_is_refused(tmp_path: Path) -> None:
+    found = bench()
+    weak = found.twin.owner.winch.model_copy(update={"max_torque": 15.0})
+    found.twin = found.twin.with_owner(winch=weak)
+    with pytest.raises(InputError, match=r"too heavy for the drives: line .* N m of its drum; its drive has 15"):
+        printed(found, tmp_path, Typist({}))
+    assert not (tmp_path / "run").exists()
+
+
 class Held:
     """A button that is held for some steps, then let go; all ends later."""
 

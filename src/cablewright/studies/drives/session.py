@@ -29,6 +29,7 @@ from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot
 from cablewright.signals import Order, OrderKind, PrintState
+from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.drives.keeper import KeptEstimator, LengthKeeper, warm
 from cablewright.studies.prints.limits import planned
 from cablewright.studies.prints.loop import Printer, Step
@@ -36,6 +37,7 @@ from cablewright.studies.prints.loop import Printer, Step
 _RESETS: Final = 3  # orders to reset before a session gives up
 _RESET_WAIT: Final = 0.5  # s between them
 _SMALL: Final = 0.01  # m, radius of the path of a session that prints nothing
+_SAMPLES: Final = 2000  # of a path, for its torques
 _OVER: Final = 1.2  # of a drive's own limit: where the guard stops
 
 
@@ -103,6 +105,7 @@ class RealMachine:
         if fastest / thin > speed:
             why = f"lines may run at {fastest:g} m/s, {fastest / thin:.3g} rad/s of a drum; its drive has {speed:.3g}"
             raise InputError(f"the job is too fast for the drives: {why}")
+        self._require_torque(path)
         torques = np.array([_OVER * scale.max_torque for scale in scales])
         plan = replace(
             plan,
@@ -114,6 +117,17 @@ class RealMachine:
         return Printer(
             plan, self.machine, lambda place, _radii: KeptEstimator(self.keeper, place), now=begin, archive=archive
         )
+
+    def _require_torque(self, path: TimedPath) -> None:
+        """Raise `InputError` where the drives cannot hold the platform on a path."""
+        places = path.track.positions
+        chosen = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(np.int64)]
+        pulls = solve_inverse(self.keeper.reckoning.model, chosen, path=True).tensions
+        for axis, most in zip(self.drives.axes, np.nanmax(pulls, axis=0).tolist(), strict=True):
+            torque = most * axis.scale.radii[1]
+            if torque > axis.scale.max_torque:
+                why = f"line {axis.name} needs {torque:.3g} N m of its drum; its drive has {axis.scale.max_torque:.3g}"
+                raise InputError(f"the job is too heavy for the drives: {why}")
 
 
 def still_path(robot: Robot, place: Array | None) -> TimedPath:
