@@ -11,7 +11,7 @@ from cablewright.errors import InputError
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import Motion
 from cablewright.signals import PrintState
-from cablewright.studies.drives.actions import home, jog_platform, jog_winch, scan, show
+from cablewright.studies.drives.actions import enable, home, jog_platform, jog_winch, scan, show
 from cablewright.studies.drives.printing import PersonOperator, print_on_drives
 from cablewright.studies.prints.loop import Printer
 from cablewright.studies.prints.print_job import PrintedJob
@@ -177,3 +177,23 @@ def test_who_is_there_and_what_they_watch(tmp_path: Path) -> None:
     home(found.robot, found.twin.owner, tmp_path / "machine", found.rig.plant.truth.position, lambda: found.port)
     left = [value for value in show(found.robot, found.twin.owner, lambda: found.port).values if not value.agrees]
     assert {value.object for value in left} == {"0x1016:1 consumer heartbeat"}  # disarmed at the end
+
+
+def test_the_chain_that_is_opened_stops_and_brakes_all(tmp_path: Path) -> None:
+    found, steps = bench(inputs={"chain": 17, "brake": 16}), [0]
+
+    def ends() -> bool:
+        steps[0] += 1
+        if steps[0] == 60:
+            found.rig.drives[2].chain_closed = False
+        return False
+
+    state = tmp_path / "machine"
+    answer = enable(found.robot, found.twin.owner, state, 10.0, lambda: found.port, ends)
+    assert answer.reason == "the emergency-stop chain is open"
+    assert steps[0] < 200
+    assert all(drive.brake_closed for drive in found.rig.drives)
+    again = enable(found.robot, found.twin.owner, state, 0.1, lambda: found.port)
+    assert again.reason == "reset: the emergency-stop chain is open"
+    found.rig.drives[2].chain_closed = True
+    assert enable(found.robot, found.twin.owner, state, 0.1, lambda: found.port).status == "done"

@@ -209,6 +209,8 @@ def _session(
     finally:
         gc.enable()
         gc.unfreeze()
+    if operator.reason and not operator.enabled and watching.refusals:
+        operator.reason = watching.refusals[-1]  # why it could not be reset says more
     homing = procedures.get(PrintState.HOMING)
     lines = _lines(machine, watching)
     if isinstance(homing, Homing) and homing.position is not None:

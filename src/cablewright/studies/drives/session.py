@@ -157,9 +157,9 @@ class SessionOperator:
     ends: Callable[[], bool] = lambda: False
     each: Callable[[Printer], None] = lambda _printer: None
     reason: str = ""  # why it ended without success
+    enabled: bool = False  # whether it ever got so far
     _resets: int = 0
     _reset_time: float = field(default=-np.inf, repr=False)
-    _enabled: bool = False
     _given: bool = False
     _done_time: float = np.inf
 
@@ -167,15 +167,15 @@ class SessionOperator:
         """As `Operator`."""
         self.each(printer)
         state = printer.supervisor.state
-        if state is PrintState.FAULT and not self._enabled:
+        if state is PrintState.FAULT and not self.enabled:
             if now - self._reset_time < _RESET_WAIT or self._resets >= _RESETS:
                 return ()
             self._resets, self._reset_time = self._resets + 1, now
             return (Order(OrderKind.RESET, self.by, now),)
-        if state is PrintState.OFF and not self._enabled:
+        if state is PrintState.OFF and not self.enabled:
             return (Order(OrderKind.ENABLE, self.by, now),)
         if state is PrintState.IDLE and not self._given:
-            self._enabled = self._given = True
+            self.enabled = self._given = True
             if self.order is not None:
                 return (replace(self.order, by=self.by, time=now),)
         return ()
@@ -184,7 +184,7 @@ class SessionOperator:
         """As `Operator`."""
         state, now = printer.supervisor.state, printer.time
         if state is PrintState.FAULT:
-            gone = self._enabled or (self._resets >= _RESETS and now - self._reset_time > _RESET_WAIT)
+            gone = self.enabled or (self._resets >= _RESETS and now - self._reset_time > _RESET_WAIT)
             self.reason = printer.supervisor.reason if gone else ""
             return gone
         if self._given and state is PrintState.IDLE and now > printer.supervisor.state_start:
