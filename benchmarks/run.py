@@ -21,7 +21,8 @@ from cablewright.file_output import write_whole
 RESULTS = Path(__file__).with_name("results.json")
 NAMES = (
     "statics", "bodies", "certificates", "equilibria", "accuracy", "workspace", "interference", "bracket",
-    "calibration", "walls", "machine", "keeping", "estimation", "print_job", "hanging", "commands",
+    "calibration", "walls", "machine", "keeping", "estimation", "print_job", "drives",
+    "hanging", "commands",
 )  # fmt: skip
 VERSIONS = ("cablewright", "numba", "numpy", "scipy", "moorpy", "daqp")
 

@@ -70,6 +70,15 @@ def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
     return ReckoningState(tracker, held.lengths.copy(), np.array(wound), FaultMonitor({"encoders": settings.timeout}))
 
 
+def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64]) -> ReckoningState:
+    """Return the state where *lengths* (m,), m, are out at *counts* (m,), both known. Raises `AnswerError`."""
+    outs = zip(settings.coils, lengths.tolist(), strict=True)
+    wound = [coil.angle(settings.total_length - out) for coil, out in outs]
+    tracker = Tracker(settings.model, lengths, TrackerSettings(certify=False))
+    monitor = FaultMonitor({"encoders": settings.timeout})
+    return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts.copy())
+
+
 def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame) -> Estimate:
     """Return the estimate after one frame; *state* changes in place. No frame raises an error."""
     dt = frame.time - state.time

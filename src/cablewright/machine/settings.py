@@ -6,11 +6,12 @@ What only a simulation has, such as errors of the machine as built, is in `cable
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Final, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError
+from cablewright.machine.drives.settings import DriveSettings
 from cablewright.machine.quantities import Delay, Factor, Heavy, Share, Span, Time, Width
 from cablewright.machine.sensors import (
     BarrierSensor,
@@ -31,6 +32,7 @@ MAX_WALLS: Final = 200
 
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _Place = tuple[Length, Length]
+_Kind = Literal["simulated", "canopen"]
 
 
 class Drum(Description):
@@ -153,7 +155,7 @@ class ClockSettings(Description):
 class MachineSettings(FileDescription):
     """A machine as its owner knows it. ``period``: s, of one step of its control.
 
-    ``robot``: name of the only robot that it is a machine of; None: any.
+    ``robot``: name of the only robot that it is a machine of; None: any. ``kind``: what it runs on.
     """
 
     MOVED: ClassVar[Mapping[str, str]] = {
@@ -164,6 +166,7 @@ class MachineSettings(FileDescription):
 
     name: _Name
     robot: _Name | None = None
+    kind: _Kind = "simulated"
     period: Time
     drum: Drum
     extrusion: Extrusion | None = None
@@ -179,6 +182,15 @@ class MachineSettings(FileDescription):
     barrier: BarrierSensor | None = None
     load_cells: TensionSensor | None = None
     motor_torques: TensionSensor | None = None
+    drives: DriveSettings | None = None
+
+    @model_validator(mode="after")
+    def _kind_fits(self) -> Self:
+        if self.kind == "canopen" and self.drives is None:
+            raise refusal("drives", 'must be given where kind is "canopen"')
+        if self.kind != "canopen" and self.drives is not None:
+            raise refusal("kind", 'must be "canopen" where there is a table [drives]')
+        return self
 
 
 def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:

@@ -121,6 +121,7 @@ class Remembering:
     _totals: NDArray[np.int64] | None = field(default=None, repr=False)  # of the last reading
     _marked: NDArray[np.int64] | None = field(default=None, repr=False)  # valid on disk
     _still: tuple[float, NDArray[np.int64]] | None = field(default=None, repr=False)  # s, since when, and the totals
+    _time: float = field(default=-math.inf, repr=False)  # s, of the last command
     _read_time: float = field(default=-math.inf, repr=False)  # s, of the frame with the last reading
 
     @property
@@ -146,6 +147,7 @@ class Remembering:
         moves = bool(command.winch_speeds.any()) or WinchMode.TENSION in command.modes
         if moves:
             self._unmark()
+        self._time = command.time
         frame = self.machine.step(command)
         readings = tuple(self._counted(each, frame.time) for each in frame.readings)
         notices = frame.notices
@@ -160,8 +162,20 @@ class Remembering:
         self.machine.stop()
 
     def close(self) -> None:
-        """As `Machine`."""
-        self.machine.close()
+        """As `Machine`; before that it waits, with brakes closed, until the counts can be saved as valid."""
+        try:
+            if WinchMode.OFF in self.abilities.modes and self._totals is not None:
+                self._stand()
+        finally:
+            self.machine.close()
+
+    def _stand(self) -> None:
+        """Keep all winches off until their counts are saved, or for twice the time that it takes."""
+        m = self.abilities.winches
+        for _ in range(round(2.0 * STILL / self.period)):
+            if self._marked is not None:
+                return
+            self.step(Command(self._time, np.zeros(m), modes=(WinchMode.OFF,) * m))
 
     def _counted(self, reading: Reading, now: float) -> Reading:
         """The reading; with totals if it is of the encoders."""

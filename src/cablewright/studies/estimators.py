@@ -64,13 +64,18 @@ def estimator(
             own = _with_radii(own, radii)
         started = _SteppedEstimator(observer.step, own, observer.start(own))
         return _WithTensions(started, own.chain.model) if isinstance(own, FilterSettings) else started
+    reckoning = reckoning_of(robot, settings)
+    return _SteppedEstimator(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
+
+
+def reckoning_of(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
+    """Return the settings of dead reckoning. Raises `InputError` for a machine without encoders."""
     if settings.encoders is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
     winch = settings.winch
     coils = tuple(coil_of(line, winch) for line in robot.lines)
     counts_per_radian = winch.counts * winch.ratio / math.tau
-    reckoning = ReckoningSettings(Model(with_drum_mass(robot, settings)), counts_per_radian, coils, winch.held)
-    return _SteppedEstimator(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
+    return ReckoningSettings(Model(with_drum_mass(robot, settings)), counts_per_radian, coils, winch.held)
 
 
 class _SteppedEstimator:

@@ -62,8 +62,9 @@ COMMANDS = {
     },
     "Print": {
         "check": ("check.CheckCommand", "Whether a robot can print a job, how far off, and the winch lengths for it."),
-        "print": ("print_job.PrintJobCommand", "Print a job closed-loop on a simulated machine."),
+        "print": ("print_job.PrintJobCommand", "Print a job closed-loop, on a simulated machine or on drives."),
         "simulate": ("simulate.SimulateCommand", "Drive a simulated machine along a path and log its sensors."),
+        "drives": ("drives.DrivesCommand", "Winches of a real machine on CANopen drives, or virtual ones."),
         "replay": ("replay.ReplayCommand", "Run the estimation on a log and compare it with the truth in it."),
     },
     "Tools": {

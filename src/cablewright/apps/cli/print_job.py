@@ -16,7 +16,9 @@ from cablewright.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class PrintJobCommand:
-    """The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
+    """A machine file that names drives moves a real machine, by orders that are typed: docs/drives.md.
+
+    The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
 
     A print that was interrupted resumes with --resume and the same options. The answer is no (exit 1) if the machine
     stops before the end of the job.
@@ -82,6 +84,8 @@ class PrintJobCommand:
 
         if self.resume and self.restart:
             raise InputError("print: --resume or --restart, not both")
+        if self._is_real():
+            return self._print_on_drives()
         name = load_job(self.job).name
         folder = self.out or Path("runs") / folder_name("print", load(self.robot).name, self.job.stem)
         options = PrintOptions(
@@ -107,3 +111,57 @@ class PrintJobCommand:
             tell(f"cablewright: interrupted; --out {folder} --resume with the same options resumes the print")
             raise
         return answer(found, self.as_json)
+
+    def _is_real(self) -> bool:
+        """Whether the machine file names real drives."""
+        from cablewright.machine.files import load_machine
+
+        return self.machine is not None and load_machine(self.machine).kind != "simulated"
+
+    def _print_on_drives(self) -> int:
+        """Print on the drives of the machine file, by orders that a person types."""
+        from cablewright.apps.cli.drives.orders import typed_orders
+        from cablewright.apps.report import print as report
+        from cablewright.machine.files import load_machine
+        from cablewright.printing.job import load_job
+        from cablewright.robot import load
+        from cablewright.studies.drives.printing import print_on_drives
+        from cablewright.studies.store import folder_name, job_hashes, robot_hash
+
+        assert self.machine is not None
+        self._require_real()
+        robot, job = load(self.robot), load_job(self.job)
+        folder = self.out or Path("runs") / folder_name("print", robot.name, self.job.stem)
+        inputs = {"robot": robot_hash(self.robot), **job_hashes(self.job, job)}
+        with typed_orders() as operator:
+            found = print_on_drives(
+                robot,
+                job,
+                folder,
+                load_machine(self.machine),
+                Path(self.machine).with_suffix(""),
+                operator,
+                inputs=inputs,
+                law=self.control,
+                layers=self.layers,
+                resume=self.resume,
+                restart=self.restart,
+                say=tell,
+            )
+        page = report.write(found.record, folder, job.name, found.step_times)
+        return answer(found.with_report(page), self.as_json)
+
+    def _require_real(self) -> None:
+        """Refuse options of simulations. Raises `InputError`."""
+        for option, given, usual in (
+            ("--plant", self.plant, "dynamic"),
+            ("--seed", self.seed, 0),
+            ("--period", self.period, 1.0),
+            ("--intrusions", self.intrusions, 0),
+            ("--real-time", self.real_time, False),
+        ):
+            if given != usual:
+                raise InputError(f"{option}: is for simulated machines; {self.machine} names real drives")
+        for option, value, only in (("--estimator", self.estimator, "encoders"), ("--height", self.height, "job")):
+            if value not in (None, only):
+                raise InputError(f"{option} = {value}: on real drives it is {only}")

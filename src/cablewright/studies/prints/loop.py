@@ -187,7 +187,7 @@ class Printer:
             self.guide.position, self._approach_pending = estimate.position.copy(), False
         target = self._next_target(verdict, dt)
         self.target = None if self._approach_pending else target
-        self._command = self._sound(self._decide(frame, verdict, estimate, target, dt))
+        self._command = self._with_reset(verdict, self._sound(self._decide(frame, verdict, estimate, target, dt)))
         guard.take_note(self._guard, frame.time, closed=WinchMode.OFF in self._command.modes)
         return Step(command, frame, estimate, self._progress(verdict, estimate, target), verdict.orders)
 
@@ -260,6 +260,19 @@ class Printer:
     def _has(self, mode: WinchMode) -> bool:
         return mode is not WinchMode.VELOCITY and mode in self.machine.abilities.modes
 
+    def _with_reset(self, verdict: Verdict, command: Command) -> Command:
+        """The command, with an order to reset for the machine's drives where winches are off.
+
+        It reaches them even where it was refused, as their own faults are a cause for that: it is ordered again then.
+        """
+        asked = any(order.kind is OrderKind.RESET and not self._is_late(order) for order in verdict.orders)
+        able = _RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes
+        return replace(command, outputs={_RESET: 1.0}) if asked and able else command
+
+    def _is_late(self, order: Order) -> bool:
+        """Whether an order is from before the fault."""
+        return order.time < self.supervisor.state_start
+
     def _proceed(self, now: float, verdict: Verdict, frame: SensorFrame, estimate: Estimate, dt: float) -> Command:
         """The command of the procedure that runs. Where it ends, the winches come to rest by a ramp."""
         done = self.plan.procedures[verdict.state].step(frame, estimate, dt)
@@ -292,6 +305,7 @@ class Printer:
         )
 
 
+_RESET: Final = "reset"  # output of machines whose drives are to be reset too
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 
 

@@ -12,12 +12,13 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.file_output import write_whole
 from cablewright.machine.simulated.settings import TwinSettings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, load_job
 from cablewright.progress import Progress
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot, load
 from cablewright.studies import store
-from cablewright.studies.prints.plan import MachineTwin, PrintOptions, twin_of
+from cablewright.studies.prints.plan import PrintOptions, twin_of
 from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import PrintRun, alone_in, run_print
@@ -45,9 +46,9 @@ class PrintedJob(Result):
     """A print that has ended: its final state, its record, and where its log and report are."""
 
     FIGURES: ClassVar = (
-        Figure("robot", "", "Name of the robot.", "twin.robot.name"),
-        Figure("machine", "", "Name of the machine's settings.", "twin.settings.owner.name"),
-        Figure("estimator", "", "Estimator of the machine's state: filter, paper or encoders.", "twin.estimator"),
+        Figure("robot", "", "Name of the robot.", "record.head.robot.name"),
+        Figure("machine", "", "Name of the machine's settings.", "record.head.settings.name"),
+        Figure("estimator", "", "Estimator of the machine's state: filter, paper or encoders."),
         Figure("status", "", "finished, or the state in which the print stopped."),
         Figure("reason", "", "Why the print stopped; empty where it is finished.", "run.reason", detail=True),
         *(each.of_part("record") for each in PrintRecord.FIGURES),
@@ -58,7 +59,7 @@ class PrintedJob(Result):
     )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "machine", "status", "max_path_error")
 
-    twin: MachineTwin
+    estimator: str
     run: PrintRun
     record: PrintRecord
     log: Path
@@ -133,7 +134,8 @@ def print_job(
     run = run_print(
         twin, Path(folder), inputs, settings, resume=resume, restart=restart, real_time=real_time, progress=progress
     )
+    assert isinstance(run.machine, SimulatedMachine)
     structure = run.machine.rig.ground.field
     with alone_in(run.folder):  # nobody resumes the print while its log is joined
         record, log = finish(run.folder, twin.path.track, twin.path.print_speed, structure, progress)
-        return PrintedJob(twin, run, record, log).written()
+        return PrintedJob(twin.estimator, run, record, log).written()

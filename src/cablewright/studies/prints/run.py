@@ -22,6 +22,7 @@ from filelock import FileLock, Timeout
 from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, is_unfinished, write_whole
+from cablewright.machine.interface import Machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
@@ -51,7 +52,7 @@ class PrintRun:
     """A print that has ended, with its ``state`` and ``reason``."""
 
     folder: Path
-    machine: SimulatedMachine
+    machine: Machine
     printer: Printer
     timing: Timing
     steps: int = 0
@@ -99,16 +100,16 @@ def run_print(
     `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
     """
     manifest, option = manifest_of("print", inputs, options), "--restart" if restart else "--resume" if resume else ""
-    _require(folder, manifest, option)
+    require_folder(folder, manifest, option)
     signature(b"")  # a key that cannot be had is said before the work
     plan = plan_print(twin)
     begun = None if resume and not restart else _begun(twin, plan)  # a print that is refused leaves no folder
     if begun is not None and not restart:
-        _make(folder)
+        make_folder(folder)
     with alone_in(folder):
-        _require(folder, manifest, option)  # again: another program may have begun a print here meanwhile
+        require_folder(folder, manifest, option)  # again: another program may have begun a print here meanwhile
         if restart:
-            _clear(folder)
+            clear_folder(folder)
         if begun is not None:
             write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         machine, printer = begun or _taken_up(twin, plan, folder)
@@ -149,6 +150,7 @@ def log_epoch(folder: Path, real_time: bool) -> datetime | None:
 def _run(run: PrintRun, recorder: FolderRecorder, real_time: bool) -> None:
     """Run steps until the print ends, with a simulated attendant."""
     machine, printer = run.machine, run.printer
+    assert isinstance(machine, SimulatedMachine)
     paced = Paced(machine) if real_time else None
     if paced is not None:
         printer.machine, run.timing.lateness = paced, paced.lateness
@@ -237,7 +239,7 @@ def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Arr
     )
 
 
-def _require(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
+def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
     """Raise `InputError` unless *folder* may hold a new print, or with an *option* holds the print that it is for."""
     if option:
         kept = read_manifest(folder)
@@ -253,7 +255,7 @@ def _require(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
         raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
 
 
-def _make(folder: Path) -> None:
+def make_folder(folder: Path) -> None:
     """Make the folder of a new print, if it is not there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -261,7 +263,7 @@ def _make(folder: Path) -> None:
         raise cannot_write(folder, reason) from None
 
 
-def _clear(folder: Path) -> None:
+def clear_folder(folder: Path) -> None:
     """Remove checkpoint and log of an earlier print, so that nobody resumes it or takes them for those of the new."""
     try:
         (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is refused by --resume

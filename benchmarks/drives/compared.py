@@ -1,0 +1,129 @@
+"""A print on virtual CANopen drives in virtual time beside the same on the plant itself.
+
+`python -m benchmarks.drives.compared house-printer examples/house.toml 2` prints two layers both ways: how far apart
+the platform and the lengths paid out were at the same length of the path.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.control.guide import TimedPath
+from cablewright.machine.drives.canopen_drives import CanopenDrives
+from cablewright.machine.drives.drive_machine import DriveMachine
+from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
+from cablewright.machine.interface import Machine
+from cablewright.machine.sensors import Encoder, TensionSensor
+from cablewright.machine.settings import extruding
+from cablewright.machine.simulated.settings import Link, TwinSettings, load_twin
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.printing.job import load_job
+from cablewright.robot import Robot, load
+from cablewright.signals import Command, Encoders, PrintState, SensorFrame
+from cablewright.studies.estimators import estimator
+from cablewright.studies.prints import loop
+from cablewright.studies.prints.attendant import Attendant
+from cablewright.studies.prints.limits import planned
+from cablewright.studies.prints.loop import Printer, Step
+
+RATED = {"merlet2023": 0.5, "house-printer": 20.0}  # N m of the motors
+
+Array = NDArray[np.float64]
+
+
+class Shut(SimulatedMachine):
+    """The plant itself, with its valve shut: drives have none."""
+
+    def step(self, command: Command) -> SensorFrame:
+        """As `Machine`."""
+        return super().step(replace(command, valve=0.0))
+
+
+@dataclass
+class Kept:
+    """Path length, true place and counts of each step that printed."""
+
+    plant: SimulatedMachine
+    distances: list[float] = field(default_factory=list)
+    places: list[Array] = field(default_factory=list)
+    counts: list[NDArray[np.int64]] = field(default_factory=list)
+
+    def add(self, _printer: Printer, step: Step, *, last: bool) -> None:  # noqa: ARG002
+        """As `StepRecorder`."""
+        found = step.frame.of(Encoders)
+        if step.progress.state is PrintState.PRINTING and found:
+            self.distances.append(step.progress.distance)
+            self.places.append(self.plant.truth.position)
+            self.counts.append(found[-1].counts)
+
+    def at(self, rows: list[Array] | list[NDArray[np.int64]], distances: Array) -> Array:
+        """Rows at path lengths, linearly between steps."""
+        return np.column_stack([np.interp(distances, self.distances, axis) for axis in np.array(rows).T])
+
+
+def on_drives(robot: Robot, twin: TwinSettings) -> TwinSettings:
+    """The same machine with its winches on drives; encoders come at once both ways."""
+    nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
+    table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "tension": 30.0}
+    gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier"))
+    return twin.with_simulation(wire=Link()).with_owner(
+        kind="canopen",
+        drives=DriveSettings.model_validate(table | {"rated_torque": RATED[robot.name]}),
+        encoders=Encoder(rate=100.0),
+        motor_torques=TensionSensor(rate=100.0, deviation=1.0, most=1e5),
+        lidars={},
+        **gone,
+    )
+
+
+def compare(name: str, job_file: Path, layers: int) -> None:
+    """Print both ways, and print how far apart they are."""
+    robot, job = load(name), load_job(job_file)
+    twin = on_drives(robot, load_twin(name))
+    owner = extruding(twin.owner, job.bead, job.motion.print_speed)
+    twin = twin.model_copy(update={"owner": owner})
+    path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.drum.valve)
+    begin = path.track.at(0.0).position
+    rig = VirtualRig(robot, twin, begin)
+    machine = DriveMachine(CanopenDrives(robot, owner, lambda: VirtualPort(rig)), owner)
+    bare = twin.with_owner(motor_torques=None)
+    there = _printed(robot, twin, path, machine, rig.plant)
+    plant = Shut(robot, bare, begin, seed=0)
+    here = _printed(robot, bare, path, plant, plant)
+    ends = max(here.distances[0], there.distances[0]), min(here.distances[-1], there.distances[-1])
+    at = np.linspace(*ends, 20_000)
+    apart = np.linalg.norm(here.at(here.places, at) - there.at(there.places, at), axis=1)
+    radius = robot.lines[0].winch.drum_radius or 0.0
+    count = 2.0 * np.pi * radius / (owner.winch.counts * owner.winch.ratio)
+    lengths = count * np.abs(here.at(here.counts, at) - there.at(there.counts, at))
+    print(
+        f"{name}, {layers} layers, {path.track.length:.1f} m: platform {1e3 * apart.max():.3f} mm apart at most, ",
+        end="",
+    )
+    print(
+        f"{1e3 * float(np.median(apart)):.3f} mm in half of all places; lengths {1e3 * lengths.max():.3f} mm, ", end=""
+    )
+    print(f"{1e3 * float(np.median(lengths)):.3f} mm; a count of an encoder is {1e3 * count:.4f} mm")
+    print(machine.drives.statistics.figures(owner.period, 1_000_000))
+
+
+def _printed(robot: Robot, twin: TwinSettings, path: TimedPath, machine: Machine, plant: SimulatedMachine) -> Kept:
+    began, owner = time.monotonic(), twin.owner
+    plan = planned(robot, owner, path, owner.period, "encoders", "model", None)
+    printer = Printer(plan, machine, lambda place, radii: estimator("encoders", robot, owner, place, (), radii))
+    kept = Kept(plant)
+    steps = loop.run(printer, Attendant(lambda: None, resume_delay=0.1, refill_time=0.1), kept)
+    assert printer.finished, printer.supervisor.reason
+    print(f"{steps} steps in {time.monotonic() - began:.0f} s", flush=True)
+    return kept
+
+
+if __name__ == "__main__":
+    compare(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]))

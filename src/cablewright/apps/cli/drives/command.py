@@ -1,0 +1,179 @@
+"""`drives`: scan, show, write, enable, release, jog, tension, home; and virtual drives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
+
+import typer
+
+from cablewright.apps.cli.drives.keys import Button, button
+from cablewright.apps.cli.options import AsJson
+from cablewright.apps.cli.output import answer, tell
+from cablewright.apps.cli.parsing import numbers
+from cablewright.errors import InputError
+
+if TYPE_CHECKING:
+    from cablewright.machine.settings import MachineSettings
+    from cablewright.robot import Robot
+    from cablewright.studies.drives.actions import OpenPort
+
+Action = Literal["scan", "show", "write", "enable", "release", "jog", "tension", "home"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrivesCommand:
+    """No performance level is claimed: the hard-wired emergency stop is the builder's. Winches of the machine move.
+
+    Whoever types `enable`, `jog`, `tension` or `home` resets the drives and enables all winches; they are braked when
+    the command ends, Ctrl-C included. Counts and lengths are kept beside FILE, in .counts.json and .lengths.json.
+
+    `jog` runs while a key is held: of one winch with --line, of the platform with --velocity; q ends it.
+    """
+
+    EXAMPLE: ClassVar = "drives scan merlet2023 --machine examples/virtual-drives.toml --try"
+    ANSWERS: ClassVar = (
+        "studies.drives.answers:BusScan",
+        "studies.drives.answers:DriveValues",
+        "studies.drives.answers:DriveSession",
+    )
+
+    action: Annotated[
+        Action | None,
+        typer.Argument(metavar="ACTION", help="One of scan, show, write, enable, release, jog, tension, home."),
+    ] = None
+    robot: Annotated[
+        str | None,
+        typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `cablewright robots` lists."),
+    ] = None
+    machine: Annotated[
+        str | None, typer.Option("--machine", metavar="FILE", help="Machine file of a machine on drives.")
+    ] = None
+    place: Annotated[
+        str | None, typer.Option("--place", metavar="X,Y,Z", help="Where you measured the platform, m, for home.")
+    ] = None
+    line: Annotated[str | None, typer.Option("--line", metavar="NAME", help="Line whose winch turns, for jog.")] = None
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="V", help="Speed of the cable, m/s, positive pays out, for jog --line.")
+    ] = 0.01
+    velocity: Annotated[
+        str | None, typer.Option("--velocity", metavar="VX,VY,VZ", help="Velocity of the platform, m/s, for jog.")
+    ] = None
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", metavar="T", help="Time for which enable holds the winches, s; else until Ctrl-C."),
+    ] = None
+    tried: Annotated[
+        bool,
+        typer.Option("--try", help="Do it on virtual drives in this process, in virtual time; nothing is kept."),
+    ] = False
+    virtual: Annotated[
+        Path | None,
+        typer.Option("--virtual", metavar="FILE", help="Be the drives of a machine file on this computer instead."),
+    ] = None
+    at: Annotated[
+        str | None, typer.Option("--at", metavar="X,Y,Z", help="Where the platform of virtual drives begins, m.")
+    ] = None
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0
+    as_json: AsJson = False
+
+    def run(self) -> int:
+        """Do it, and answer."""
+        if self.virtual is not None:
+            if self.action is not None:
+                raise InputError("drives: --virtual, or an action, not both")
+            return self._be_virtual(self.virtual)
+        if self.action is None or self.robot is None or self.machine is None:
+            raise InputError(f"drives: expected ACTION ROBOT --machine FILE; actions: {', '.join(get_args(Action))}")
+        from cablewright.machine.files import load_machine
+        from cablewright.robot import load
+
+        robot, settings = load(self.robot), load_machine(self.machine)
+        if not self.tried:
+            return answer(self._done(robot, settings, Path(self.machine).with_suffix(""), None), self.as_json)
+        from tempfile import TemporaryDirectory
+
+        port = self._tried(robot)
+        with TemporaryDirectory() as folder:
+            return answer(self._done(robot, settings, Path(folder) / "machine", port), self.as_json)
+
+    def _tried(self, robot: Robot) -> OpenPort:
+        """A bus with virtual drives in this process. Raises `InputError`."""
+        from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
+        from cablewright.machine.simulated.settings import load_twin
+
+        assert self.machine is not None
+        if self.action == "jog" or (self.action == "enable" and self.seconds is None):
+            raise InputError(f"drives {self.action}: --try has no person who ends it")
+        port = VirtualPort(VirtualRig(robot, load_twin(self.machine), self._start(robot), seed=self.seed))
+        return lambda: port
+
+    def _start(self, robot: Robot) -> Any:
+        """Where the platform of virtual drives begins, (3,) m."""
+        from cablewright.studies.drives.session import still_path
+
+        given = numbers(self.at, "--at", 3)
+        return still_path(robot, None).track.at(0.0).position if given is None else given
+
+    def _done(self, robot: Robot, settings: MachineSettings, state: Path, port: OpenPort) -> Any:
+        """The answer of the action."""
+        import numpy as np
+
+        from cablewright.studies.drives import actions
+
+        match self.action:
+            case "scan":
+                return actions.scan(robot, settings, port)
+            case "show":
+                return actions.show(robot, settings, port)
+            case "write":
+                return actions.write(robot, settings, state, port)
+            case "release":
+                return actions.release(robot, settings, state, port)
+            case "tension":
+                return actions.tension(robot, settings, state, port)
+            case "home":
+                place = numbers(self.place, "--place", 3)
+                return actions.home(robot, settings, state, None if place is None else np.array(place), port)
+            case "enable":
+                hold = float("inf") if self.seconds is None else self.seconds
+                return actions.enable(robot, settings, state, hold, port)
+            case _:
+                with button() as held:
+                    return self._jogged(robot, settings, state, held)
+
+    def _jogged(self, robot: Robot, settings: MachineSettings, state: Path, held: Button) -> Any:
+        from cablewright.studies.drives import actions
+
+        if (self.line is None) == (self.velocity is None):
+            raise InputError("drives jog: expected either --line NAME or --velocity VX,VY,VZ")
+        if self.line is not None:
+            return actions.jog_winch(robot, settings, state, self.line, self.speed, held.held, held.ended)
+        velocity = numbers(self.velocity, "--velocity", 3) or []
+        return actions.jog_platform(robot, settings, state, velocity, held.held, held.ended)
+
+    def _be_virtual(self, file: Path) -> int:
+        """Simulate the drives until interrupted. Raises `InputError`, `EnvironmentFault`."""
+        from cablewright.machine.drives.loopback import Hub
+        from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
+        from cablewright.machine.simulated.settings import load_twin
+        from cablewright.robot import load
+
+        twin = load_twin(file)
+        name, drives = self.robot or twin.owner.robot, twin.owner.drives
+        if name is None:
+            raise InputError(f"{file}: robot: is missing: virtual drives need one behind them")
+        if drives is None or drives.interface != "loopback":
+            raise InputError(f'{file}: drives.interface: must be "loopback" for virtual drives')
+        robot = load(name)
+        rig = VirtualRig(robot, twin, self._start(robot), seed=self.seed)
+        rig.warm()
+        hub = Hub(int(drives.channel))
+        where = ", ".join(f"{x:.3f}" for x in rig.plant.truth.position)
+        tell(f"virtual drives of {twin.owner.name} at {where} m on the bus loopback {drives.channel}; Ctrl-C ends them")
+        try:
+            run_rig(rig, hub)
+        finally:
+            hub.close()
+        return 0

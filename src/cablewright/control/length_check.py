@@ -1,0 +1,96 @@
+"""Whether lengths and tensions of taut lines fit together: a test of lengths that were saved.
+
+The place where the lengths meet best leaves residuals, of which only the part across all motions of the platform says
+something: with m lines and n freedoms m - n numbers. With two or more, a wrong line shows by what is left without it;
+with one, each line could be the wrong one, by another offset; with none, nothing can be tested.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.models.statics import Model
+from cablewright.solvers.taut import taut_at
+
+LIMIT: Final = 5e-3
+"""Root of the sum of squares of the residuals, m, from which lengths do not fit: what exit points off by a millimetre
+or two do stays below it."""
+
+_STEPS: Final = 60
+_LONGEST: Final = 0.5  # m of a step
+_THERE: Final = 1e-7  # m
+_UNSEEN: Final = 0.02  # share of an offset's square that shows at least
+
+
+@dataclass(frozen=True, eq=False)
+class LengthCheck:
+    """``position``: (3,) m, where the lengths meet best. ``misfit``: m. ``suspects``: offsets, m, by line.
+
+    ``tested``: whether there are more lines than freedoms.
+    """
+
+    position: Array
+    misfit: float
+    suspects: dict[int, float]
+    tested: bool
+
+    @property
+    def fits(self) -> bool:
+        """Whether nothing speaks against the lengths."""
+        return self.misfit <= LIMIT
+
+    def sentence(self, names: Sequence[str]) -> str:
+        """What is wrong, with numbers."""
+        offsets = [f"{names[i]} by {1e3 * offset:+.0f} mm" for i, offset in self.suspects.items()]
+        what = f"the lengths do not fit together: {1e3 * self.misfit:.0f} mm; at most {1e3 * LIMIT:g} are allowed"
+        if len(offsets) == 1:
+            return f"{what}; it is line {offsets[0]}"
+        if offsets:
+            return f"{what}; if one line is wrong, it is {' or '.join(offsets)}"
+        return f"{what}; more than one line is wrong, or a tension"
+
+
+def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -> LengthCheck | None:
+    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near *guess* (3,), m."""
+    place = np.array(guess, dtype=np.float64)
+    for _ in range(_STEPS):
+        taut = taut_at(model, place)
+        if not np.isfinite(taut.toward).all():
+            return None
+        off = lengths - lengths_at(model, place, tensions)
+        step = np.linalg.lstsq(taut.toward, off, rcond=None)[0]
+        size = float(np.linalg.norm(step))
+        place = place + step * min(1.0, _LONGEST / max(size, _THERE))
+        if size < _THERE:
+            break
+    else:
+        return None
+    off = lengths - lengths_at(model, place, tensions)
+    toward = taut_at(model, place).toward
+    across = np.eye(model.m) - toward @ np.linalg.pinv(toward)
+    rest = across @ off
+    squared, suspects = float(rest @ rest), {}
+    if math.sqrt(squared) > LIMIT:
+        for i in range(model.m):
+            seen = float(across[i, i])
+            if seen > _UNSEEN and squared - rest[i] ** 2 / seen <= LIMIT**2:
+                suspects[i] = float(rest[i] / seen)
+    return LengthCheck(place, math.sqrt(squared), suspects, tested=model.m > model.n)
+
+
+def lengths_at(model: Model, place: Array, tensions: Array) -> Array:
+    """Unstrained lengths (m,), m, of lines to *place* (3,), m, by their *tensions* (m,), N: stretch, and a flat sag."""
+    taut, scene = taut_at(model, place), model.robot.scene
+    cables = [line.cable for line in model.robot.lines]
+    stiff = np.array([cable.stiffness for cable in cables])
+    weight = scene.gravity * np.array([cable.linear_density for cable in cables])
+    pull = np.maximum(tensions, 1.0)
+    level = taut.free * np.cos(taut.angles)
+    sag = (weight * level) ** 2 * taut.free / (24.0 * pull**2)
+    return np.asarray(taut.lengths / (1.0 + tensions / stiff) + sag)

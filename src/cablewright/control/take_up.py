@@ -1,0 +1,146 @@
+"""Taking up slack: line by line to a low tension, in torque mode, no farther and no faster than allowed.
+
+A line that pulls already is held: in torque mode at a low tension it would let its load down.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array
+from cablewright.control.procedure import ProcedureStep
+from cablewright.errors import require_positive
+from cablewright.signals import Encoders, Estimate, SensorFrame, Tensions, WinchMode
+
+_PULLS: Final = 0.5  # share of the tension from which a line is taut already
+_REACHED: Final = 0.8  # share of it at which a line is taut
+_CALM: Final = 0.5  # s for which it has to stand there
+_CREEP: Final = 2e-3  # m of cable in this time of a line that stands
+_SURE: Final = 0.02  # m of cable after which it is judged whether a line tightens
+_SLACKENS: Final = 0.5  # share of its tension that a line keeps at least while it is reeled in
+_TIME: Final = 60.0  # s for one line
+_SILENCE: Final = 0.5  # s without tensions or counts
+
+
+@dataclass(frozen=True, eq=False)
+class TakeUpSettings:
+    """``tension``: N, of a taut line. ``max_length``: m of cable that a line may be reeled in.
+
+    ``counts_per_radian``: of the encoders, per radian of a drum. ``radius``: m, the drums' largest.
+    """
+
+    names: tuple[str, ...]
+    tension: float
+    counts_per_radian: float
+    radius: float
+    max_length: float = 0.3
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for numbers that are not positive and finite."""
+        numbers = ("tension", "counts_per_radian", "radius", "max_length")
+        require_positive(**{name: getattr(self, name) for name in numbers})
+
+
+class TakeUp:
+    """A `Procedure`. `tensions` and `counts` are the last ones read."""
+
+    def __init__(self, settings: TakeUpSettings) -> None:
+        """Not yet begun."""
+        self.settings = settings
+        self.begin(0.0)
+
+    def begin(self, now: float) -> None:
+        """As `Procedure`."""
+        self.tensions: Array | None = None
+        self.counts: NDArray[np.int64] | None = None
+        self.reeled = np.zeros(len(self.settings.names))  # m, of each line
+        self._line, self._next = -1, 0
+        self._heard = self._since = now
+        self._begun: tuple[int, float] = (0, 0.0)  # counts and tension of the line as it began
+        self._places: deque[tuple[float, float]] = deque()
+
+    def step(self, frame: SensorFrame, _estimate: Estimate, _dt: float) -> ProcedureStep:
+        """As `Procedure`."""
+        now = frame.time
+        if not self.hear(frame):
+            silent = now - self._heard > _SILENCE
+            return self.hold("no tensions or counts are read" if silent else "")
+        assert self.tensions is not None
+        assert self.counts is not None
+        worst = int(np.argmin(self.tensions))
+        if self.tensions[worst] < -_PULLS * self.settings.tension:
+            return self.hold(f"line {self._name(worst)} pulls with {self.tensions[worst]:.0f} N: {_SIGN}")
+        if self._line >= 0:
+            failure = self._judge(now, float(self.tensions[self._line]), int(self.counts[self._line]))
+            if failure:
+                return self.hold(failure)
+        while self._line < 0 and self._next < len(self.settings.names):
+            if self.tensions[self._next] < _PULLS * self.settings.tension:
+                self._line, self._since = self._next, now
+                self._begun = int(self.counts[self._line]), float(self.tensions[self._line])
+                self._places.clear()
+            self._next += 1
+        if self._line < 0:
+            return ProcedureStep(self._still(), self._held(), finished=True)
+        modes = list(self._held())
+        modes[self._line] = WinchMode.TENSION
+        asked = np.full(len(modes), np.nan)
+        asked[self._line] = self.settings.tension
+        return ProcedureStep(self._still(), tuple(modes), asked)
+
+    def hear(self, frame: SensorFrame) -> bool:
+        """Take the readings of a frame; whether there are tensions and counts of all lines, not too old."""
+        m = len(self.settings.names)
+        for tensions in frame.of(Tensions):
+            if len(tensions.tensions) == m and np.isfinite(tensions.tensions).all():
+                self.tensions = np.array(tensions.tensions)
+        for encoders in frame.of(Encoders):
+            if len(encoders.counts) == m:
+                self.counts = np.array(encoders.counts)
+                self._heard = frame.time
+        known = self.tensions is not None and self.counts is not None
+        return known and frame.time - self._heard <= _SILENCE
+
+    def hold(self, failure: str = "") -> ProcedureStep:
+        """Hold all winches; with a *failure* that is the end."""
+        return ProcedureStep(self._still(), self._held(), failure=failure)
+
+    def _judge(self, now: float, tension: float, counts: int) -> str:
+        """Go on with the next line where this one is taut; return what is wrong with it, or an empty text."""
+        settings, name, (begin, first) = self.settings, self._name(self._line), self._begun
+        paid = (counts - begin) / settings.counts_per_radian * settings.radius
+        self.reeled[self._line] = -paid
+        if paid > _SURE:
+            return f"line {name} pays out {1e3 * paid:.0f} mm where it should be taken up: it is overloaded, or {_SIGN}"
+        if -paid > settings.max_length:
+            why = f"it is longer than that, caught, or {_SIGN}"
+            return f"line {name} was reeled in by {-paid:.2f} m and is not taut: {why}"
+        tightened = tension >= _REACHED * settings.tension
+        if -paid > _SURE and first > 0.1 * settings.tension and tension < _SLACKENS * first:
+            return f"line {name} slackens where it should tighten, from {first:.0f} to {tension:.0f} N: {_SIGN}"
+        if now - self._since > _TIME:
+            return f"line {name} is not taut after {_TIME:g} s: {tension:.0f} N of {settings.tension:g} N"
+        self._places.append((now, paid))
+        while self._places[0][0] < now - _CALM:
+            self._places.popleft()
+        calm = now - self._since > _CALM and abs(paid - self._places[0][1]) < _CREEP
+        if tightened and calm:
+            self._line = -1
+        return ""
+
+    def _name(self, line: int) -> str:
+        return self.settings.names[line]
+
+    def _still(self) -> Array:
+        return np.zeros(len(self.settings.names))
+
+    def _held(self) -> tuple[WinchMode, ...]:
+        return (WinchMode.HOLD,) * len(self.settings.names)
+
+
+_SIGN: Final = "its direction in the machine file is wrong, or its gear's sign in the drive"

@@ -1,0 +1,72 @@
+"""One winch by hand, held to run, with a cap on its line's tension."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cablewright.control.manual import LEASE, MAX_SPEED
+from cablewright.control.procedure import ProcedureStep
+from cablewright.errors import InputError
+from cablewright.signals import Estimate, SensorFrame, Tensions
+
+_RAMP: Final = 0.2  # m/s^2 of cable
+_END: Final = 0.5  # s after the last lease until the procedure ends
+
+
+@dataclass(frozen=True)
+class WinchJogSettings:
+    """``line``: index. ``speed``: m/s of cable, positive pays out. ``max_tension``: N, of the line while it reels in.
+
+    ``radius``: m, the drum's largest, so that cable is never faster.
+    """
+
+    line: int
+    lines: int
+    speed: float
+    max_tension: float
+    radius: float
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for a speed that is not allowed by hand."""
+        if not 0.0 < abs(self.speed) <= MAX_SPEED:
+            raise InputError(f"jog: {self.speed:g} m/s of cable; over 0 and at most {MAX_SPEED:g} is allowed by hand")
+
+
+class WinchJog:
+    """A `Procedure`; whoever holds the button calls `lease` again and again."""
+
+    def __init__(self, settings: WinchJogSettings) -> None:
+        """Not yet begun."""
+        self.settings, self._asked = settings, False
+        self.begin(0.0)
+
+    def begin(self, now: float) -> None:
+        """As `Procedure`."""
+        self._lease_end, self._began, self._speed, self._tension = now, now, 0.0, math.nan
+
+    def lease(self) -> None:
+        """Let it run for `LEASE` from the next step on."""
+        self._asked = True
+
+    def step(self, frame: SensorFrame, _estimate: Estimate, dt: float) -> ProcedureStep:
+        """As `Procedure`. It ends when nobody asks any more, and fails where the line's tension is not known."""
+        own, now = self.settings, frame.time
+        if self._asked:
+            self._lease_end, self._asked = now + LEASE, False
+        for reading in frame.of(Tensions):
+            if len(reading.tensions) == own.lines:
+                self._tension = float(reading.tensions[own.line])
+        speeds = np.zeros(own.lines)
+        if math.isnan(self._tension):
+            return ProcedureStep(speeds, failure="" if now - self._began < _END else "no tension of the line is read")
+        wish = own.speed if now < self._lease_end else 0.0
+        if own.speed < 0.0 and self._tension >= own.max_tension:
+            self._speed = wish = 0.0  # at once: a ramp would go on reeling in
+        change = _RAMP * dt
+        self._speed += min(max(wish - self._speed, -change), change)
+        speeds[own.line] = self._speed / own.radius
+        return ProcedureStep(speeds, finished=not self._speed and now >= self._lease_end + _END)

@@ -1,0 +1,130 @@
+"""One winch's drive as the bus shows it."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.cia402 import FAULT_RESET, IN_FAULT, PowerState, Wish, controlword, state_of
+from cablewright.machine.drives.faults import fault_line
+from cablewright.machine.drives.objects import Mode
+from cablewright.machine.drives.parameters import Parameter
+from cablewright.machine.drives.scale import Scale
+from cablewright.machine.drives.sdo import Transfer, Transfers
+
+
+class Setpoint(NamedTuple):
+    """What a winch is to do in the next cycle. ``speed``: rad/s, ``torque``: N m, of the drum; positive pays out."""
+
+    wish: Wish = Wish.OFF
+    mode: Mode = Mode.VELOCITY
+    speed: float = 0.0
+    torque: float = 0.0
+
+
+@dataclass(eq=False)
+class Axis:
+    """A drive: what it told last, and what is asked of it."""
+
+    name: str
+    node: int
+    scale: Scale
+    transfers: Transfers = field(init=False)
+    statusword: int = 0
+    mode: int = 0
+    counts: int = 0  # of the motor, paying out is positive
+    velocity: float = math.nan  # rad/s of the drum, as all angles
+    torque: float = math.nan  # N m
+    error_code: int = 0
+    following_error: float = math.nan  # rad
+    inputs: int = 0
+    heard: float = -math.inf  # s, of the last complete answer
+    restarted: bool = False  # it lost its settings, and has not been told them again
+    pending: int = 0  # PDOs that this cycle has not brought yet, a bit each
+    failure: str = ""  # of its parameters
+    answers: int = 0  # frames of SDO
+    notes: list[str] = field(default_factory=list)
+    checks: deque[tuple[Parameter, Transfer | None, Transfer]] = field(default_factory=deque)
+    _resetting: bool = False
+
+    def __post_init__(self) -> None:
+        """Prepare its transfers."""
+        self.transfers = Transfers(self.node)
+
+    @property
+    def state(self) -> PowerState:
+        """By its statusword."""
+        return state_of(self.statusword)
+
+    @property
+    def fault(self) -> str:
+        """Text of its fault; empty: none."""
+        return fault_line(self.error_code) if self.state in IN_FAULT else ""
+
+    def begin_cycle(self) -> None:
+        """Expect all PDOs."""
+        self.pending = (1 << len(o.FROM_DRIVES)) - 1
+
+    def take_pdo(self, which: int, data: bytes, now: float) -> bool:
+        """Take a PDO; False: it has another length than it should."""
+        values = o.unpacked(o.FROM_DRIVES[which], data)
+        if values is None:
+            return False
+        scale = self.scale
+        if which == 0:
+            self.statusword, self.mode, counts = values
+            self.counts = counts if scale.counts > 0.0 else -counts
+        elif which == 1:
+            self.velocity, self.torque = values[0] / scale.speed, values[1] / scale.torque
+            self.error_code = values[2]
+        else:
+            self.following_error, self.inputs = values[0] / scale.counts, values[1]
+        self.pending &= ~(1 << which)
+        if not self.pending:
+            self.heard = now
+        return True
+
+    def commands(self, setpoint: Setpoint, *, reset: bool) -> tuple[Frame, Frame]:
+        """The PDOs that ask for *setpoint*; *reset*: of a fault, by an edge."""
+        word = controlword(setpoint.wish, self.state)
+        if reset and self.state is PowerState.FAULT and not self._resetting:
+            word = FAULT_RESET
+        self._resetting = word == FAULT_RESET
+        moves = setpoint.wish is Wish.ENABLED
+        speed = round(setpoint.speed * self.scale.speed) if moves and setpoint.mode is Mode.VELOCITY else 0
+        torque = round(setpoint.torque * self.scale.torque) if moves and setpoint.mode is Mode.TORQUE else 0
+        control = o.CONTROLWORD.pack(word) + o.MODE.pack(setpoint.mode) + o.TARGET_VELOCITY.pack(speed)
+        return Frame(o.CONTROL_PDO + self.node, control), Frame(o.TORQUE_PDO + self.node, o.TARGET_TORQUE.pack(torque))
+
+    def check(self, parameters: list[Parameter], *, write: bool) -> None:
+        """Read parameters, after they were written if *write*; what is wrong is the `failure`."""
+        for each in parameters:
+            written = self.transfers.add(Transfer(each.object, each.value)) if write else None
+            self.checks.append((each, written, self.transfers.add(Transfer(each.object))))
+
+    @property
+    def checking(self) -> bool:
+        """Whether parameters are being transferred; finished ones are judged."""
+        while self.checks and self.checks[0][2].done:
+            self._judge(*self.checks.popleft())
+        return bool(self.checks)
+
+    def _judge(self, parameter: Parameter, written: Transfer | None, read: Transfer) -> None:
+        what = str(parameter.object)
+        if read.absent and parameter.optional:
+            self.notes.append(f"has no {what}")
+            return
+        if read.failure:
+            self._fail(f"{what}: {read.failure}")
+        elif not parameter.agrees(read.result):
+            why = f" ({written.failure})" if written is not None and written.failure else ""
+            self._fail(f"{what} = {read.result}, not {parameter.value} as it should be{why}")
+
+    def _fail(self, why: str) -> None:
+        self.failure = self.failure or why
+        self.transfers.clear()
+        self.checks.clear()

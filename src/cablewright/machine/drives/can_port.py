@@ -1,0 +1,69 @@
+"""A port to a real CAN bus, by python-can (LGPL-3.0, of the extra ``drives``)."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from typing import Any
+
+from cablewright.errors import EnvironmentFault
+from cablewright.machine.drives.bus import BusError, Frame
+
+
+class CanPort:
+    """A `Port` by a bus of python-can. Its clock is the computer's, which never goes back."""
+
+    def __init__(self, bus: Any) -> None:
+        """*bus*: a `can.BusABC`."""
+        import can
+
+        self._bus, self._can = bus, can
+
+    @classmethod
+    def opened(cls, interface: str, channel: str, bitrate: int) -> CanPort:
+        """Open the bus. Raises `EnvironmentFault`, with what to install or set up."""
+        try:
+            import can
+        except ImportError:
+            why = "CAN drives need python-can: pip install 'cablewright[drives]'"
+            raise EnvironmentFault(f"drives.interface = {interface!r}: {why}") from None
+        try:
+            return cls(can.Bus(interface=interface, channel=channel, bitrate=bitrate, receive_own_messages=False))
+        except (can.CanError, OSError, ValueError, ImportError) as error:
+            hint = f"; for socketcan: ip link set {channel} up type can bitrate {bitrate}"
+            hint = hint if interface == "socketcan" else "; see the interfaces of python-can's documentation"
+            raise EnvironmentFault(f"drives: the bus {interface} {channel} cannot be opened: {error}{hint}") from None
+
+    def now(self) -> float:
+        """As `Port`."""
+        return time.monotonic()
+
+    def send(self, frame: Frame) -> None:
+        """As `Port`."""
+        message = self._can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False, check=False)
+        try:
+            self._bus.send(message)
+        except (self._can.CanError, OSError) as error:
+            raise BusError(str(error)) from None
+
+    def receive(self, until: float) -> Frame | None:
+        """As `Port`; frames that CANopen has not are left out, those that tell of an error are errors."""
+        while True:
+            left = until - time.monotonic()
+            try:
+                message = self._bus.recv(max(left, 0.0))
+            except (self._can.CanError, OSError) as error:
+                raise BusError(str(error)) from None
+            if message is None:
+                if left <= 0.0:
+                    return None
+                continue
+            if message.is_error_frame:
+                raise BusError("the adapter reports an error of the bus")
+            if not (message.is_extended_id or message.is_remote_frame or message.is_fd):
+                return Frame(message.arbitration_id, bytes(message.data))
+
+    def close(self) -> None:
+        """As `Port`."""
+        with suppress(self._can.CanError, OSError):
+            self._bus.shutdown()

@@ -1,0 +1,95 @@
+"""The state machine of CiA 402 (IEC 61800-7-201): a drive's state from its statusword, and the controlword to go on."""
+
+from __future__ import annotations
+
+from enum import Enum, IntEnum
+from typing import Final
+
+from cablewright.signals import DriveState
+
+
+class PowerState(Enum):
+    """States of a drive, as the standard names them."""
+
+    NOT_READY = "not ready to switch on"
+    DISABLED = "switch on disabled"
+    READY = "ready to switch on"
+    SWITCHED_ON = "switched on"
+    ENABLED = "operation enabled"
+    QUICK_STOP = "quick stop active"
+    FAULT_REACTION = "fault reaction active"
+    FAULT = "fault"
+
+
+_BY_STATUS: Final = (
+    (0x4F, 0x00, PowerState.NOT_READY),
+    (0x4F, 0x40, PowerState.DISABLED),
+    (0x6F, 0x21, PowerState.READY),
+    (0x6F, 0x23, PowerState.SWITCHED_ON),
+    (0x6F, 0x27, PowerState.ENABLED),
+    (0x6F, 0x07, PowerState.QUICK_STOP),
+    (0x4F, 0x0F, PowerState.FAULT_REACTION),
+    (0x4F, 0x08, PowerState.FAULT),
+)
+
+IN_FAULT: Final = (PowerState.FAULT, PowerState.FAULT_REACTION)
+
+
+def state_of(statusword: int) -> PowerState:
+    """The state that a statusword tells; one that is not in the standard counts as not ready."""
+    for mask, value, state in _BY_STATUS:
+        if statusword & mask == value:
+            return state
+    return PowerState.NOT_READY
+
+
+def shown(state: PowerState) -> DriveState:
+    """The state as `cablewright.signals.Drives` has it."""
+    if state in IN_FAULT:
+        return DriveState.FAULT
+    if state in (PowerState.ENABLED, PowerState.QUICK_STOP):
+        return DriveState.ENABLED
+    return DriveState.READY if state in (PowerState.READY, PowerState.SWITCHED_ON) else DriveState.OFF
+
+
+class Wish(IntEnum):
+    """What a drive is to be brought to."""
+
+    OFF = 0  # no torque, brake closed
+    SWITCHED_ON = 1  # all but enabled
+    ENABLED = 2
+
+
+_SHUTDOWN, _SWITCH_ON, _ENABLE, _DISABLE, _NO_VOLTAGE = 0x06, 0x07, 0x0F, 0x07, 0x00
+
+FAULT_RESET: Final = 0x80
+"""Resets a fault by its rising edge."""
+
+_NEXT: Final = {
+    Wish.OFF: {
+        PowerState.ENABLED: _DISABLE,  # by the ramp of 0x605C
+        PowerState.SWITCHED_ON: _SHUTDOWN,
+        PowerState.READY: _SHUTDOWN,
+        PowerState.DISABLED: _SHUTDOWN,
+    },
+    Wish.SWITCHED_ON: {
+        PowerState.ENABLED: _DISABLE,
+        PowerState.SWITCHED_ON: _SWITCH_ON,
+        PowerState.READY: _SWITCH_ON,
+        PowerState.DISABLED: _SHUTDOWN,
+    },
+    Wish.ENABLED: {
+        PowerState.ENABLED: _ENABLE,
+        PowerState.SWITCHED_ON: _ENABLE,
+        PowerState.READY: _SWITCH_ON,
+        PowerState.DISABLED: _SHUTDOWN,
+    },
+}
+
+
+def controlword(wish: Wish, state: PowerState) -> int:
+    """The controlword that leads a drive in that *state* towards the *wish*, a transition at a time.
+
+    A fault is never reset by it, and a drive that stopped by itself is not taken up again without being off first.
+    """
+    return _NEXT[wish].get(state, _NO_VOLTAGE)

@@ -1,0 +1,269 @@
+"""CANopen drives on one bus: who is there, their parameters, and the cycle of SYNC and PDOs."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.axis import Axis, Setpoint
+from cablewright.machine.drives.bus import BusError, Frame, Port
+from cablewright.machine.drives.objects import Mode, supports
+from cablewright.machine.drives.parameters import Parameter
+from cablewright.machine.drives.scale import Scale
+from cablewright.machine.drives.sdo import TIMEOUT, Transfer
+from cablewright.machine.drives.statistics import BusStatistics
+
+LISTEN: Final = 0.3
+"""Time for which a bus is listened to before anything is sent on it, s: whoever else commands drives is heard."""
+
+_HEARTBEATS: Final = 4  # in the time after which drives miss them
+_DOUBLE: Final = 0.02  # s after an answer in which a second node with its number would answer too
+_WINDOW: Final = 0.5  # of a period, for the answers to a SYNC
+_RATED: Final = 0.01  # share by which a motor's rated torque may be off the file's
+_ASKED: Final = (
+    o.DEVICE_TYPE, o.VENDOR, o.PRODUCT, o.REVISION, o.SERIAL, o.SUPPORTED_MODES, o.RATED_TORQUE, o.DEVICE_NAME
+)  # fmt: skip
+
+
+class Identity(NamedTuple):
+    """Who answers at a node; None: it does not tell."""
+
+    node: int
+    profile: int
+    vendor: int | None
+    product: int | None
+    revision: int | None
+    serial: int | None
+    modes: int | None
+    rated_torque: float | None  # N m
+    name: str
+    twice: bool  # two drives answer
+
+    def require(self, line: str, rated_torque: float) -> None:
+        """Raise `InputError` for a drive that is not one for a winch, or of another motor."""
+        who = f"drives.nodes.{line}.id = {self.node}"
+        if self.twice:
+            raise InputError(f"{who}: two drives have this number; give each its own")
+        if self.profile != o.PROFILE:
+            raise InputError(f"{who}: has the profile {self.profile}, not {o.PROFILE} of drives")
+        for mode in Mode:
+            if self.modes is None or not supports(self.modes, mode):
+                raise InputError(f"{who}: the drive has no cyclic synchronous {mode.name.lower()} (0x6502)")
+        found = self.rated_torque
+        if found is None or abs(found - rated_torque) > _RATED * rated_torque:
+            tells = "none" if found is None else f"{found:g} N m"
+            why = f"but the drive of line {line} tells {tells} (0x6076): check motor, file and unit"
+            raise InputError(f"drives.rated_torque = {rated_torque:g} N m: {why}")
+
+
+class Network:
+    """The drives of *axes* on the bus behind *port*. Nothing is sent before `listen`."""
+
+    def __init__(self, port: Port, axes: tuple[Axis, ...], host: int, heartbeat_timeout: float) -> None:
+        """*host*: node of this computer; *heartbeat_timeout*: s, after which drives stop without it."""
+        self.port, self.axes, self.host = port, axes, host
+        self.statistics = BusStatistics()
+        self.master = ""  # what another master sent
+        self.error = ""  # of the bus, until a frame comes again
+        self._by_node = {axis.node: axis for axis in axes}
+        self._interval, self._beaten = heartbeat_timeout / _HEARTBEATS, -float("inf")
+
+    def listen(self) -> None:
+        """Hear whether another master is on the bus. Raises `EnvironmentFault` where one is, or the bus fails."""
+        self.pump(self.port.now() + LISTEN)
+        self.require_alone()
+
+    def require_alone(self) -> None:
+        """Raise `EnvironmentFault` where another master has been heard, or the bus has failed."""
+        if self.master:
+            raise EnvironmentFault(f"drives: another master is on the bus: {self.master}; end it first")
+        if self.error:
+            raise EnvironmentFault(f"drives: the bus fails: {self.error}")
+
+    def send(self, frame: Frame) -> None:
+        """Send one frame; an error is kept."""
+        self.statistics.sent += 1
+        self.statistics.count(len(frame.data))
+        try:
+            self.port.send(frame)
+        except BusError as error:
+            self._failed(error)
+
+    def command_state(self, command: int, node: int = 0) -> None:
+        """Send a command of network management; node 0: to all."""
+        self.send(Frame(o.NMT, bytes([command, node])))
+
+    def beat(self) -> None:
+        """Send this computer's heartbeat where it is due; by no thread of its own, so that it ends with the loop."""
+        now = self.port.now()
+        if now - self._beaten >= self._interval - 1e-9:
+            self._beaten = now
+            self.send(Frame(o.HEARTBEAT + self.host, bytes([o.OPERATIONAL])))
+
+    def pump(self, until: float, *, answers: bool = False) -> None:
+        """Take frames until that time, s; with *answers* no longer than until all drives have answered the SYNC."""
+        while not (answers and not any(axis.pending for axis in self.axes)):
+            self._transfer()
+            try:
+                frame = self.port.receive(until)
+            except BusError as error:
+                self._failed(error)
+                frame = None
+                if self.port.now() >= until:
+                    return
+                continue
+            if frame is None:
+                return
+            self._take(frame)
+
+    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, period: float, *, reset: bool = False) -> float:
+        """Command *setpoints*, wait until *due*, and collect the answers to a SYNC; return its time, s."""
+        for axis, setpoint in zip(self.axes, setpoints, strict=True):
+            for frame in axis.commands(setpoint, reset=reset):
+                self.send(frame)
+        self.beat()
+        self.pump(due)
+        numbers, now = self.statistics, self.port.now()
+        numbers.cycles += 1
+        numbers.lateness.append(now - due)
+        numbers.late_cycles += now - due > 0.5 * period
+        for axis in self.axes:
+            axis.begin_cycle()
+        self.send(Frame(o.SYNC))
+        self.pump(now + _WINDOW * period, answers=True)
+        numbers.missed += sum(bool(axis.pending) for axis in self.axes)
+        numbers.answer.append(self.port.now() - now)
+        return now
+
+    def identify(self, node: int) -> Identity | None:
+        """Ask a node who it is; None: nobody answers."""
+        axis = self._by_node.get(node)
+        asked = Axis(f"node {node}", node, axis.scale) if axis is not None else _stranger(node)
+        known, self._by_node[node] = self._by_node.get(node), asked
+        try:
+            return self._identified(asked)
+        finally:
+            del self._by_node[node]
+            if known is not None:
+                self._by_node[node] = known
+
+    def _identified(self, asked: Axis) -> Identity | None:
+        first = asked.transfers.add(Transfer(o.DEVICE_TYPE))
+        self.finish(asked)
+        if first.failure:
+            return None
+        asked.answers = 0
+        found = {each: asked.transfers.add(Transfer(each)) for each in _ASKED}
+        self.finish(asked)
+        requests = asked.transfers.sent - 1
+        self.pump(self.port.now() + _DOUBLE)
+
+        def number(kind: o.Object) -> int | None:
+            return None if found[kind].failure else found[kind].result
+
+        rated = number(o.RATED_TORQUE)
+        return Identity(
+            asked.node,
+            first.result & 0xFFFF,
+            number(o.VENDOR),
+            number(o.PRODUCT),
+            number(o.REVISION),
+            number(o.SERIAL),
+            number(o.SUPPORTED_MODES),
+            None if rated is None else 1e-3 * rated,
+            found[o.DEVICE_NAME].text,
+            asked.answers > requests,
+        )
+
+    def scan(self) -> tuple[Identity, ...]:
+        """Ask all nodes of the bus who they are."""
+        asked = {node: _stranger(node) for node in range(1, o.MAX_NODE + 1) if node != self.host}
+        own, self._by_node = self._by_node, asked
+        try:
+            first = {node: axis.transfers.add(Transfer(o.DEVICE_TYPE)) for node, axis in asked.items()}
+            end = self.port.now() + 2.0 * TIMEOUT
+            while self.port.now() < end - 1e-6 and not all(each.done for each in first.values()):
+                self.pump(min(end, self.port.now() + 0.1 * TIMEOUT))
+        finally:
+            self._by_node = own
+        self.require_alone()
+        found = [self.identify(node) for node, each in first.items() if each.done and not each.failure]
+        return tuple(each for each in found if each is not None)
+
+    def finish(self, axis: Axis) -> None:
+        """Transfer what waits, no matter how long."""
+        while not axis.transfers.idle:
+            self.pump(self.port.now() + 0.1 * TIMEOUT)
+
+    def check(self, parameters: dict[str, list[Parameter]], *, write: bool) -> None:
+        """Begin to write parameters by line, and to read them back; see `Axis.checking`."""
+        for axis in self.axes:
+            axis.failure = ""
+            axis.check(parameters[axis.name], write=write)
+
+    @property
+    def checking(self) -> bool:
+        """Whether parameters of any drive are being transferred."""
+        going = [axis.checking for axis in self.axes]  # each judges what is finished
+        return any(going)
+
+    def settle(self) -> None:
+        """Transfer all parameters. Raises `InputError` for the first drive with a wrong one."""
+        while self.checking:
+            self.pump(self.port.now() + 0.1 * TIMEOUT)
+            self.require_alone()
+        for axis in self.axes:
+            if axis.failure:
+                raise InputError(f"the drive of line {axis.name} (node {axis.node}): {axis.failure}")
+
+    def _transfer(self) -> None:
+        now = self.port.now()
+        for axis in self._by_node.values():
+            if not axis.transfers.idle and (frame := axis.transfers.due(now)) is not None:
+                self.send(frame)
+
+    def _take(self, frame: Frame) -> None:
+        numbers = self.statistics
+        numbers.received += 1
+        numbers.count(len(frame.data))
+        self.error = ""
+        kind, node = frame.id & 0x780, frame.id & 0x7F
+        if kind in _OF_MASTERS and (kind != o.SYNC or node == 0) and (kind != o.NMT or node == 0):
+            self.master = self.master or f"it sends {_OF_MASTERS[kind]} (0x{frame.id:03X})"
+            return
+        if kind == o.HEARTBEAT and node == self.host:
+            self.master = self.master or f"it has the node {node} of this computer"
+            return
+        axis = self._by_node.get(node)
+        if axis is None:
+            return
+        if kind in _PDOS:
+            numbers.malformed += not axis.take_pdo(_PDOS[kind], frame.data, self.port.now())
+        elif kind == o.SDO_ANSWER:
+            axis.answers += 1
+            further = axis.transfers.take(frame.data, self.port.now())
+            if further is not None:
+                self.send(further)
+        elif kind == o.HEARTBEAT and frame.data[:1] == bytes([o.BOOTED]):
+            axis.restarted = True
+
+    def _failed(self, error: BusError) -> None:
+        self.statistics.errors += 1
+        self.error = str(error) or "the bus reports an error"
+
+
+def _stranger(node: int) -> Axis:
+    return Axis(f"node {node}", node, Scale(1.0, 1.0, 1.0, 1.0, (1.0, 1.0), 0.0, 0.0))
+
+
+_PDOS: Final = {o.STATE_PDO: 0, o.LOAD_PDO: 1, o.INPUT_PDO: 2}
+_OF_MASTERS: Final = {
+    o.NMT: "commands of network management",
+    o.SYNC: "SYNC",
+    o.CONTROL_PDO: "commands to drives",
+    o.TORQUE_PDO: "commands to drives",
+    0x400: "commands to drives",
+    0x500: "commands to drives",
+    o.SDO_REQUEST: "requests for objects",
+}

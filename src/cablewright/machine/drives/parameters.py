@@ -1,0 +1,111 @@
+"""What is written into a drive, and read back: PDOs, what it watches by itself, and how it stops."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.objects import Object
+from cablewright.machine.drives.scale import Scale
+from cablewright.machine.drives.settings import DriveSettings, NodeSettings
+
+_OFF: Final = 1 << 31  # a PDO that is not in use
+_COB_MASK: Final = _OFF | 0x7FF
+_AT_ONCE, _BY_SYNC = 0xFF, 1  # transmission types
+_DRIVE_HEARTBEAT: Final = 100  # ms
+_MOTOR_TURN: Final = 60.0 / math.tau  # 1/min for a rad/s
+
+# Options of CiA 402: how a drive stops.
+_SIGNAL_FAULT = 1  # 0x6007: a lost connection is a fault
+_RAMP_AND_HOLD = 6  # 0x605A: by the quick stop's ramp, then held under torque; the usual 2 would let a load fall
+_RAMP_AND_OFF = 1  # 0x605B, 0x605C: by a ramp, then the brake closes and torque goes
+_RAMP = 2  # 0x605D, 0x605E: by the quick stop's ramp; of a fault the brake closes then
+
+
+class Parameter(NamedTuple):
+    """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
+
+    ``lasts``: whether it still holds once all is written; others are steps on the way.
+    """
+
+    object: Object
+    value: int
+    mask: int = (1 << 32) - 1
+    optional: bool = False
+    lasts: bool = True
+
+    def agrees(self, found: int) -> bool:
+        """Whether a value that was read back is this one."""
+        return not (found ^ self.value) & self.mask
+
+
+def communication(settings: DriveSettings, node: NodeSettings) -> list[Parameter]:
+    """PDOs and heartbeats of a *node*, to be written before it is operational."""
+    consumer = settings.host << 16 | round(1e3 * settings.heartbeat_timeout)
+    found = [Parameter(o.CONSUMER_HEARTBEAT, consumer), Parameter(o.PRODUCER_HEARTBEAT, _DRIVE_HEARTBEAT)]
+    to_drives, from_drives = (o.CONTROL_PDO, o.TORQUE_PDO), (o.STATE_PDO, o.LOAD_PDO, o.INPUT_PDO)
+    for k, (cob, mapped) in enumerate(zip(to_drives, o.TO_DRIVES, strict=True)):
+        timeout = round(1e3 * settings.command_timeout)
+        found += _pdo(0x1400 + k, 0x1600 + k, cob + node.id, mapped, _AT_ONCE, timeout if k == 0 else None)
+    for k, (cob, mapped) in enumerate(zip(from_drives, o.FROM_DRIVES, strict=True)):
+        found += _pdo(0x1800 + k, 0x1A00 + k, cob + node.id, mapped, _BY_SYNC, None)
+    return found
+
+
+def _pdo(
+    at: int, mapping: int, cob: int, mapped: tuple[Object, ...], kind: int, timeout: int | None
+) -> list[Parameter]:
+    def entry(index: int, sub: int, size: int, name: str) -> Object:
+        return Object(index, sub, size, signed=False, name=name)
+
+    identifier, number = entry(at, 1, 4, "identifier of a PDO"), entry(mapping, 0, 1, "number of mapped objects")
+    found = [Parameter(identifier, _OFF | cob, _COB_MASK, lasts=False)]
+    found.append(Parameter(entry(at, 2, 1, "transmission type"), kind))
+    if timeout is not None:
+        found.append(Parameter(entry(at, 5, 2, "command timeout"), timeout, optional=True))
+    found.append(Parameter(number, 0, lasts=False))
+    found += [Parameter(entry(mapping, 1 + j, 4, "mapped object"), each.mapping) for j, each in enumerate(mapped)]
+    return [*found, Parameter(number, len(mapped)), Parameter(identifier, cob, _COB_MASK)]
+
+
+def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) -> list[Parameter]:
+    """What a drive watches by itself, its units, and how it stops: written and read back at each enable.
+
+    *counts*: of the encoder, for one turn of the motor. *period*: s, of the cycle.
+    """
+    turn = abs(scale.speed)
+    deceleration = round(settings.deceleration / scale.radii[0] * turn)
+    window = round(settings.following_error / scale.radii[1] * abs(scale.counts))
+    return [
+        Parameter(o.COUNTS, counts, optional=True),
+        Parameter(o.COUNTS_TURNS, 1, optional=True),
+        Parameter(o.GEAR_MOTOR, 1, optional=True),  # units are the motor's; the gear is reckoned with here
+        Parameter(o.GEAR_SHAFT, 1, optional=True),
+        Parameter(o.POLARITY, 0, optional=True),  # as is the direction
+        Parameter(o.PERIOD, round(1e3 * period), optional=True),
+        Parameter(o.PERIOD_INDEX, -3, mask=0xFF, optional=True),
+        Parameter(o.ABORT_OPTION, _SIGNAL_FAULT),
+        Parameter(o.QUICK_STOP_OPTION, _RAMP_AND_HOLD),
+        Parameter(o.SHUTDOWN_OPTION, _RAMP_AND_OFF, optional=True),
+        Parameter(o.DISABLE_OPTION, _RAMP_AND_OFF),
+        Parameter(o.HALT_OPTION, _RAMP, optional=True),
+        Parameter(o.FAULT_OPTION, _RAMP),
+        Parameter(o.FOLLOWING_WINDOW, window),
+        Parameter(o.FOLLOWING_TIME, round(1e3 * settings.following_time)),
+        Parameter(o.MAX_TORQUE, int(scale.max_torque * abs(scale.torque))),
+        Parameter(o.MAX_PROFILE_VELOCITY, math.ceil(scale.max_speed * turn), optional=True),
+        Parameter(o.DECELERATION, deceleration),
+        Parameter(o.STOP_DECELERATION, deceleration),
+        speed_limit(scale, scale.max_speed),
+    ]
+
+
+def speed_limit(scale: Scale, speed: float) -> Parameter:
+    """The largest speed of the motor, for one of the drum of *speed*, rad/s."""
+    return Parameter(o.MAX_MOTOR_SPEED, math.ceil(speed * scale.ratio * _MOTOR_TURN))
+
+
+def disarmed() -> Parameter:
+    """The end of the watch over this computer's heartbeat, of a drive that is off."""
+    return Parameter(o.CONSUMER_HEARTBEAT, 0)

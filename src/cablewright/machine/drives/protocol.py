@@ -1,0 +1,54 @@
+"""What a set of winch drives is to the machine that is made of them, whatever bus they are on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from cablewright.machine.drives.axis import Axis, Setpoint
+from cablewright.machine.drives.statistics import BusStatistics
+
+
+class WinchDrives(Protocol):
+    """The drives of all winches, in the order of the lines."""
+
+    @property
+    def axes(self) -> Sequence[Axis]:
+        """What each drive has told last."""
+
+    @property
+    def statistics(self) -> BusStatistics:
+        """What happened on the bus."""
+
+    @property
+    def trouble(self) -> str:
+        """What keeps the bus from being commanded now: an error of it, another master; empty: nothing."""
+
+    def now(self) -> float:
+        """The time, s, by the clock of `cycle`."""
+
+    def open(self) -> None:
+        """Find the drives, and write and read back what they are to watch; nothing is enabled.
+
+        Raises `EnvironmentFault` where the bus cannot be had or somebody else commands it, `InputError` for drives
+        that are not those of the machine file.
+        """
+
+    def begin_checks(self) -> None:
+        """Begin to write and read back, within the cycles, what each drive watches, before it is enabled."""
+
+    def begin_speed_limits(self, tension: Sequence[bool]) -> None:
+        """Begin to limit the speed of each drive for torque mode where *tension*, else to that of the winch."""
+
+    @property
+    def checking(self) -> bool:
+        """Whether what was begun goes on. What failed is in `Axis.failure`."""
+
+    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False) -> float:
+        """Command *setpoints*, wait until *due*, s, and take the answers; return the time of measurement, s.
+
+        *reset*: of faults, by an edge. Raises nothing: see `trouble`.
+        """
+
+    def close(self) -> None:
+        """Leave the drives, which are off, and the bus; raises nothing."""

@@ -1,0 +1,74 @@
+"""Units of one winch: from radians, rad/s and N m of its drum to the numbers of its drive, and back."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from cablewright.errors import InputError
+from cablewright.machine.coils import coil_of
+from cablewright.machine.settings import MachineSettings
+from cablewright.robot import Robot
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A winch and its drive. Angles and speeds of drums pay cable out where they are positive.
+
+    ``counts``: of position, per radian of the drum; ``speed``: units of 0x60FF per rad/s; ``torque``: per mille of the
+    motor's rated torque per N m. All three have the sign of the node's direction. ``ratio``: turns of the motor for one
+    of the drum. ``radii``: smallest and largest at which cable leaves, m. ``max_speed``: rad/s; ``max_torque``: N m:
+    limits of the drum.
+    """
+
+    counts: float
+    speed: float
+    torque: float
+    ratio: float
+    radii: tuple[float, float]
+    max_speed: float
+    max_torque: float
+
+    def tension(self, torque: float) -> float:
+        """Tension, N, that a *torque* (N m, of the drum) holds, at the smallest radius: it is never understated."""
+        return -torque / self.radii[0]
+
+    def torque_of(self, tension: float) -> float:
+        """Torque, N m of the drum, that gives at most that *tension*, N, at any radius."""
+        return -tension * self.radii[0]
+
+
+def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
+    """The scale of each line of *robot*. Raises `InputError` for limits that a drive cannot be given.
+
+    The limit of a drum's speed is the least of the machine's and the robot's, that of the cable at the largest radius;
+    of its torque the least of both and of the line's largest tension at the smallest radius.
+    """
+    drives, winch, found = settings.drives, settings.winch, []
+    assert drives is not None
+    per_radian = winch.counts * winch.ratio / math.tau
+    for line in robot.lines:
+        coil = coil_of(line, winch)
+        low, high = float(coil.radii.min()), coil.radius(coil.angle(winch.held))
+        sign = drives.nodes[line.name].direction
+        speed_unit = float(winch.counts) if drives.speed_unit is None else drives.speed_unit
+        own_speed, own_torque = line.winch.max_speed, line.winch.max_torque
+        max_speed = min(winch.max_speed, math.inf if own_speed is None else own_speed / high)
+        strongest = line.tension_limits[1] * low
+        max_torque = min(winch.max_torque, strongest, math.inf if own_torque is None else own_torque)
+        torque = 1000.0 / (winch.ratio * drives.rated_torque)
+        if not 1.0 <= max_torque * torque <= 65535.0:
+            why = f"{max_torque:g} N m at a drum are {max_torque * torque:g} per mille of it: 1 to 65535 are expected"
+            raise InputError(f"drives.rated_torque = {drives.rated_torque:g} N m: {why}; check its unit")
+        found.append(
+            Scale(
+                sign * per_radian,
+                sign * speed_unit * winch.ratio / math.tau,
+                sign * torque,
+                winch.ratio,
+                (low, high),
+                max_speed,
+                max_torque,
+            )
+        )
+    return tuple(found)

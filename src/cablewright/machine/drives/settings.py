@@ -1,0 +1,86 @@
+"""The table ``[drives]`` of a machine file: the bus, its nodes, and what the drives themselves watch."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from cablewright.machine.quantities import Factor
+from cablewright.units import Duration, Force, Length, Positive, Speed, Torque
+from cablewright.validation import Description, refusal
+
+MAX_NODES: Final = 32
+
+_Node = Annotated[int, Field(strict=True, ge=1, le=127)]
+_Bit = Annotated[int, Field(strict=True, ge=0, le=31)]
+_Brief = Annotated[Duration, Field(ge=1e-3, le=10.0)]
+_Text = Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9_.:/\\-]+$")]
+
+
+class NodeSettings(Description):
+    """The drive of one line. ``direction``: 1 where its motor pays out with a positive speed, else -1."""
+
+    id: _Node
+    direction: Literal[-1, 1]
+
+
+class InputBits(Description):
+    """Bits of the digital inputs, object 0x60FD, that every drive reads; None: not wired. A set bit is the safe state.
+
+    ``chain``: the emergency-stop chain is closed. ``torque_on``: safe torque off is not active. ``enabling``: the
+    enabling switch is pressed. ``brake``: the brake is closed. ``barrier``: nobody is in the light barrier.
+    """
+
+    chain: _Bit | None = None
+    torque_on: _Bit | None = None
+    enabling: _Bit | None = None
+    brake: _Bit | None = None
+    barrier: _Bit | None = None
+
+
+class DriveSettings(Description):
+    """CANopen drives of profile CiA 402, one for each line, each of which opens and closes its own brake.
+
+    ``interface``, ``channel``, ``bitrate``: of python-can; the interface ``loopback`` is that of virtual drives, its
+    channel a UDP port of this computer. ``host``: node of this computer. ``rated_torque``: of a motor, as each drive
+    must have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
+    ``heartbeat_timeout``, ``command_timeout``: after so much silence of this computer a drive stops by itself.
+    ``following_error`` (m of cable) for ``following_time``: a drive stops. ``deceleration``: of cable, of every stop by
+    a drive. ``brake_time``: until a brake has opened or closed. ``answer_timeout``: s until a drive that does not
+    answer is said to be silent. ``tension``: N, of a line that is taken up, at most; ``tension_speed``: of its
+    cable, at most, in torque mode. ``jog_tension``: N, up to which a winch reels in by hand; None: ``tension``.
+    """
+
+    interface: _Text
+    channel: _Text
+    bitrate: Annotated[int, Field(strict=True, ge=10_000, le=1_000_000)] = 1_000_000
+    host: _Node = 127
+    nodes: dict[str, NodeSettings] = Field(min_length=1, max_length=MAX_NODES)
+    rated_torque: Positive[Torque]
+    speed_unit: Factor | None = None
+    heartbeat_timeout: _Brief = 0.2
+    command_timeout: _Brief = 0.1
+    answer_timeout: _Brief = 0.05
+    following_error: Annotated[Length, Field(ge=1e-4, le=1.0)] = 0.02
+    following_time: _Brief = 0.05
+    deceleration: Annotated[float, Field(ge=0.01, le=100.0)] = 1.0
+    brake_time: _Brief = 0.2
+    tension: Positive[Force]
+    jog_tension: Positive[Force] | None = None
+    tension_speed: Annotated[Speed, Field(gt=0.0, le=0.25)] = 0.02
+    inputs: InputBits = InputBits()
+
+    @model_validator(mode="after")
+    def _hangs_together(self) -> Self:
+        ids = [node.id for node in self.nodes.values()]
+        for name, node in self.nodes.items():
+            if node.id == self.host:
+                raise refusal("id", f"{node.id} is this computer's (drives.host)", ("nodes", name))
+            if ids.count(node.id) > 1:
+                raise refusal(
+                    "id", f"two lines have the node {node.id}; each needs a drive of its own", ("nodes", name)
+                )
+        if self.interface == "loopback" and not (self.channel.isdigit() and 1024 <= int(self.channel) <= 65535):
+            raise refusal("channel", "must be a UDP port from 1024 to 65535, as text, with interface = loopback")
+        return self

@@ -1,0 +1,44 @@
+"""What happened on a bus: cycles, frames that were missed, late or of others, and how late the computer was."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass, field
+from typing import Final
+
+_BITS: Final = 47  # of a frame of CAN without data
+_STUFFED: Final = 1.2  # bits for one, with those that keep the bus in step
+
+
+@dataclass(eq=False)
+class BusStatistics:
+    """Counted since the bus was opened. ``lateness``: of each SYNC, s; ``answer``: from it to the last PDO, s."""
+
+    cycles: int = 0
+    sent: int = 0
+    received: int = 0
+    missed: int = 0  # answers of a drive that a cycle did not bring
+    malformed: int = 0  # frames of a length that is not theirs
+    errors: int = 0  # of the bus
+    late_cycles: int = 0  # SYNCs over half a period late
+    bits: float = 0.0
+    lateness: array[float] = field(default_factory=lambda: array("f"))
+    answer: array[float] = field(default_factory=lambda: array("f"))
+
+    def count(self, size: int) -> None:
+        """Count the bits of a frame with *size* bytes."""
+        self.bits += _STUFFED * (_BITS + 8 * size)
+
+    def figures(self, period: float, bitrate: int) -> dict[str, float | int]:
+        """The numbers by name, ``load``: share of the bus."""
+        busy = self.bits / (self.cycles * period * bitrate) if self.cycles else 0.0
+        numbers: dict[str, float | int] = {"cycles": self.cycles, "sent": self.sent, "received": self.received}
+        numbers |= {"missed": self.missed, "malformed": self.malformed, "errors": self.errors}
+        return numbers | {"late_cycles": self.late_cycles, "load": busy}
+
+
+def cyclic_load(drives: int, period: float, bitrate: int) -> float:
+    """Share of a bus that the cyclic frames of so many *drives* take."""
+    sizes = (7, 2, 7, 8, 8)
+    bits = drives * sum(_STUFFED * (_BITS + 8 * size) for size in sizes) + 2.0 * _STUFFED * (_BITS + 8)
+    return bits / (period * bitrate)

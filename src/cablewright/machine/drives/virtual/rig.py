@@ -1,0 +1,219 @@
+"""Virtual drives and the simulated plant behind them, on one bus, in virtual time or by the clock."""
+
+from __future__ import annotations
+
+import heapq
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from itertools import count
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cablewright.arrays import Array
+from cablewright.machine.drives.bus import BusError, Frame, Port
+from cablewright.machine.drives.canopen_drives import require_drives
+from cablewright.machine.drives.objects import SYNC
+from cablewright.machine.drives.scale import scales_of
+from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
+from cablewright.machine.simulated.settings import TwinSettings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.robot import Robot
+from cablewright.signals import Command
+
+_TICKS: Final = 5  # of the drives, in a step of the plant
+_MADE_UP: Final = 0.5  # s that are made up for, after the computer was held up
+_YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque gives way in a step
+
+Disturb = Callable[[Frame, float], tuple[float, ...]]
+"""Delays, s, of the copies in which a frame sent at a time arrives: ``(0.0,)`` as it should, ``()`` lost."""
+
+
+class VirtualRig:
+    """Drives with a simulated machine behind them, each winch at its drive's speed.
+
+    ``reversed_lines``: lines whose motor turns the other way than the machine file says.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        settings: TwinSettings,
+        start: ArrayLike,
+        *,
+        seed: int = 0,
+        reversed_lines: tuple[str, ...] = (),
+    ) -> None:
+        """A platform at rest at *start* (3,), m, with brakes closed. Raises as `SimulatedMachine`."""
+        owner = settings.owner
+        drives, winch = require_drives(owner, robot), owner.winch
+        self.plant = SimulatedMachine(robot, settings, start, seed=seed)
+        self.names = tuple(line.name for line in robot.lines)
+        flipped = np.array([-1.0 if name in reversed_lines else 1.0 for name in self.names])
+        self.signs = np.array([drives.nodes[name].direction for name in self.names]) * flipped
+        self.per_radian = winch.counts * winch.ratio / math.tau
+        self.ratio, self.ticks = winch.ratio, 0
+        self._phase: int | None = None
+        unit = float(winch.counts) if drives.speed_unit is None else drives.speed_unit
+        self.drives = tuple(
+            VirtualDrive(drives.nodes[name].id, drives.rated_torque, winch.counts, unit, 0.5 * drives.brake_time)
+            for name in self.names
+        )
+        self._radii = np.array([scale.radii[0] for scale in scales_of(robot, owner)])
+        self._axial = np.array([line.cable.stiffness for line in robot.lines])
+        self._base = np.zeros(len(self.drives))
+        self._turned = np.zeros(len(self.drives))
+        self._load()
+
+    @property
+    def tick(self) -> float:
+        """Time between two ticks, s."""
+        return self.plant.period / _TICKS
+
+    @property
+    def now(self) -> float:
+        """Virtual time, s."""
+        return self.ticks * self.plant.period / _TICKS
+
+    def hear(self, frame: Frame, now: float) -> list[Frame]:
+        """Tell all drives a frame; return their answers. The plant's steps end with the SYNCs, from the first on."""
+        if frame.id == SYNC and self._phase is None:
+            self._phase = self.ticks % _TICKS
+        for drive in self.drives:
+            drive.hear(frame, now)
+        return self._said()
+
+    def advance(self, now: float | None = None) -> list[Frame]:
+        """Go on by a tick, to *now* (None: virtual time); return what drives say by themselves."""
+        self.ticks += 1
+        at = self.now if now is None else now
+        for i, drive in enumerate(self.drives):
+            drive.tick(at, self.tick)
+            self._turned[i] += drive.speed / _TICKS
+        if self.ticks % _TICKS == (self._phase or 0):
+            speeds = self.signs * self._turned / self.per_radian
+            self._turned[:] = 0.0
+            self.plant.step(Command(self.plant.time, speeds))
+            self._load()
+        return self._said()
+
+    def warm(self) -> None:
+        """Compile, or load, what the plant calls, and leave it where it was."""
+        for _ in range(3):
+            self.plant.step(Command(self.plant.time, np.zeros(len(self.drives))))
+        self._load()
+
+    def turn_by_hand(self, line: str, length: float) -> None:
+        """Pay out *length* (m) of a line as somebody would who turns its drum while nothing has power."""
+        i, steps = self.names.index(line), 50
+        speeds = np.zeros(len(self.names))
+        speeds[i] = length / self.plant.truth.radii[i] / (steps * self.plant.period)
+        before = self._counts()
+        for _ in range(steps):
+            self.plant.step(Command(self.plant.time, speeds))
+        self._base -= self._counts() - before  # no encoder has seen it
+        self._load()
+
+    def _counts(self) -> Array:
+        return np.asarray(self.signs * self.plant.rig.winches.counts)
+
+    def _load(self) -> None:
+        truth, positions = self.plant.truth, self._base + self._counts()
+        torques = self.signs * truth.tensions * truth.radii / self.ratio
+        for i, drive in enumerate(self.drives):
+            drive.position, drive.load = float(positions[i]), float(torques[i])
+            stiff = self._axial[i] / max(float(truth.lengths[i]), 0.1)  # N/m
+            gives = _YIELD / (stiff * self.plant.period)  # m/s for a N
+            radius = float(truth.radii[i])
+            drive.mobility = gives * self.ratio / radius**2 * self.per_radian
+
+    def _said(self) -> list[Frame]:
+        said = []
+        for drive in self.drives:
+            if not drive.dead:
+                said += drive.outbox
+            drive.outbox.clear()
+        return said
+
+
+class VirtualPort:
+    """A `Port` to a rig in virtual time, which goes on only while somebody waits."""
+
+    def __init__(self, rig: VirtualRig, disturb: Disturb | None = None) -> None:
+        """*disturb* loses, delays or doubles frames."""
+        self.rig, self._disturb = rig, disturb
+        self._order = count()
+        self._late: list[tuple[float, int, bool, Frame]] = []  # to be delivered: time, order, to the drives, frame
+        self._arrived: deque[Frame] = deque()
+        self.down = False  # bus off
+
+    def now(self) -> float:
+        """As `Port`."""
+        return self.rig.now
+
+    def send(self, frame: Frame) -> None:
+        """As `Port`."""
+        if self.down:
+            raise BusError("bus off")
+        self._pass(frame, to_drives=True)
+
+    def receive(self, until: float) -> Frame | None:
+        """As `Port`."""
+        while True:
+            if self._arrived and not self.down:
+                return self._arrived.popleft()
+            if self.rig.now >= until - 1e-9:
+                return None
+            for frame in self.rig.advance():
+                self._pass(frame, to_drives=False)
+            while self._late and self._late[0][0] <= self.rig.now + 1e-9:
+                _, _, to_drives, frame = heapq.heappop(self._late)
+                self._deliver(frame, to_drives)
+
+    def close(self) -> None:
+        """As `Port`."""
+
+    def inject(self, frame: Frame) -> None:
+        """A frame of somebody else on the bus."""
+        self._deliver(frame, to_drives=True)
+        self._arrived.append(frame)
+
+    def _pass(self, frame: Frame, to_drives: bool) -> None:
+        delays = (0.0,) if self._disturb is None else self._disturb(frame, self.rig.now)
+        for delay in delays:
+            if delay <= 0.0:
+                self._deliver(frame, to_drives)
+            else:
+                heapq.heappush(self._late, (self.rig.now + delay, next(self._order), to_drives, frame))
+
+    def _deliver(self, frame: Frame, to_drives: bool) -> None:
+        if self.down:
+            return
+        if not to_drives:
+            self._arrived.append(frame)
+            return
+        for answer in self.rig.hear(frame, self.rig.now):
+            self._pass(answer, to_drives=False)
+
+
+def run_rig(rig: VirtualRig, port: Port, ends: Callable[[], bool] = lambda: False) -> None:
+    """Run a rig by the clock on the bus behind *port*, until *ends*; a longer standstill of the computer is lost."""
+    due = port.now()
+    while not ends():
+        due += rig.tick
+        while (frame := port.receive(due)) is not None:
+            _answer(port, rig.hear(frame, port.now()))
+        now = port.now()
+        due = max(due, now - _MADE_UP)
+        _answer(port, rig.advance(now))
+
+
+def _answer(port: Port, frames: list[Frame]) -> None:
+    for frame in frames:
+        try:
+            port.send(frame)
+        except BusError:
+            time.sleep(0.01)

@@ -1,0 +1,279 @@
+"""A servo drive as CiA 301 and CiA 402 describe it: states, ramps, limits, brake, and what makes it stop by itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Final
+
+from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.cia402 import IN_FAULT, PowerState
+from cablewright.machine.drives.objects import Mode
+from cablewright.machine.drives.virtual.dictionary import Dictionary, entries_of
+
+HEARTBEAT_LOST, NO_COMMAND, FOLLOWING, SHORT_PDO = 0x8130, 0x8250, 0x8611, 0x8210
+
+_STATUS: Final = {
+    PowerState.NOT_READY: 0x00,
+    PowerState.DISABLED: 0x40,
+    PowerState.READY: 0x21,
+    PowerState.SWITCHED_ON: 0x23,
+    PowerState.ENABLED: 0x27,
+    PowerState.QUICK_STOP: 0x07,
+    PowerState.FAULT_REACTION: 0x0F,
+    PowerState.FAULT: 0x08,
+}
+_REMOTE: Final = 0x0210  # voltage is there, and the bus commands
+_STOPPED: Final = 1e-9  # counts/s
+_BRAKE_BIT, _CHAIN_BIT = 16, 17  # of the digital inputs
+
+
+@dataclass(eq=False)
+class VirtualDrive:
+    """One drive. Positions are counts of its motor, by its own sign; torques N m of the motor.
+
+    ``load``: N m that its motor has to hold, of the sign that would turn it by itself; ``speed``: counts/s at which it
+    turns now. Both are for the plant behind it.
+    """
+
+    node: int
+    rated_torque: float
+    counts: int
+    speed_unit: float  # of 0x60FF, for a turn a second
+    brake_time: float = 0.1
+    mobility: float = 1.0  # counts/s of a motor that is not held, for a N m too much
+    position: float = 0.0
+    load: float = 0.0
+    speed: float = 0.0
+    state: PowerState = PowerState.DISABLED
+    brake_closed: bool = True
+    chain_closed: bool = True
+    drift: float = 0.0  # counts/s by which it turns besides, unknown to itself
+    dead: bool = False  # neither hears nor says anything
+    profile: int = o.PROFILE
+    dictionary: Dictionary = field(init=False)
+    nmt: int = o.PREOPERATIONAL
+    outbox: list[Frame] = field(default_factory=list)
+    _edge: bool = False  # bit 7 of the last controlword
+    _opening: float = math.inf  # s of operation left until the brake is open
+    _closing: bool = False  # on the way to be off
+    _wanted: float = 0.0  # counts/s, after the ramp
+    _error: float = 0.0  # counts that it is behind its target
+    _off_window: float = 0.0  # s
+    _beat_heard: float = math.nan  # s; NaN: the consumer is not armed
+    _commanded: float = math.nan  # s, of the last PDO
+    _beaten: float = -math.inf
+
+    def __post_init__(self) -> None:
+        """A new drive, with the values of its factory."""
+        entries = entries_of(0x1000 + self.node, self.rated_torque, self.counts)
+        self.dictionary = Dictionary(self.node, entries, lambda: self.nmt == o.OPERATIONAL)
+
+    @property
+    def torque(self) -> float:
+        """Torque of the motor, N m, within its limit; none behind a closed brake."""
+        if self.brake_closed or not self._powered:
+            return 0.0
+        limit = self.dictionary[o.MAX_TORQUE] * 1e-3 * self.rated_torque
+        return min(max(-self.load, -limit), limit)
+
+    @property
+    def _powered(self) -> bool:
+        return self.state in (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_REACTION)
+
+    def fail(self, code: int) -> None:
+        """Report a fault: stop by the ramp, then close the brake."""
+        if self.state in IN_FAULT:
+            return
+        self.dictionary[o.ERROR_CODE] = code
+        powered = self._powered and not self.brake_closed
+        self.state = PowerState.FAULT_REACTION if powered else PowerState.FAULT
+        self.brake_closed, self._closing = not powered, False
+        self.outbox.append(Frame(o.SYNC + self.node, code.to_bytes(2, "little") + bytes(6)))
+
+    def restart(self) -> None:
+        """Lose power, and come back with the values of the factory; the position of the motor is kept."""
+        self.state, self.brake_closed, self.nmt = PowerState.DISABLED, True, o.PREOPERATIONAL
+        self.speed = self._wanted = self._error = 0.0
+        self._beat_heard = self._commanded = math.nan
+        self.__post_init__()
+        self.outbox.append(Frame(o.HEARTBEAT + self.node, bytes([o.BOOTED])))
+
+    def hear(self, frame: Frame, now: float) -> None:
+        """Take a frame of the bus at *now*, s."""
+        if self.dead:
+            return
+        data = frame.data
+        if frame.id == o.NMT and len(data) == 2 and data[1] in (0, self.node):
+            states = {o.NMT_START: o.OPERATIONAL, o.NMT_PREOPERATIONAL: o.PREOPERATIONAL}
+            self.nmt = states.get(data[0], self.nmt)
+            if self.nmt != o.OPERATIONAL:
+                self._commanded = math.nan
+        elif frame.id == o.SDO_REQUEST + self.node:
+            answer = self.dictionary.answer(data)
+            self.outbox += [] if answer is None else [answer]
+            if self.dictionary[o.CONSUMER_HEARTBEAT] == 0:
+                self._beat_heard = math.nan
+        elif frame.id == o.HEARTBEAT + (self.dictionary[o.CONSUMER_HEARTBEAT] >> 16 & 0x7F):
+            self._beat_heard = now
+        elif self.nmt == o.OPERATIONAL:
+            self._hear_pdo(frame, now)
+
+    def _hear_pdo(self, frame: Frame, now: float) -> None:
+        own = self.dictionary
+        if frame.id == o.SYNC:
+            self.outbox += self._answers()
+            return
+        for k, mapped in enumerate(o.TO_DRIVES):
+            if frame.id != int.from_bytes(own.entries[0x1400 + k, 1].data, "little"):
+                continue
+            values = o.unpacked(mapped, frame.data)
+            if values is None:
+                self.fail(SHORT_PDO)
+                return
+            for each, value in zip(mapped, values, strict=True):
+                own[each] = value
+            if k == 0:
+                self._commanded = now
+                self._control(own[o.CONTROLWORD])
+
+    def _answers(self) -> list[Frame]:
+        own, limit = self.dictionary, 1e3 / self.rated_torque
+        own[o.STATUSWORD] = _STATUS[self.state] | _REMOTE
+        wrapped = (math.floor(self.position) + (1 << 31)) % (1 << 32) - (1 << 31)
+        own[o.POSITION] = wrapped
+        own[o.VELOCITY] = round(self.speed * self.speed_unit / self.counts)
+        own[o.TORQUE] = round(self.torque * limit)
+        own[o.FOLLOWING_ERROR] = round(self._error)
+        own[o.INPUTS] = self.brake_closed << _BRAKE_BIT | self.chain_closed << _CHAIN_BIT
+        frames = []
+        for k, mapped in enumerate(o.FROM_DRIVES):
+            cob = int.from_bytes(own.entries[0x1800 + k, 1].data, "little")
+            if not cob >> 31:
+                frames.append(Frame(cob & 0x7FF, b"".join(each.pack(own[each]) for each in mapped)))
+        return frames
+
+    def _control(self, word: int) -> None:
+        """Take the transition that a controlword asks for."""
+        rising, self._edge = bool(word & 0x80) and not self._edge, bool(word & 0x80)
+        state = self.state
+        if state is PowerState.FAULT:
+            if rising:
+                self.state = PowerState.DISABLED
+                self.dictionary[o.ERROR_CODE] = 0
+            return
+        if state is PowerState.FAULT_REACTION:
+            return
+        command = word & 0x0F
+        if command & 0x02 == 0:
+            self._power_off(at_once=True)
+        elif command & 0x04 == 0:
+            if state is PowerState.ENABLED:
+                self.state = PowerState.QUICK_STOP
+        elif command & 0x01 == 0:
+            self._shut_down(state)
+        elif command == 0x0F:
+            self._enable(state)
+        else:
+            self._switch_on(state)
+
+    def _shut_down(self, state: PowerState) -> None:
+        if state in (PowerState.DISABLED, PowerState.SWITCHED_ON):
+            self.state = PowerState.READY
+        elif state is PowerState.ENABLED:
+            self._power_off(at_once=self.dictionary[o.SHUTDOWN_OPTION] == 0)
+
+    def _switch_on(self, state: PowerState) -> None:
+        if state is PowerState.READY:
+            self.state = PowerState.SWITCHED_ON
+        elif state is PowerState.ENABLED:
+            self._power_off(at_once=self.dictionary[o.DISABLE_OPTION] == 0)
+
+    def _enable(self, state: PowerState) -> None:
+        if state is PowerState.SWITCHED_ON:
+            self.state, self._opening, self._closing = PowerState.ENABLED, self.brake_time, False
+            self._wanted = self._error = 0.0
+        elif state is PowerState.ENABLED:
+            self._closing = False
+
+    def _power_off(self, *, at_once: bool) -> None:
+        if at_once or self.brake_closed:
+            powered = self._powered
+            self.state, self.brake_closed, self._closing = PowerState.DISABLED, True, False
+            if powered and not at_once:
+                self.state = PowerState.SWITCHED_ON
+        else:
+            self._closing = True
+
+    def tick(self, now: float, dt: float) -> None:
+        """Go on for *dt*, s, until *now*: watch, ramp, and set the `speed` for the plant."""
+        if not self.dead:
+            self._watch(now)
+        self._brake(dt)
+        self._move(dt)
+        self._follow(dt)
+
+    def _watch(self, now: float) -> None:
+        own = self.dictionary
+        limit = (own[o.CONSUMER_HEARTBEAT] & 0xFFFF) * 1e-3
+        if limit and now - self._beat_heard > limit + 1e-9:
+            self._beat_heard = math.nan
+            if own[o.ABORT_OPTION]:
+                self.fail(HEARTBEAT_LOST)
+        timeout = int.from_bytes(own.entries[0x1400, 5].data, "little") * 1e-3
+        if timeout and now - self._commanded > timeout + 1e-9:
+            self._commanded = math.nan
+            self.fail(NO_COMMAND)
+        interval = own[o.PRODUCER_HEARTBEAT] * 1e-3
+        if interval and now - self._beaten >= interval - 1e-9:
+            self._beaten = now
+            self.outbox.append(Frame(o.HEARTBEAT + self.node, bytes([self.nmt])))
+
+    def _brake(self, dt: float) -> None:
+        if self.state is PowerState.ENABLED and self.brake_closed:
+            self._opening -= dt
+            if self._opening <= 1e-9:
+                self.brake_closed = False
+        standing = abs(self._wanted) < _STOPPED
+        if standing and self.state is PowerState.FAULT_REACTION:
+            self.state, self.brake_closed = PowerState.FAULT, True
+        elif standing and self._closing and self.state is PowerState.ENABLED:
+            self.state, self.brake_closed, self._closing = PowerState.SWITCHED_ON, True, False
+
+    def _move(self, dt: float) -> None:
+        """The speed of the motor: of its target, by ramps, limits and load."""
+        own = self.dictionary
+        if self.brake_closed or not self._powered:
+            self.speed = self._wanted = 0.0
+            return
+        unit = self.counts / self.speed_unit
+        most = own[o.MAX_MOTOR_SPEED] * self.counts / 60.0
+        stops = self.state is not PowerState.ENABLED or self._closing
+        limit = own[o.MAX_TORQUE] * 1e-3 * self.rated_torque
+        if stops:
+            change = own[o.STOP_DECELERATION] * unit * dt
+            self._wanted = math.copysign(max(abs(self._wanted) - change, 0.0), self._wanted)
+        elif own[o.MODE] == Mode.TORQUE:
+            asked = min(max(own[o.TARGET_TORQUE] * 1e-3 * self.rated_torque, -limit), limit)
+            free = self.mobility * (asked + self.load)
+            self._wanted = min(max(free, -most), most)
+            own[o.MODE_SHOWN] = Mode.TORQUE
+            self.speed = self._wanted
+            return
+        else:
+            own[o.MODE_SHOWN] = own[o.MODE]
+            self._wanted = own[o.TARGET_VELOCITY] * unit if own[o.MODE] == Mode.VELOCITY else 0.0
+            self._wanted = min(max(self._wanted, -most), most)
+        slip = abs(self.load) - limit
+        self.speed = self._wanted + self.drift + (math.copysign(self.mobility * slip, self.load) if slip > 0.0 else 0.0)
+
+    def _follow(self, dt: float) -> None:
+        own = self.dictionary
+        if self.state is not PowerState.ENABLED or own[o.MODE] != Mode.VELOCITY:
+            self._error = self._off_window = 0.0
+            return
+        self._error += (self._wanted + self.drift - self.speed) * dt
+        self._off_window = self._off_window + dt if abs(self._error) > own[o.FOLLOWING_WINDOW] else 0.0
+        if self._off_window > own[o.FOLLOWING_TIME] * 1e-3:
+            self.fail(FOLLOWING)

@@ -1,0 +1,154 @@
+"""Lengths of a machine's lines by the counts of its winches: kept on disk, and trusted once homing has passed them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from cablewright.arrays import Array
+from cablewright.errors import AnswerError, InputError
+from cablewright.estimation import dead_reckoning
+from cablewright.estimation.dead_reckoning import ReckoningState
+from cablewright.file_output import write_whole
+from cablewright.machine.settings import MachineSettings
+from cablewright.machine.winch_counts import Remembering
+from cablewright.models.packed_views import LineStates
+from cablewright.robot import Robot
+from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
+from cablewright.studies.estimators import reckoning_of
+from cablewright.toml_input import read_bytes
+
+_MAX_FILE: Final = 1 << 20  # bytes
+
+_Number = Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)]
+
+
+class _File(BaseModel):
+    """What the file holds: lengths that were out at counts, and where the platform was then."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    schema_number: Annotated[int, Field(alias="schema", ge=1, le=1)]
+    robot: str
+    lines: tuple[str, ...]
+    counts: tuple[Annotated[int, Field(ge=-(2**62), le=2**62)], ...]
+    lengths: tuple[_Number, ...]
+    position: tuple[_Number, _Number, _Number]
+
+
+class LengthKeeper:
+    """Lengths of the last homing, by counts. Counts go on over a loss of power only as `Remembering` says."""
+
+    def __init__(self, path: Path, robot: Robot, settings: MachineSettings) -> None:
+        """The file at *path*, which need not be there. Raises `InputError` for one that is damaged or of another."""
+        self.path, self.robot = path, robot
+        self.reckoning = reckoning_of(robot, settings)
+        self.machine: Remembering | None = None  # whose counts these are
+        self.found: ReckoningState | None = None  # since homing has passed the lengths, in this session
+        self._own = False  # whether lengths are of this session
+        self._saved = self._read()
+
+    @property
+    def position(self) -> Array | None:
+        """Where the platform was at the last homing, m; None: it never was homed."""
+        return None if self._saved is None else np.array(self._saved.position)
+
+    def lengths(self, counts: NDArray[np.int64]) -> Array | None:
+        """Lengths (m,), m, at *counts* (m,); None where nothing valid is saved, or a drum cannot have turned so far."""
+        kept = self.machine is not None and self.machine.restored
+        if self._saved is None or not (kept or self._own):
+            return None
+        reckoning = self.reckoning
+        turned = (counts - np.array(self._saved.counts)) / reckoning.counts_per_radian
+        found = []
+        for coil, out, angle in zip(reckoning.coils, self._saved.lengths, turned.tolist(), strict=True):
+            try:
+                begin = coil.angle(reckoning.total_length - out)
+                found.append(out + coil.length(begin) - coil.length(begin - angle))
+            except InputError:  # beyond the drum's turns
+                return None
+        return np.array(found)
+
+    def accept(self, lengths: Array, counts: NDArray[np.int64]) -> None:
+        """Take lengths (m,), m, that homing has passed at *counts*, and write them. Raises `AnswerError`."""
+        self.found = dead_reckoning.start_at(self.reckoning, lengths, counts)
+        lines = [line.name for line in self.robot.lines]
+        content = {"schema": 1, "robot": self.robot.name, "lines": lines, "counts": counts.tolist()}
+        content |= {"lengths": lengths.tolist(), "position": self.found.tracker.pose.tolist()}
+        text = json.dumps(content)
+        self._saved, self._own = _File.model_validate_json(text), True
+        write_whole(self.path, text.encode() + b"\n")
+
+    def _read(self) -> _File | None:
+        if not self.path.exists():
+            return None
+        try:
+            found = _File.model_validate_json(read_bytes(self.path, _MAX_FILE, "saved lengths"))
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False)[0]
+            where = ".".join(map(str, first["loc"])) or "the file"
+            raise InputError(f"{self.path}: {where}: {first['msg']}; remove it and home the machine anew") from None
+        lines = tuple(line.name for line in self.robot.lines)
+        m = len(lines)
+        if (found.robot, found.lines) != (self.robot.name, lines) or (len(found.counts), len(found.lengths)) != (m, m):
+            raise InputError(f"{self.path}: holds lengths of {found.robot!r}, lines {', '.join(found.lines)}")
+        return found
+
+
+class KeptEstimator:
+    """The estimator of a machine whose lengths are known since it was homed; before that no position is valid."""
+
+    def __init__(self, keeper: LengthKeeper, guess: Array) -> None:
+        """*guess* (3,), m: what is told as the position while it is not known."""
+        self._keeper, self._guess = keeper, guess
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        """As `Estimator`."""
+        state = self._keeper.found
+        if state is not None:
+            return dead_reckoning.step(self._keeper.reckoning, state, frame)
+        m = len(self._keeper.robot.lines)
+        lengths = None
+        for reading in frame.of(Encoders):
+            lengths = self._keeper.lengths(reading.counts) if len(reading.counts) == m else None
+        unknown = frozen(np.full(m, np.nan))
+        return Estimate(
+            frame.time,
+            frozen(self._guess),
+            frozen(np.zeros(3)),
+            frozen(np.zeros(3)),
+            unknown if lengths is None else frozen(lengths),
+            unknown,
+            np.zeros(m, dtype=bool),
+            frozen([coil.radii[0] for coil in self._keeper.reckoning.coils]),
+            valid=False,
+        )
+
+    @property
+    def tensions(self) -> Array | None:
+        """As `Estimator`."""
+        state = self._keeper.found
+        return None if state is None else np.asarray(LineStates(state.tracker.states).tension)
+
+
+def warm(keeper: LengthKeeper, place: Array) -> None:
+    """Compile, or load, what estimation and homing call, before a machine waits for it. Raises `AnswerError`."""
+    from cablewright.control.length_check import check_lengths
+    from cablewright.solvers.continuation import Tracker
+
+    reckoning = keeper.reckoning
+    state = dead_reckoning.start(reckoning, place)
+    lengths, counts = state.start_lengths, np.zeros(len(state.start_lengths), dtype=np.int64)
+    begun = dead_reckoning.start_at(reckoning, lengths, counts)
+    for k in range(2):
+        dead_reckoning.step(reckoning, begun, SensorFrame(0.01 * (k + 1), (Encoders(0.01 * (k + 1), counts),)))
+    check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), place)
+    try:
+        Tracker(reckoning.model, lengths).step(lengths)
+    except AnswerError:
+        return  # said when it is asked for

@@ -1,0 +1,91 @@
+"""Machine files and commands for drives that are wrong: one line that names file, key and value, and the exit code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "virtual-drives.toml"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('kind = "canopen"', 'kind = "ethercat"', "kind = 'ethercat': must be 'simulated' or 'canopen'"),
+        ('kind = "canopen"', "", 'kind: must be "canopen" where there is a table [drives]'),
+        ("id = 2,", "id = 1,", "two lines have the node 1; each needs a drive of its own"),
+        ("id = 2,", "id = 127,", "127 is this computer's"),
+        ("id = 2,", "id = 128,", "id = 128: must be"),
+        ("direction = -1 }", "direction = 2 }", "direction = 2"),
+        ("south-east = {", "south = {", "one node for each line of the robot is expected"),
+        ('channel = "43113"', 'channel = "can0"', "must be a UDP port from 1024 to 65535"),
+        ('channel = "43113"', 'channel = "a; reboot"', "drives.channel"),
+        ("bitrate = 1000000", "bitrate = 250000", "of the bus; at most 70% is allowed"),
+        ('rated_torque = "0.5 N m"', 'rated_torque = "1 kN m"', "check its unit"),
+        ("[motor_torques]", "[load_cells]", "drives are enabled only where tensions are read"),
+        ("[encoders]\nrate = 100.0", "", "no [encoders]"),
+        ('robot = "merlet2023"', 'robot = "house-printer"', "robot = 'house-printer', but the robot is 'merlet2023'"),
+    ],
+)
+def test_a_wrong_file_is_refused_before_anything_is_sent(cli, old: str, new: str, says: str, tmp_path: Path) -> None:
+    text = EXAMPLE.read_text("utf-8")
+    assert old in text
+    file = tmp_path / "machine.toml"
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+    at = ("--place", "0,0,1", "--at", "0,0,1")
+    answer = cli("drives", "home", "merlet2023", "--machine", str(file), "--try", *at)
+    assert answer.code == 2, answer.err
+    assert says in answer.err
+    assert len(answer.err.strip().splitlines()) == 1
+
+
+def test_a_bus_that_nobody_answers_on_is_of_the_environment(cli, tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    file.write_text(EXAMPLE.read_text("utf-8").replace('"43113"', '"43998"'), encoding="utf-8")
+    answer = cli("drives", "scan", "merlet2023", "--machine", str(file))
+    assert answer.code == 3
+    assert "`cablewright drives --virtual FILE` starts virtual drives" in answer.err
+    real = tmp_path / "real.toml"
+    text = EXAMPLE.read_text("utf-8").replace('"loopback"', '"socketcan"').replace('"43113"', '"can7"')
+    real.write_text(text, encoding="utf-8")
+    answer = cli("drives", "scan", "merlet2023", "--machine", str(real))
+    assert answer.code == 3
+    assert "ip link set can7 up type can bitrate 1000000" in answer.err
+
+
+def test_a_simulated_machine_has_no_drives(cli) -> None:
+    answer = cli("drives", "scan", "merlet2023", "--machine", "merlet2023")
+    assert (answer.code, "has no real drives" in answer.err) == (2, True)
+    answer = cli("drives", "scan", "merlet2023")
+    assert (answer.code, "expected ACTION ROBOT --machine FILE" in answer.err) == (2, True)
+    answer = cli("drives", "jog", "merlet2023", "--machine", str(EXAMPLE), "--try", "--velocity", "0,0,1")
+    assert (answer.code, "--try has no person who ends it" in answer.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        (("--plant", "quasi-static"), "--plant: is for simulated machines"),
+        (("--seed", "3"), "--seed: is for simulated machines"),
+        (("--estimator", "filter"), "--estimator = filter: on real drives it is encoders"),
+    ],
+)
+def test_options_of_simulations_are_refused_on_drives(cli, option: tuple[str, str], says: str) -> None:
+    job = EXAMPLE.with_name("blind-machines.toml")
+    answer = cli("print", "merlet2023", str(job), "--machine", str(EXAMPLE), *option)
+    assert (answer.code, says in answer.err) == (2, True), answer.err
+
+
+def test_all_actions_can_be_tried(cli) -> None:
+    for action, more in (
+        ("show", ()),
+        ("write", ()),
+        ("release", ()),
+        ("enable", ("--seconds", "0.1")),
+        ("tension", ()),
+        ("home", ("--place", "0,0,1", "--at", "0,0,1")),
+    ):
+        answer = cli("drives", action, "merlet2023", "--machine", str(EXAMPLE), "--try", *more, "--json")
+        assert answer.code == 0, (action, answer.err)
+        assert answer.json.get("status", "done") == "done"

@@ -1,0 +1,163 @@
+"""By wall clock, drives in one process and their host in another: the host is stopped for a second, or killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.cia402 import PowerState
+from cablewright.machine.drives.loopback import Hub
+from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
+from cablewright.robot import load
+from virtual_drives import RING_BEGIN, virtual_twin
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="stopping a process needs POSIX signals")
+
+HOST = """
+import sys, gc
+sys.path.insert(0, {tests!r})
+import numpy as np
+from virtual_drives import virtual_twin
+from cablewright.machine.drives.canopen_drives import CanopenDrives
+from cablewright.machine.drives.drive_machine import DriveMachine
+from cablewright.robot import load
+from cablewright.signals import Command, WinchMode
+times = dict(heartbeat_timeout=0.6, command_timeout=0.5, answer_timeout=0.4)  # a busy computer stalls
+robot, owner = load("merlet2023"), virtual_twin(channel={channel!r}, **times).owner
+machine = DriveMachine(CanopenDrives(robot, owner), owner)
+gc.disable()
+machine.open()
+off, on = (WinchMode.OFF,) * 4, (WinchMode.VELOCITY,) * 4
+speeds = np.array([0.5, 0.5, -0.5, -0.5])
+for k in range(3):
+    machine.step(Command(0.01 * k, np.zeros(4), modes=off))
+machine.step(Command(0.05, np.zeros(4), modes=off, outputs=dict(reset=1.0)))
+machine.step(Command(0.1, np.zeros(4), modes=on))
+for k in range(1000):
+    frame = machine.step(Command(1.0 + 0.01 * k, speeds * np.cos(0.02 * k), modes=on))
+    if k == 20:
+        print("moving" if not machine.tripped else machine.tripped, flush=True)
+    if machine.tripped and k > 60:
+        break
+print(machine.tripped, flush=True)
+machine.close()
+"""
+
+
+@dataclass
+class Watched:
+    """Drives in this process, on a thread, and what their plant showed."""
+
+    rig: VirtualRig
+    channel: int
+    tensions: list[float] = field(default_factory=list)
+
+    def wait(self, what: str, seconds: float = 10.0) -> None:
+        """Wait until all drives are in a state, by its name."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if all(drive.state is PowerState[what] for drive in self.rig.drives):
+                return
+            time.sleep(0.005)
+        raise AssertionError([drive.state for drive in self.rig.drives])
+
+
+@pytest.fixture
+def watched() -> Iterator[Watched]:
+    robot, over, hub = load("merlet2023"), threading.Event(), Hub(0)
+    rig = VirtualRig(robot, virtual_twin(), RING_BEGIN["merlet2023"])
+    rig.warm()
+    found = Watched(rig, hub._socket.getsockname()[1])
+
+    def ends() -> bool:
+        found.tensions.append(float(rig.plant.truth.tensions.max()))
+        return over.is_set()
+
+    thread = threading.Thread(target=run_rig, args=(rig, hub, ends), daemon=True)
+    thread.start()
+    yield found
+    over.set()
+    thread.join(timeout=10.0)
+    hub.close()
+
+
+@pytest.fixture
+def host(watched: Watched) -> Iterator[subprocess.Popen[str]]:
+    """A host whose winches turn."""
+    text = HOST.format(tests=str(Path(__file__).parents[2]), channel=str(watched.channel))
+    for _ in range(3):  # a busy computer may hold it up, so that the drives stop: as they should
+        process = subprocess.Popen([sys.executable, "-c", text], stdout=subprocess.PIPE, text=True)
+        assert process.stdout is not None
+        said = process.stdout.readline().strip()
+        if said == "moving":
+            break
+        process.kill()
+        process.communicate()
+    assert said == "moving", said
+    yield process
+    process.kill()
+    process.communicate()
+
+
+def braked(watched: Watched) -> bool:
+    return all(drive.brake_closed for drive in watched.rig.drives)
+
+
+def test_a_host_that_is_stopped_for_a_second_finds_all_braked(watched: Watched, host: subprocess.Popen[str]) -> None:
+    os.kill(host.pid, signal.SIGSTOP)
+    began = time.monotonic()
+    watched.wait("FAULT")
+    took = time.monotonic() - began
+    codes = {drive.dictionary[o.ERROR_CODE] for drive in watched.rig.drives}
+    time.sleep(max(0.0, 1.0 - took))
+    angles = watched.rig.plant.rig.winches.angles
+    os.kill(host.pid, signal.SIGCONT)
+    assert host.stdout is not None
+    said = host.stdout.readline()
+    assert took < 5.0
+    assert codes <= {0x8130, 0x8250}
+    assert "no command came in time" in said or "heartbeat of the computer is missing" in said
+    host.wait(timeout=20.0)
+    assert braked(watched)
+    assert np.abs(watched.rig.plant.rig.winches.angles - angles).max() < 1e-3  # nothing old was obeyed
+    assert max(watched.tensions) < 700.0
+
+
+def test_a_host_that_is_killed_leaves_all_braked(watched: Watched, host: subprocess.Popen[str]) -> None:
+    host.kill()
+    watched.wait("FAULT")
+    assert braked(watched)
+    time.sleep(0.2)  # the simulated winches lag behind their drives
+    angles = watched.rig.plant.rig.winches.angles
+    time.sleep(0.5)
+    assert np.abs(watched.rig.plant.rig.winches.angles - angles).max() < 1e-3
+    assert max(watched.tensions) < 700.0
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_a_command_that_is_interrupted_brakes_all_first(watched: Watched, number: str, tmp_path: Path) -> None:
+    text = (Path(__file__).parents[3] / "examples" / "virtual-drives.toml").read_text("utf-8")
+    file = tmp_path / "machine.toml"
+    file.write_text(text.replace('"43113"', f'"{watched.channel}"'), encoding="utf-8")
+    command = [sys.executable, "-m", "cablewright", "drives", "enable", "merlet2023", "--machine", str(file)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    watched.wait("ENABLED", 30.0)
+    time.sleep(0.5)
+    process.send_signal(getattr(signal, number))
+    _, said = process.communicate(timeout=20.0)
+    assert process.returncode == 130, said
+    assert said.strip().endswith("interrupted")
+    assert braked(watched)
+    time.sleep(0.6)
+    assert not any(drive.state is PowerState.FAULT for drive in watched.rig.drives)

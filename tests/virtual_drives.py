@@ -1,0 +1,96 @@
+"""Machines of the library on virtual CANopen drives, for tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cablewright.machine.drives.canopen_drives import CanopenDrives
+from cablewright.machine.drives.drive_machine import DriveMachine
+from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.virtual.rig import Disturb, VirtualPort, VirtualRig
+from cablewright.machine.sensors import Encoder, TensionSensor
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.printing.job import Job, Motion
+from cablewright.printing.numeric_path import Helix
+from cablewright.robot import Robot, load
+from cablewright.signals import Command, Order, OrderKind, SensorFrame, WinchMode
+
+HELD = (0.3, -0.5, 1.0)
+RATED = {"merlet2023": 0.5, "house-printer": 20.0}  # N m of the motors
+RING = Job(
+    name="ring",
+    origin=(0.3, -0.5, 0.0),
+    helix=Helix(radius=0.4, layers=1, layer_height=0.001, first_height=1.0),
+    motion=Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.1),
+)
+ON = (Order(OrderKind.RESET), Order(OrderKind.ENABLE))
+
+
+def virtual_twin(name: str = "merlet2023", **changes: Any) -> TwinSettings:
+    """A machine of the library whose winches are on virtual drives; half of them turn the other way."""
+    robot, twin = load(name), load_twin(name)
+    nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
+    table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "rated_torque": RATED[name], "tension": 30.0}
+    gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier"))
+    regular = twin.simulation.winch.model_copy(update={"radius_walk": 2e-5, "sideways_walk": 2e-4})  # grooved drums
+    return twin.with_simulation(winch=regular).with_owner(
+        kind="canopen",
+        drives=DriveSettings.model_validate(table | changes),
+        encoders=Encoder(rate=100.0),
+        motor_torques=TensionSensor(rate=100.0, deviation=1.0, most=1e4),
+        lidars={},
+        **gone,
+    )
+
+
+@dataclass
+class Bench:
+    """A machine on virtual drives in virtual time, and what is behind it."""
+
+    robot: Robot
+    twin: TwinSettings
+    rig: VirtualRig
+    port: VirtualPort
+    machine: DriveMachine
+    frames: list[SensorFrame] = field(default_factory=list)
+
+    @property
+    def drives(self) -> CanopenDrives:
+        found = self.machine.drives
+        assert isinstance(found, CanopenDrives)
+        return found
+
+    def step(self, mode: WinchMode = WinchMode.OFF, speeds: Any = None, steps: int = 1, **more: Any) -> SensorFrame:
+        """Command all winches alike, for some steps."""
+        m = len(self.rig.names)
+        given = np.zeros(m) if speeds is None else np.array(speeds, dtype=float)
+        for _ in range(steps):
+            self.frames.append(self.machine.step(Command(self.port.now(), given, modes=(mode,) * m, **more)))
+        return self.frames[-1]
+
+    def hang(self, seconds: float) -> None:
+        """Let time go by as if this process had been stopped."""
+        end = self.port.now() + seconds
+        while self.port.now() < end - 1e-6:
+            self.port.receive(end)
+
+
+def bench(
+    name: str = "merlet2023",
+    disturb: Disturb | None = None,
+    rig: dict[str, Any] | None = None,
+    begin: tuple[float, ...] | None = None,
+    **changes: Any,
+) -> Bench:
+    """A machine, not yet open."""
+    robot, twin = load(name), virtual_twin(name, **changes)
+    behind = VirtualRig(robot, twin, begin or RING_BEGIN[name], **(rig or {}))
+    port = VirtualPort(behind, disturb)
+    machine = DriveMachine(CanopenDrives(robot, twin.owner, lambda: port), twin.owner)
+    return Bench(robot, twin, behind, port, machine)
+
+
+RING_BEGIN = {"merlet2023": (0.7, -0.5, 1.0), "house-printer": (0.7, -0.5, 1.0)}
