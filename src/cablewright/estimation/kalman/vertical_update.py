@@ -107,7 +107,8 @@ def _moved(state: FilterState, turn: VerticalTurn) -> Array:
 def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the points near the expected floor, in two rings: below and aside, where the bias counts less."""
     lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
-    variance = state.P[lay.position, lay.position][2, 2] + state.P[lay.range_bias, lay.range_bias][-1, -1]
+    below = [lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2]  # what a ray down adds up
+    variance = state.P[np.ix_(below, below)].sum()
     band = _FLOOR_BAND + _GATE * math.sqrt(float(variance))
     seen = False
     for low, high in _RINGS:
