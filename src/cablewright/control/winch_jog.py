@@ -41,11 +41,12 @@ class WinchJog:
 
     def __init__(self, settings: WinchJogSettings) -> None:
         """Not yet begun."""
-        self.settings, self._asked = settings, False
+        self.settings = settings
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
         """As `Procedure`."""
+        self._asked = False  # what was asked for before it began is no wish to move now
         self._lease_end, self._began, self._speed, self._tension = now, now, 0.0, math.nan
 
     def lease(self) -> None:

@@ -15,7 +15,7 @@ from cablewright.machine.drives.network import Identity, Network
 from cablewright.machine.drives.parameters import Parameter, communication, disarmed, guards, speed_limit
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.sdo import Transfer
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
 from cablewright.machine.drives.statistics import BusStatistics, cyclic_load
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
@@ -28,7 +28,7 @@ _SETTLED: Final = 10  # periods for drives to become operational, and to hear he
 
 def open_port(settings: DriveSettings) -> Port:
     """Open the bus of a machine file. Raises `EnvironmentFault`."""
-    if settings.interface == "loopback":
+    if settings.interface == LOOPBACK:
         return LoopbackPort(int(settings.channel))
     return CanPort.opened(settings.interface, settings.channel, settings.bitrate)
 

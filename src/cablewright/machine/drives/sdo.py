@@ -98,11 +98,12 @@ class Transfers:
             return None
         transfer = self._waiting[0]
         command = data[0] >> 5
+        own = data[1:4] == transfer.object.index.to_bytes(2, "little") + bytes([transfer.object.sub])
+        if command in (2, 3, 4) and not own:
+            return None  # the late answer to something else
         if command == 4:
             return self._aborted(data)
         if command in (2, 3):
-            if data[1:4] != transfer.object.index.to_bytes(2, "little") + bytes([transfer.object.sub]):
-                return None  # the late answer to something else
             if (command == 3) != (transfer.value is not None):
                 return None
             return self._end() if command == 3 else self._uploaded(transfer, data, now)

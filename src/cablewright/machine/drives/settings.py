@@ -11,6 +11,8 @@ from cablewright.units import Duration, Force, Length, Positive, Speed, Torque
 from cablewright.validation import Description, refusal
 
 MAX_NODES: Final = 32
+LOOPBACK: Final = "loopback"
+"""The interface of virtual drives."""
 
 _Node = Annotated[int, Field(strict=True, ge=1, le=127)]
 _Bit = Annotated[int, Field(strict=True, ge=0, le=31)]
@@ -81,6 +83,6 @@ class DriveSettings(Description):
                 raise refusal(
                     "id", f"two lines have the node {node.id}; each needs a drive of its own", ("nodes", name)
                 )
-        if self.interface == "loopback" and not (self.channel.isdigit() and 1024 <= int(self.channel) <= 65535):
+        if self.interface == LOOPBACK and not (self.channel.isdigit() and 1024 <= int(self.channel) <= 65535):
             raise refusal("channel", "must be a UDP port from 1024 to 65535, as text, with interface = loopback")
         return self

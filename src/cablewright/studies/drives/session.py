@@ -22,6 +22,7 @@ from cablewright.errors import InputError
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.canopen_drives import CanopenDrives, require_drives
 from cablewright.machine.drives.drive_machine import DriveMachine
+from cablewright.machine.drives.settings import LOOPBACK
 from cablewright.machine.settings import MachineSettings, require_robot
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.winch_counts import CountFile, Remembering
@@ -58,7 +59,10 @@ class RealMachine:
     ) -> RealMachine:
         """*state*: path without suffix of the two files. Raises `InputError` for files that do not fit each other."""
         require_robot(settings, robot.name)
-        require_drives(settings, robot)
+        known = require_drives(settings, robot)
+        if port is None and known.interface != LOOPBACK:
+            why = f'real buses are read by scan and show alone in this version; anything that moves needs "{LOOPBACK}"'
+            raise InputError(f"drives.interface = {known.interface!r}: {why} (docs/drives.md, not released)")
         drives = CanopenDrives(robot, settings, port)
         bus_machine = DriveMachine(drives, settings)
         lines = [line.name for line in robot.lines]

@@ -26,9 +26,11 @@ def typed_orders() -> Iterator[PersonOperator]:
     gone = threading.Event()
 
     def read() -> None:
-        for line in sys.stdin:
-            lines.put(line[:_LONGEST])
-        gone.set()
+        try:
+            for line in sys.stdin.buffer:
+                lines.put(line[:_LONGEST].decode(errors="replace"))
+        finally:
+            gone.set()
 
     def typed() -> list[str]:
         found: list[str] = []
