@@ -11,7 +11,7 @@ import gc
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -142,7 +142,7 @@ def log_epoch(folder: Path, real_time: bool) -> datetime | None:
     None for a print that waits for no time: its log is a function of its input.
     """
     if any(folder.glob("log*.mcap")):
-        with read_log(folder) as log:
+        with suppress(InputError), read_log(folder) as log:  # one that was never flushed has no head
             return log.head.epoch
     return datetime.now(UTC).replace(microsecond=0) if real_time else None
 
