@@ -19,6 +19,12 @@ CableName = Literal[
     "belt-atl5-10mm",
 ]
 """Cable of a new robot, from a small table."""
+ReadFormatName = Literal["wirex", "caspr", "maslow", "klipper", "reprapfirmware"]
+"""Format of another program whose robots are read."""
+WrittenFormatName = Literal["wirex", "mjcf", "klipper", "reprapfirmware", "linuxcnc"]
+"""Format of another program that is written."""
+WireXVersion = Literal["0.31", "0.32"]
+"""Version of WireX's schema."""
 CriterionName = Literal["closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static"]
 """Criterion of a workspace; ``static`` counts sag, the others are of straight lines."""
 PointName = Literal["nozzle", "origin"]

@@ -70,6 +70,8 @@ COMMANDS = {
     "Tools": {
         "robots": ("robots.RobotsCommand", "Robots of the library, or the file of one."),
         "new": ("robots.NewCommand", "Files of a robot of your own, from its size, layout, mass and cable."),
+        "import": ("exchange.import_robot.ImportCommand", "A robot from a file of another program."),
+        "export": ("exchange.export.ExportCommand", "A robot, and a job, as files of another program."),
         "machines": ("simulate.MachinesCommand", "Simulated machines of the library, or the file of one."),
         "schema": ("robots.SchemaCommand", "JSON Schema of robot, job, machine and other files, for editors."),
         "curves": ("curves.CurvesCommand", "Random closed curves to print, ranked by how well they cover an area."),

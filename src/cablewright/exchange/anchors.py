@@ -1,0 +1,56 @@
+"""Robots of firmware: a point that prints, on straight lines from anchors. What their files leave out is assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from cablewright.errors import InputError
+from cablewright.exchange.completion import Point, chosen_cable, frame_of
+from cablewright.exchange.translation import Notes
+from cablewright.robot import Eyelet, PointPlatform, Robot
+from cablewright.validation import validated
+
+CABLE: Final = "spectra-1.1mm"
+MASS: Final = 2.0  # kg, assumed
+
+
+def anchored_robot(
+    path: Path, lines: Mapping[str, Mapping[str, Any]], cable: str | None, assumed: Notes, mass: float | None = None
+) -> Robot:
+    """Return a point platform on *lines* by name, from exit points through eyelets.
+
+    *cable*: one of the table; what the lines do not give is noted in *assumed*. Raises `InputError`.
+    """
+    table = chosen_cable(cable or CABLE)
+    assumed.add(f"cable: {cable or CABLE}")
+    if mass is None:
+        assumed.add(f"platform.mass: {MASS:g} kg")
+    limits = (0.01 * 9.81 * (mass or MASS), 0.2 * table["breaking_load"])
+    if not all("tension_limits" in line for line in lines.values()):
+        assumed.add("tension_limits: a hundredth of the weight to a fifth of the breaking load")
+    exits: list[Point] = [line["exit_point"] for line in lines.values()]
+    given = {
+        "schema": 1,
+        "name": path.stem[:100] or "imported",
+        "scene": frame_of(exits, assumed),
+        "platform": {"kind": "point", "mass": mass or MASS},
+        "lines": [
+            {"name": name, "sheave": {"kind": "eyelet"}, "cable": table, "tension_limits": limits} | dict(line)
+            for name, line in lines.items()
+        ],
+    }
+    return validated(Robot, given, path)
+
+
+def require_anchors(robot: Robot, what: str, most: int) -> None:
+    """Raise `InputError` unless *what* can describe the geometry of the robot, with at most so many lines."""
+    if robot.m > most:
+        raise InputError(f"robot {robot.name!r} has {robot.m} lines; {what} has {most} at most")
+    if not isinstance(robot.platform, PointPlatform) or robot.platform.plane is not None:
+        kind = "a plane" if robot.platform.plane is not None else "a body that rotates"
+        raise InputError(f"robot {robot.name!r} has {kind}; {what} has a point alone")
+    for line in robot.lines:
+        if not isinstance(line.sheave, Eyelet) or any(line.platform_point) or line.platform_sheave is not None:
+            raise InputError(f"line {line.name!r} is not straight from an eyelet to the point; {what} has no other")

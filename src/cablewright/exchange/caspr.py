@@ -1,0 +1,222 @@
+"""CASPR models, a file of bodies and one of cables: read. One body, cables of one span without stretch. All SI."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from cablewright.errors import InputError, UnknownName
+from cablewright.exchange.completion import Point, as_point, assumed_cable, chosen_cable, frame_of, name_of
+from cablewright.exchange.translation import Feature, ImportedRobot, Notes
+from cablewright.exchange.xml_input import Element, read_xml
+from cablewright.robot import Robot
+from cablewright.toml_input import is_file
+from cablewright.validation import shown, validated
+
+BODIES, CABLES = "links", "cables"
+"""Root elements of the two files."""
+
+CARRIED: Final = (
+    Feature("link_rigid.name", "name"),
+    Feature("joint.type", "platform.kind", "SPATIAL_... a body, TRANSLATIONAL_... a point; others are refused"),
+    Feature("physical mass, com_location, inertia", "platform.mass, centre_of_mass, inertia, inertia_products"),
+    Feature("physical.end_location", "platform.nozzle"),
+    Feature("cable_ideal.name, force_min, force_max", "lines.name, tension_limits"),
+    Feature("attachment of link 0", "lines.exit_point", "an eyelet"),
+    Feature("attachment of link 1", "lines.platform_point", "from the joint or from the centre of mass, as it says"),
+)
+
+_SPATIAL = ("SPATIAL_EULER_XYZ", "SPATIAL_QUATERNION", "SPATIAL_QUATERNION_FIXED_XYZ")
+_POINT = ("TRANSLATIONAL_XYZ",)
+_MOMENTS, _PRODUCTS = ("Ixx", "Iyy", "Izz"), ("Ixy", "Ixz", "Iyz")
+_NOT_OF_A_ROBOT = ("links.display_range", "links.link_rigid.num", "links.link_rigid.parent.num")
+
+
+def read_caspr(paths: Sequence[Path], cable_set: str | None = None, cable: str | None = None) -> ImportedRobot:
+    """Return the robot of a file of bodies and one of cables, in any order; of one, the other is looked for beside it.
+
+    ``cable_set``: id of the set of cables; default: the file's own default. ``cable``: one of the table of cables.
+    Raises `InputError` for what a robot file cannot describe, by name.
+    """
+    found = {}
+    for path in _both(paths):
+        root = read_xml(path, (BODIES, CABLES))
+        if root.tag in found:
+            raise InputError(f"{path}: a second file of <{root.tag}>; one of <{BODIES}> and one of <{CABLES}> are read")
+        found[root.tag] = path, root
+    return _Reader(*found[BODIES], *found[CABLES], cable_set, cable).robot()
+
+
+def _both(paths: Sequence[Path]) -> list[Path]:
+    """Return two files; the one that is not given is that of the same name with the other ending."""
+    if len(paths) == 2:
+        return list(paths)
+    if len(paths) != 1:
+        raise InputError(f"{paths[0]}: {len(paths)} files; a CASPR model has two: bodies and cables")
+    path = paths[0]
+    for one, other in (("_bodies", "_cables"), ("_cables", "_bodies")):
+        if path.stem.endswith(one):
+            beside = path.with_name(path.stem.removesuffix(one) + other + path.suffix)
+            if is_file(beside):
+                return [path, beside]
+            raise InputError(f"{path}: its other half {beside.name} is not beside it; name both files")
+    raise InputError(f"{path}: half of a CASPR model; name both files, that of the bodies and that of the cables")
+
+
+@dataclass
+class _Reader:
+    """Two files, and what is noted while they are read."""
+
+    bodies_path: Path
+    bodies: Element
+    cables_path: Path
+    cables: Element
+    cable_set: str | None
+    cable: str | None
+
+    def robot(self) -> ImportedRobot:
+        """Read all of it."""
+        self.lost, self.assumed = Notes(), Notes()
+        body = self._body()
+        is_point = self._is_point(body)
+        physical = body.one("physical")
+        centre = physical.one("com_location").numbers(3)
+        self._check_joint(body)
+        chosen = self._set()
+        lines = [self._line(each, centre) for each in chosen.children]
+        if not lines:
+            raise InputError(f"{chosen.place}: <cable_set> is empty: a robot without lines")
+        if is_point and not as_point(lines):
+            raise InputError(f"{body.place}: a body that does not rotate with several attachments is not described")
+        if not is_point and as_point(lines) and len(lines) > 1:
+            self.lost.add("joint.type: all cables meet in one point, about which nothing holds a body: it is a point")
+            is_point = True
+        self._add_cables(lines)
+        name = body.attribute("name") if "name" in body.attributes else ""
+        table = {
+            "schema": 1,
+            "name": name_of(name, self.bodies_path),
+            "scene": frame_of([line["exit_point"] for line in lines], self.assumed),
+            "platform": self._platform(physical, centre, is_point),
+            "lines": lines,
+        }
+        self._note_unread(chosen)
+        robot = validated(Robot, table, self.cables_path)
+        return ImportedRobot(robot, "CASPR", self.lost.all, self.assumed.all)
+
+    def _body(self) -> Element:
+        links = self.bodies.children
+        for link in links:
+            if link.tag != "link_rigid":
+                raise InputError(f"{link.place}: <{link.tag[:60]}>: only a link_rigid is read")
+        if len(links) != 1:
+            raise InputError(f"{self.bodies_path}: {len(links)} links; a robot with links between bodies is not read")
+        return links[0]
+
+    def _is_point(self, body: Element) -> bool:
+        kind = body.one("joint").attribute("type")
+        if kind not in (*_SPATIAL, *_POINT):
+            raise InputError(
+                f"{body.place}: joint.type = {shown(kind)}: must be one of {', '.join((*_SPATIAL, *_POINT))}"
+            )
+        return kind in _POINT
+
+    def _check_joint(self, body: Element) -> None:
+        """The pose of a robot file is counted from the world's origin, wherever the joint is."""
+        parent = body.maybe("parent")
+        if parent is None:
+            return
+        if parent.one("num").numbers(1) != (0.0,):
+            raise InputError(f"{parent.place}: <num> = {shown(parent.one('num').text)}: must be 0, the ground")
+        place = parent.one("location").numbers(3)
+        if any(place):
+            x, y, z = place
+            self.lost.add(f"parent.location: poses count from the world's origin, not from {x:g}, {y:g}, {z:g} m")
+
+    def _set(self) -> Element:
+        sets = {each.attribute("id"): each for each in self.cables.all("cable_set")}
+        if len(sets) < sum(1 for _ in self.cables.all("cable_set")):
+            raise InputError(f"{self.cables_path}: two <cable_set> have one id")
+        if not sets:
+            raise InputError(f"{self.cables_path}: <cables> has no <cable_set>")
+        wanted = self.cable_set
+        if wanted is None:
+            default = "default_cable_set"
+            wanted = self.cables.attribute(default) if default in self.cables.attributes else next(iter(sets))
+        self.cables.skip("default_cable_set")
+        if wanted not in sets:
+            raise UnknownName("cable set", wanted, sets)
+        return sets[wanted]
+
+    def _line(self, cable: Element, centre: Point) -> dict[str, Any]:
+        if cable.tag != "cable_ideal":
+            raise InputError(f"{cable.place}: <{cable.tag[:60]}>: only a cable_ideal is read")
+        reference = cable.attribute("attachment_reference") if "attachment_reference" in cable.attributes else "joint"
+        if reference not in ("joint", "com"):
+            raise InputError(f"{cable.place}: attachment_reference = {shown(reference)}: must be joint or com")
+        ends = list(cable.one("attachments").all("attachment"))
+        if len(ends) != 2:
+            raise InputError(f"{cable.place}: {len(ends)} attachments; only cables with two are read")
+        places = {end.one("link").numbers(1)[0]: end.one("location").numbers(3) for end in ends}
+        if set(places) != {0.0, 1.0}:
+            raise InputError(f"{cable.place}: attachments must be one of link 0, the ground, and one of link 1")
+        limits = cable.one("properties")
+        low, high = (limits.one(key).numbers(1, least=0.0)[0] for key in ("force_min", "force_max"))
+        from_joint = places[1.0] if reference == "joint" else _sum(places[1.0], centre)
+        return {
+            "name": cable.attribute("name"),
+            "exit_point": places[0.0],
+            "platform_point": from_joint,
+            "sheave": {"kind": "eyelet"},
+            "tension_limits": (low, high),
+        }
+
+    def _add_cables(self, lines: list[dict[str, Any]]) -> None:
+        """Give each line a cable; the ideal ones of the file neither weigh nor stretch."""
+        for line in lines:
+            high = line["tension_limits"][1]
+            line["cable"] = assumed_cable(high, self.assumed) if self.cable is None else chosen_cable(self.cable)
+        if self.cable is not None:
+            self.assumed.add(f"cable: {self.cable}, as asked for")
+
+    def _platform(self, physical: Element, centre: Point, is_point: bool) -> dict[str, Any]:
+        mass = physical.one("mass").numbers(1, least=1e-9)[0]
+        end = physical.maybe("end_location")
+        nozzle = (0.0, 0.0, 0.0) if end is None else end.numbers(3)
+        if is_point:
+            if any(centre) or any(nozzle):
+                self.lost.add("physical com_location, end_location: a point platform has none")
+            return {"kind": "point", "mass": mass}
+        table = {"kind": "rigid", "mass": mass, "centre_of_mass": centre, "nozzle": nozzle}
+        tensor = physical.maybe("inertia")
+        return table if tensor is None else table | self._inertia(tensor, mass, centre)
+
+    def _inertia(self, tensor: Element, mass: float, centre: Point) -> dict[str, Any]:
+        """Return the tensor about the centre of mass; of one about the joint by the parallel-axis theorem."""
+        moments = [tensor.one(key).numbers(1)[0] for key in _MOMENTS]
+        products = [tensor.one(key).numbers(1)[0] for key in _PRODUCTS]
+        reference = tensor.attribute("ref") if "ref" in tensor.attributes else "com"
+        if reference not in ("com", "joint"):
+            raise InputError(f"{tensor.place}: ref = {shown(reference)}: must be com or joint")
+        if reference == "joint":
+            x, y, z = centre
+            moments = [
+                i - mass * d for i, d in zip(moments, (y * y + z * z, x * x + z * z, x * x + y * y), strict=True)
+            ]
+            products = [i + mass * d for i, d in zip(products, (x * y, x * z, y * z), strict=True)]
+        table: dict[str, Any] = {"inertia": tuple(moments)}
+        return table | ({"inertia_products": tuple(products)} if any(products) else {})
+
+    def _note_unread(self, chosen: Element) -> None:
+        others = sum(1 for each in self.cables.all("cable_set")) - 1
+        if others:
+            self.lost.add(f"{others} other cable sets of the file: --cable-set ID reads another")
+        for each in (*self.bodies.unread(), *chosen.unread("cables")):
+            if each not in _NOT_OF_A_ROBOT and each != "cables.cable_set.id":
+                self.lost.add(f"{each}: a robot file has no such key")
+
+
+def _sum(one: Point, other: Point) -> Point:
+    return tuple(a + b for a, b in zip(one, other, strict=True))

@@ -1,0 +1,81 @@
+"""The formats by name: which are read and which are written, and how a file is told to be of one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+from cablewright.errors import InputError, UnknownName
+from cablewright.exchange import caspr, klipper_config, maslow, rrf_config, wirex
+from cablewright.exchange.translation import Feature, ImportedRobot
+from cablewright.exchange.xml_input import read_xml
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """Choices of an import. ``cable``: one of the table of cables; ``cable_set``: of a CASPR model."""
+
+    cable: str | None = None
+    cable_set: str | None = None
+
+
+@dataclass(frozen=True)
+class ReadFormat:
+    """A format that is read: its title, the endings of its files, how many there are, and what is carried."""
+
+    title: str
+    endings: tuple[str, ...]
+    most_files: int
+    carried: tuple[Feature, ...]
+    read: Callable[[Sequence[Path], ImportOptions], ImportedRobot]
+
+
+READ: Final[Mapping[str, ReadFormat]] = MappingProxyType({
+    "wirex": ReadFormat(
+        "WireX", (".wcrfx",), 1, wirex.CARRIED, lambda paths, o: wirex.read_wirex(paths[0], o.cable)
+    ),
+    "caspr": ReadFormat(
+        "CASPR", (".xml",), 2, caspr.CARRIED, lambda paths, o: caspr.read_caspr(paths, o.cable_set, o.cable)
+    ),
+    "maslow": ReadFormat(
+        "Maslow", (".yaml", ".yml"), 1, maslow.CARRIED, lambda paths, o: maslow.read_maslow(paths[0], o.cable)
+    ),
+    "klipper": ReadFormat(
+        "Klipper", (".cfg",), 1, klipper_config.CARRIED,
+        lambda paths, o: klipper_config.read_klipper(paths[0], o.cable),
+    ),
+    "reprapfirmware": ReadFormat(
+        "RepRapFirmware", (".g",), 1, rrf_config.CARRIED, lambda paths, o: rrf_config.read_rrf(paths[0], o.cable)
+    ),
+})  # fmt: skip
+"""Formats of robots that are read, by name."""
+
+
+def read_robot(paths: Sequence[Path], name: str | None = None, options: ImportOptions | None = None) -> ImportedRobot:
+    """Return the robot of files of a format; *name*: of the format, default: by the ending of the first file.
+
+    Raises `InputError`: for a file of no known format, for several files where one is read, and as the format's reader.
+    """
+    chosen = _of_ending(paths[0]) if name is None else name
+    if chosen not in READ:
+        raise UnknownName("format", chosen, READ)
+    if len(paths) > READ[chosen].most_files:
+        raise InputError(f"{paths[1]}: a second file; {READ[chosen].title} has one")
+    wanted = options or ImportOptions()
+    if wanted.cable_set is not None and chosen != "caspr":
+        raise InputError(f"--cable-set = {wanted.cable_set!r}: only a CASPR model has sets of cables")
+    return READ[chosen].read(paths, wanted)
+
+
+def _of_ending(path: Path) -> str:
+    ending = path.suffix.lower()
+    if ending == ".xml":  # WireX's too, when someone renamed it
+        return "wirex" if read_xml(path, ("models", caspr.BODIES, caspr.CABLES)).tag == "models" else "caspr"
+    for name, each in READ.items():
+        if ending in each.endings:
+            return name
+    known = ", ".join(ending for each in READ.values() for ending in each.endings)
+    raise InputError(f"{path}: of no known ending ({known}); name its format with --format: {', '.join(READ)}")

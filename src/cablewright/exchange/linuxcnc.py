@@ -1,0 +1,77 @@
+"""A job as motion of winches for LinuxCNC: an INI's axes and joints, and a G-code file in winch coordinates.
+
+LinuxCNC has nine axes; X Y Z are the nozzle's place, virtual, and winches take A B C U V W. What is laid is an analog
+output that is set in time with the motion (M67), mm of strand per mm of way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from cablewright.errors import InputError, printable
+from cablewright.exchange.klipper_motion import rates_of
+from cablewright.exchange.motion_lines import extent_notes, motion_lines
+from cablewright.printing.job import Job
+from cablewright.robot import Robot
+from cablewright.studies.winch_path import WinchPath
+
+LETTERS: Final = "ABCUVW"
+BLENDING: Final = 0.01
+"""Distance, mm, within which LinuxCNC may round corners so that it does not stop at each point (G64 P)."""
+
+
+def letters_of(robot: Robot) -> str:
+    """Return a letter for each line. Raises `InputError` for too many."""
+    if robot.m > len(LETTERS):
+        raise InputError(
+            f"robot {robot.name!r} has {robot.m} lines; LinuxCNC has nine axes, of which X Y Z leave {len(LETTERS)}"
+        )
+    return LETTERS[: robot.m]
+
+
+def linuxcnc_ini(robot: Robot, job: Job, path: WinchPath) -> str:
+    """Return the sections of an INI file for kinematics, axes and joints; HAL pins are the machine's own."""
+    letters = letters_of(robot)
+    speed = 1e3 * max(job.motion.print_speed, job.motion.travel_speed)
+    acceleration = 1e3 * job.motion.acceleration
+    rates = np.abs(rates_of(path)).max(axis=0)
+    axes = "XYZ" + letters
+    text = f"[KINS]\nKINEMATICS = trivkins coordinates={axes} kinstype=BOTH\nJOINTS = {len(axes)}\n\n"
+    text += f"[TRAJ]\nCOORDINATES = {axes}\nLINEAR_UNITS = mm\nANGULAR_UNITS = degree\n"
+    text += f"MAX_LINEAR_VELOCITY = {speed:g}\nMAX_LINEAR_ACCELERATION = {acceleration:g}\n"
+    low, high = 1e3 * path.samples.positions.min(axis=0), 1e3 * path.samples.positions.max(axis=0)
+    ends = np.degrees(path.turns)
+    lows, highs = [*low, *ends.min(axis=0)], [*high, *ends.max(axis=0)]
+    for k, letter in enumerate(axes):
+        rate = 1.0 if k < 3 else float(rates[k - 3])
+        kind = "ANGULAR" if letter in "ABC" else "LINEAR"
+        body = (
+            f"MIN_LIMIT = {lows[k] - 1.0:.3f}\nMAX_LIMIT = {highs[k] + 1.0:.3f}\n"
+            f"MAX_VELOCITY = {1.1 * rate * speed:.4f}\nMAX_ACCELERATION = {2.0 * rate * acceleration:.4f}\n"
+        )
+        what = "nozzle, virtual" if k < 3 else f"line {robot.lines[k - 3].name!r}, degrees of the drum"
+        text += f"\n# {what}\n[AXIS_{letter}]\n{body}\n[JOINT_{k}]\nTYPE = {kind}\nHOME_SEQUENCE = 0\n{body}"
+    return text
+
+
+def linuxcnc_job(robot: Robot, job: Job, path: WinchPath) -> str:
+    """Return the G-code of a job."""
+    letters = letters_of(robot)
+    x, y, z = (f"{1e3 * each:.4f}" for each in path.samples.positions[0])
+    text = f"; {printable(job.name)} on {printable(robot.name)}, for LinuxCNC\n{extent_notes(path, letters, robot)}"
+    zero = " ".join(f"{letter}0" for letter in letters)
+    text += f"G21 G90 G94 G64 P{BLENDING:g}\nG10 L20 P1 X{x} Y{y} Z{z} {zero}\nM67 E0 Q0\n"
+    return f"{text}{''.join(_with_output(path, letters))}M67 E0 Q0\nM2\n"
+
+
+def _with_output(path: WinchPath, letters: str) -> Iterator[str]:
+    """Yield the lines of motion, and the output where laying begins and ends."""
+    laying = False
+    for line in motion_lines(path, letters, extruder=False):
+        if line.startswith(("G0 ", "G1 ")) and line.startswith("G1 ") != laying:
+            laying = not laying
+            yield f"M67 E0 Q{int(laying)}\n"
+        yield line.replace("G0 ", "G1 ", 1) if line.startswith("G0 ") else line  # a rapid has no feed

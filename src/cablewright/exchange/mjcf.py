@@ -1,0 +1,157 @@
+"""MuJoCo models (MJCF) of a robot at a pose: written. Cables are spatial tendons that neither stretch nor weigh.
+
+Each cable runs from its winch over a sheave that swivels to the platform, and cannot get longer than it is at the pose:
+`forward` in another physics engine. A motor pulls at each for those who control tensions instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.errors import AnswerError, InputError, printable
+from cablewright.exchange.losses import keys_given, lost_keys
+from cablewright.exchange.mjcf_lines import Mounting, mounting, platform_end, require_in_plane
+from cablewright.exchange.translation import ExportedFile, Notes
+from cablewright.models.fidelity import CableLaw
+from cablewright.models.plane import basis
+from cablewright.models.rotation import placed
+from cablewright.models.statics import Equilibrium
+from cablewright.robot import Box, Line, RigidPlatform, Robot
+
+TIMESTEP: Final = 1e-3  # s
+_FIRM = 'solreflimit="0.002 1" solimplimit="0.9999 0.99999 0.001 0.5 2"'  # gives less than 1e-7 m under a load
+_CARRIED: Final = (
+    "name description platform.mass platform.centre_of_mass platform.inertia platform.inertia_products platform.plane "
+    "platform.boxes platform.nozzle scene.gravity scene.beams lines.name lines.exit_point lines.winch_exit "
+    "lines.guides lines.dead_length lines.advantage lines.platform_point lines.platform_sheave lines.sheave.kind "
+    "lines.sheave.radius lines.sheave.wrap lines.sheave.axis lines.sheave.lever lines.sheave.lever_weight "
+    "lines.sheave.lever_mass_centre lines.tension_limits"
+)
+
+
+def mjcf(at: Equilibrium) -> ExportedFile:
+    """Return the MuJoCo model of the robot of a single equilibrium with rigid cables, at its pose.
+
+    Raises `InputError` for an equilibrium of other cables, `AnswerError` for a pose that has no lengths.
+    """
+    robot, notes = at.model.robot, Notes()
+    if at.model.fidelity.cable is not CableLaw.RIGID or at.model.fidelity.sheave is not None:
+        raise InputError("mjcf: tendons do not stretch: solve with cable = rigid, and the sheaves as built")
+    require_in_plane(robot)
+    if not np.isfinite(at.lengths).all():
+        raise AnswerError(f"no lengths at this pose: {at.sentence()}", at.status)
+    if any(line.cables > 1 for line in robot.lines):
+        notes.add("lines.cables: one tendon pulls for all cables side by side")
+    for sentence in lost_keys(keys_given(robot), f"{_CARRIED} lines.cables"):
+        notes.add(sentence)
+    if isinstance(robot.platform, RigidPlatform) and robot.platform.inertia is None:
+        notes.add("platform.inertia: not known; that of a ball of the platform's mass and 0.3 m radius is written")
+    points = placed(at.pose, [line.platform_point for line in robot.lines])
+    levers = at.line_states.lever_angle
+    mounts = [mounting(line, points[i], float(levers[i]), robot.scene.gravity) for i, line in enumerate(robot.lines)]
+    text = _document(robot, at, mounts, notes)
+    return ExportedFile(text, notes.all)
+
+
+def _document(robot: Robot, at: Equilibrium, mounts: Sequence[Mounting], notes: Notes) -> str:
+    ends = [platform_end(line, at.pose) for line in robot.lines]
+    bodies = "".join(m.body for m in mounts)
+    tendons = zip(robot.lines, at.lengths, mounts, ends, strict=True)
+    comments = "".join(f"  <!-- lost: {printable(each).replace('--', '- -')} -->\n" for each in notes.all)
+    return (
+        f"<mujoco model={quoteattr(printable(robot.name))}>\n{comments}"
+        '  <compiler angle="radian" autolimits="true"/>\n'
+        f'  <option timestep="{TIMESTEP!r}" gravity="0 0 {-robot.scene.gravity!r}" integrator="implicitfast"/>\n'
+        f"  <worldbody>\n{_platform(robot, at.pose, ends)}{bodies}{_beams(robot)}  </worldbody>\n"
+        f"  <tendon>\n{''.join(_tendon(line, float(length), m, e) for line, length, m, e in tendons)}  </tendon>\n"
+        f"  <equality>\n{''.join(part.equality for part in (*ends, *mounts))}  </equality>\n"
+        f"  <actuator>\n{''.join(_motor(line) for line in robot.lines)}  </actuator>\n</mujoco>\n"
+    )
+
+
+def _platform(robot: Robot, pose: Array, ends: Sequence[Mounting]) -> str:
+    platform = robot.platform
+    centre, tensor = (0.0, 0.0, 0.0), [0.4 * 0.09 * platform.mass] * 3 + [0.0] * 3
+    nozzle = centre
+    if isinstance(platform, RigidPlatform):
+        centre, nozzle = platform.centre_of_mass, platform.nozzle
+        if platform.inertia is not None:
+            tensor = [*platform.inertia, *platform.inertia_products]
+    at = f'pos="{_numbers(pose[:3])}" quat="{_numbers(_quaternion(pose))}"'
+    inertial = f'mass="{platform.mass!r}" pos="{_numbers(centre)}" fullinertia="{_numbers(tensor)}"'
+    return (
+        f'    <body name="platform" {at}>\n{_joints(robot, pose)}      <inertial {inertial}/>\n'
+        f'      <site name="nozzle" pos="{_numbers(nozzle)}"/>\n'
+        f"{''.join(end.body for end in ends)}{''.join(map(_box, platform.boxes))}    </body>\n"
+    )
+
+
+def _joints(robot: Robot, pose: Array) -> str:
+    """Return the platform's freedoms, whose coordinates are those of the pose; a plane takes some."""
+    plane = robot.platform.plane
+    if plane is None and robot.n == 6:
+        return "      <freejoint/>\n"
+    axes = np.eye(3) if plane is None else basis(plane, 3).T
+    joints = "".join(_joint("slide", axis, float(axis @ pose[:3])) for axis in axes)
+    if robot.n == 3:
+        return joints
+    assert plane is not None
+    across = np.array(plane.across)
+    return joints + _joint("hinge", across, float(across @ pose[3:]))
+
+
+def _joint(kind: str, axis: Array, value: float) -> str:
+    return f'      <joint type="{kind}" axis="{_numbers(axis)}" ref="{value!r}"/>\n'
+
+
+def _quaternion(pose: Array) -> list[float]:
+    """Return the rotation of a pose (n,) as a quaternion, the scalar first."""
+    vector = np.zeros(3) if len(pose) == 3 else pose[3:]
+    angle = float(np.linalg.norm(vector))
+    axis = vector / angle if angle else vector
+    return [math.cos(0.5 * angle), *map(float, math.sin(0.5 * angle) * axis)]
+
+
+def _tendon(line: Line, length: float, begin: Mounting, end: Mounting) -> str:
+    """Return the tendon with its max length: that of the line, without a constant that no span has."""
+    back = f"<site site={_name('exit', line)}/>"  # to and fro: an advantage goes with eyelets alone
+    spans = [begin.path, end.path, *(back if k % 2 else end.path for k in range(1, line.advantage))]
+    longest = length - line.dead_length + begin.added
+    return (
+        f'    <spatial name={quoteattr(printable(line.name))} range="0 {longest!r}" {_FIRM}>\n'
+        f"      {''.join(spans)}\n    </spatial>\n"
+    )
+
+
+def _motor(line: Line) -> str:
+    high = line.tension_limits[1] * line.cables
+    name = quoteattr(printable(line.name))
+    return f'    <motor name={name} tendon={name} gear="-1" ctrlrange="0 {high!r}"/>\n'
+
+
+def _box(box: Box) -> str:
+    low, high = np.array(box.lowest), np.array(box.highest)
+    sizes = f'pos="{_numbers(0.5 * (low + high))}" size="{_numbers(0.5 * (high - low))}"'
+    return f'      <geom type="box" {sizes} contype="0" conaffinity="0" mass="0"/>\n'
+
+
+def _beams(robot: Robot) -> str:
+    return "".join(
+        f'    <geom type="capsule" fromto="{_numbers((*beam.start, *beam.end))}" size="{beam.radius!r}" '
+        'contype="0" conaffinity="0" mass="0"/>\n'
+        for beam in robot.scene.beams
+    )
+
+
+def _name(what: str, line: Line) -> str:
+    return quoteattr(f"{what} {printable(line.name)}")
+
+
+def _numbers(values: Sequence[float] | Array) -> str:
+    return " ".join(repr(float(value)) for value in values)

@@ -1,0 +1,182 @@
+"""Ends of a line in a MuJoCo model: what it runs over on the frame and on the platform, turned as at a pose.
+
+MuJoCo's wheels have no groove: a cable that runs aslant slides off to the shorter way, so that a wheel that is free to
+swivel turns away from its cable. Here a follower, two slides without weight from the wheel's axis to where the cable
+goes, keeps the wheel in the cable's plane. It takes no force there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.errors import InputError, printable
+from cablewright.models.rotation import placed
+from cablewright.robot import Eyelet, Line, Pulley, Robot, Swivel, UniversalJoint
+from cablewright.robot.direction import unit_vector
+
+FEED: Final = 1.0
+"""Length of the tendon on the axis of a sheave whose winch is not known, m."""
+
+_SWIVEL: Final = '<joint type="hinge" axis="0 0 1" damping="0.1"/>'
+_LIGHT: Final = '<inertial pos="0 0 0" mass="0.01" diaginertia="0.001 0.001 0.001"/>'
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """Text of a body, of the part of the tendon there, and of the equality that keeps it in its plane.
+
+    ``added``: length of the tendon that the line does not have, m. Joints are 0 at the pose.
+    """
+
+    body: str
+    path: str
+    equality: str = ""
+    added: float = 0.0
+
+
+def require_in_plane(robot: Robot) -> None:
+    """Raise `InputError` for sheaves whose plane does not go through one point: no follower keeps them in it."""
+    for line in robot.lines:
+        why = ""
+        if isinstance(line.sheave, Pulley) or line.is_aside:
+            why = line.out_of_plane_by
+        elif line.platform_sheave is not None and not isinstance(line.sheave, Eyelet):
+            why = f"a sheave on the platform and a {line.sheave.kind} on the frame"
+        if why:
+            raise InputError(f"line {line.name!r} has {why}, which the MuJoCo model does not cover")
+
+
+def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
+    """Return what a line runs over on the frame when it ends at *end* (3,), m, world.
+
+    *lever*: angle of its lever, rad; *gravity*: m/s^2, which makes a weight of the lever's mass.
+    """
+    begin, path = _guides(line)
+    if isinstance(line.sheave, Eyelet):
+        body = begin + _site("exit", line, line.exit_point)
+        return Mounting(body, path + _via("exit", line))
+    assert isinstance(line.sheave, Swivel | UniversalJoint)  # a pulley is refused by `require_in_plane`
+    return _turning(line, line.sheave, end, lever, gravity or 9.81, begin, path)
+
+
+def platform_end(line: Line, pose: Array) -> Mounting:
+    """Return the platform's end of a line at a *pose*: a site, or a sheave that swivels and its anchor."""
+    sheave = line.platform_sheave
+    if sheave is None:
+        return Mounting(_site("end", line, line.platform_point, 6), _via("end", line))
+    point = np.array(line.platform_point)
+    at, *units = placed(pose, [point, *(point + unit for unit in np.eye(3))])
+    away = (np.array(units) - at) @ (np.array(line.exit_point) - at)  # in the platform's frame
+    x, y, reach, height = _towards(unit_vector(sheave.axis), away)
+    anchor = point - FEED * np.array(unit_vector(sheave.axis))
+    wheel = _wheel("end wheel", line, sheave.radius, (sheave.radius, 0.0, 0.0), (-1.0, 1.0))
+    body = (
+        _site("end", line, anchor, 6)
+        + f'      <body pos="{_numbers(line.platform_point)}" xyaxes="{_numbers((*x, *y))}">'
+        + f"{_SWIVEL}{_LIGHT}{wheel}{_follower('end follower', line, reach, height)}</body>\n"
+    )
+    follow = _follow("end follower", "exit", line)
+    return Mounting(body, _over("end wheel", line) + _via("end", line), follow, FEED)
+
+
+def _turning(
+    line: Line, sheave: Swivel | UniversalJoint, end: Array, lever: float, gravity: float, begin: str, path: str
+) -> Mounting:
+    """Return a sheave that turns about its axis, on a lever or not."""
+    side = 1.0 if sheave.wrap == "over" else -1.0
+    axis = unit_vector(sheave.axis) if isinstance(sheave, Swivel) else (0.0, 0.0, 1.0)
+    A = np.array(line.exit_point)
+    x, y, reach, height = _towards(axis, end - A)
+    added = 0.0
+    if line.winch_exit is None:
+        begin, added = _site("winch", line, A - side * FEED * np.array(axis)), FEED
+        path = _via("winch", line)
+    if isinstance(sheave, UniversalJoint):
+        mass = f'pos="{sheave.lever_mass_centre!r} 0 0" mass="{sheave.lever_weight / gravity + 1e-6!r}"'
+        # at rest the lever points away from its cable, so the cable touches on the side of the joint
+        wheel = _wheel("wheel", line, sheave.radius, (sheave.lever, 0.0, 0.0), (-1.0, 0.0))
+        joint = f'<joint type="hinge" axis="0 -1 0" ref="{lever!r}" damping="0.1"/>'
+        inner = f'{joint}<inertial {mass} diaginertia="0.001 0.001 0.001"/>{wheel}'
+        axes = _numbers((math.cos(lever), 0.0, math.sin(lever), 0.0, 1.0, 0.0))
+        parts = f'{_LIGHT}<body xyaxes="{axes}">{inner}</body>'
+    else:
+        parts = _LIGHT + _wheel("wheel", line, sheave.radius, (sheave.radius, 0.0, 0.0), (-1.0, side))
+    parts += _follower("follower", line, reach, height)
+    body = f'    <body pos="{_numbers(A)}" xyaxes="{_numbers((*x, *y))}">{_SWIVEL}{parts}</body>\n'
+    follow = _follow("follower", "end", line)
+    return Mounting(begin + body, path + _over("wheel", line), follow, added)
+
+
+def _guides(line: Line) -> tuple[str, str]:
+    """Return the sites of winch exit and guides, and the path through them."""
+    if line.winch_exit is None:
+        return "", ""
+    names = ["winch", *(f"guide {k + 1} of" for k in range(len(line.guides)))]
+    sites = zip(names, (line.winch_exit, *line.guides), strict=True)
+    return "".join(_site(name, line, at) for name, at in sites), "".join(_via(name, line) for name in names)
+
+
+def _follower(what: str, line: Line, reach: float, height: float) -> str:
+    """Return two slides in the plane y = 0 of a wheel, with a site at their end, at x = *reach* and z = *height*, m."""
+    inertial = '<inertial pos="0 0 0" mass="1e-4" diaginertia="1e-6 1e-6 1e-6"/>'
+    slides = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>'
+    at = _numbers((reach, 0.0, height))
+    return f'<body gravcomp="1" pos="{at}">{slides}{inertial}<site name={_name(what, line)}/></body>'
+
+
+def _follow(what: str, end: str, line: Line) -> str:
+    firm = 'solref="0.002 1" solimp="0.9999 0.99999 0.001 0.5 2"'
+    return f"    <connect site1={_name(what, line)} site2={_name(end, line)} {firm}/>\n"
+
+
+def _wheel(what: str, line: Line, radius: float, centre: Sequence[float], side: tuple[float, float]) -> str:
+    """Return a wheel in the plane y = 0, and a site to that *side* (x, z) of it, on which the cable passes."""
+    beside = (centre[0] + 1.5 * side[0] * radius, 0.0, 1.5 * side[1] * radius)
+    return (
+        f'<geom name={_name(what, line)} type="cylinder" pos="{_numbers(centre)}" zaxis="0 1 0" '
+        f'size="{radius!r} {0.1 * radius!r}" contype="0" conaffinity="0" mass="0"/>'
+        f'<site name={_name(f"{what} side", line)} pos="{_numbers(beside)}"/>'
+    )
+
+
+def _towards(axis: Sequence[float], away: Array) -> tuple[Array, Array, float, float]:
+    """Return axes x and y (3,) of a swivel about *axis* that faces a point *away* (3,), and where that is in x and z.
+
+    A point on the axis is faced anywhere.
+    """
+    z = np.array(axis)
+    height = float(away @ z)
+    level = away - height * z
+    reach = float(np.linalg.norm(level))
+    if reach < 1e-9:
+        level = np.eye(3)[int(np.abs(z).argmin())]
+        level = level - (level @ z) * z
+    x = level / np.linalg.norm(level)
+    return x, np.cross(z, x), reach, height
+
+
+def _site(what: str, line: Line, at: Sequence[float] | Array, indent: int = 4) -> str:
+    return f'{" " * indent}<site name={_name(what, line)} pos="{_numbers(at)}"/>\n'
+
+
+def _via(what: str, line: Line) -> str:
+    return f"<site site={_name(what, line)}/>"
+
+
+def _over(what: str, line: Line) -> str:
+    return f"<geom geom={_name(what, line)} sidesite={_name(f'{what} side', line)}/>"
+
+
+def _name(what: str, line: Line) -> str:
+    return quoteattr(f"{what} {printable(line.name)}")
+
+
+def _numbers(values: Sequence[float] | Array) -> str:
+    return " ".join(repr(float(value)) for value in values)

@@ -1,0 +1,43 @@
+"""Lines of G-code that move a virtual X Y Z, mm, and the winches, degrees of their drums, together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from cablewright.errors import printable
+from cablewright.robot import Robot
+from cablewright.studies.winch_path import WinchPath
+
+
+def extent_notes(path: WinchPath, letters: Sequence[str], robot: Robot, mark: str = "; ") -> str:
+    """Return comments that say what the file is: points, error, and which letter is which line."""
+    text = f"{mark}{len(path.samples)} points; lengths between them are good to {1e6 * path.error:.3g} um\n"
+    text += f"{mark}X Y Z: the nozzle, mm; winches: degrees of the drum, positive pays out; E: mm of strand laid\n"
+    for letter, line, length in zip(letters, robot.lines, path.lengths[0], strict=True):
+        text += f"{mark}{letter} is line {printable(line.name)}, {length:.6f} m long at the first point\n"
+    return text
+
+
+def motion_lines(path: WinchPath, letters: Sequence[str], *, extruder: bool, mark: str = "; ") -> Iterator[str]:
+    """Yield the lines of G-code to each point but the first, with the line of the job's file that each is of."""
+    samples, angles = path.samples, np.degrees(path.turns)
+    millimetres, laid = 1e3 * samples.positions, 1e3 * path.laid
+    layer, feed = -1, 0.0
+    for k in range(1, len(samples)):
+        if samples.layer[k] != layer:
+            layer = int(samples.layer[k])
+            yield f"{mark}LAYER:{layer}\n"
+        x, y, z = millimetres[k]
+        words = [f"X{x:.4f} Y{y:.4f} Z{z:.4f}"]
+        words += [f"{letter}{angle:.5f}" for letter, angle in zip(letters, angles[k], strict=True)]
+        if extruder and samples.extruding[k]:
+            words.append(f"E{laid[k]:.4f}")
+        speed = 6e4 * float(samples.speed_limit[k])
+        if speed != feed:
+            words.append(f"F{speed:.3f}")
+            feed = speed
+        yield f"{'G1' if samples.extruding[k] else 'G0'} {' '.join(words)} {mark}line {samples.line[k]}\n"
+        if samples.dwell[k] > 0.0:
+            yield f"G4 P{1e3 * samples.dwell[k]:.0f}\n" if extruder else f"G4 P{samples.dwell[k]:.3f}\n"

@@ -1,0 +1,223 @@
+"""Configuration of RepRapFirmware's Hangprinter kinematics (M669 K6, M666): read, and written. Lengths are mm.
+
+RepRapFirmware 3.6 has up to five anchors, and a point that prints on straight lines from there. It knows advantage,
+cables side by side, one rate of build-up, and how a line stretches.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from cablewright.csv_input import text_lines
+from cablewright.errors import InputError
+from cablewright.exchange.anchors import anchored_robot, require_anchors
+from cablewright.exchange.losses import keys_given, lost_keys
+from cablewright.exchange.millimetres import from_mm, to_mm
+from cablewright.exchange.translation import ExportedFile, Feature, ImportedRobot, Notes
+from cablewright.exchange.xml_input import finite
+from cablewright.machine.settings import MachineSettings
+from cablewright.models.coil import TURN
+from cablewright.models.drum import Drum
+from cablewright.robot import Robot
+
+MAX_BYTES: Final = 1 << 20
+LETTERS: Final = "ABCDIJKLO"
+MOST: Final = 5
+"""Anchors of RepRapFirmware 3.6; of more it writes past its arrays."""
+
+CARRIED: Final = (
+    Feature("M669 A B C D I", "lines.exit_point", "eyelets of a point platform"),
+    Feature("M666 R", "lines.winch.drum_radius", "of the cable as it leaves the drum at the origin"),
+    Feature("M666 U, O", "lines.advantage, cables"),
+    Feature("M666 I, X", "lines.tension_limits", "of all spans there, of one here"),
+    Feature("M666 S", "lines.cable.axial_stiffness"),
+    Feature("M666 W", "platform.mass"),
+)
+
+_WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
+_DEFAULT_ADVANTAGE = 2  # of RepRapFirmware where no U is given
+_Words = dict[str, tuple[str, str]]
+
+
+def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
+    """Return the robot of a ``config.g`` of a Hangprinter. Raises `InputError`."""
+    geometry, machine = _commands(path)
+    if geometry.get("K", ("", ""))[0] != "6":
+        raise InputError(f"{path}: no M669 K6: only the Hangprinter kinematics has anchors")
+    lost, assumed = Notes(), Notes()
+    count = int(_number(geometry, "N", 4.0))
+    if not 3 <= count <= MOST:
+        raise InputError(f"{geometry['N'][1]}: N = {count}: must be 3 to {MOST} anchors")
+    names = LETTERS[:count]
+    lines = _lines(path, geometry, machine, names, assumed)
+    mass = _number(machine, "W", 0.0) or None
+    robot = anchored_robot(path, lines, cable, assumed, mass)
+    if cable is None and "S" in machine:
+        robot = _with_stiffness(robot, _number(machine, "S", 0.0), machine["S"][1], assumed)
+    used = {*"KN", *names}
+    for words, code, known in ((geometry, "M669", used), (machine, "M666", set("RUOIXSW"))):
+        for letter in words:
+            if letter not in known:
+                lost.add(f"{code} {letter}: {_WHY.get((code, letter), 'a robot file has no such key')}")
+    return ImportedRobot(robot, "RepRapFirmware's Hangprinter", lost.all, assumed.all)
+
+
+_WHY: Final = {
+    ("M666", "Q"): "build-up belongs to a machine file: pitch times the cable's diameter over pi times the width",
+    ("M666", "Y"): "guy wires stretch there; here they are no part of a line",
+}
+
+
+def _lines(path: Path, geometry: _Words, machine: _Words, names: str, assumed: Notes) -> dict[str, dict[str, Any]]:
+    count = len(names)
+    exits = {name: _anchor(path, geometry, name, k == count - 1) for k, name in enumerate(names)}
+    radii = _list(machine, "R", count, from_mm)
+    spans = _list(machine, "U", count, _whole) or [_DEFAULT_ADVANTAGE] * count
+    if "U" not in machine:
+        assumed.add(f"lines.advantage: {_DEFAULT_ADVANTAGE}, what RepRapFirmware takes without M666 U")
+    cables = _list(machine, "O", count, _whole) or [1] * count
+    low, high = _list(machine, "I", count, finite), _list(machine, "X", count, finite)
+    lines: dict[str, dict[str, Any]] = {}
+    for k, (name, at) in enumerate(exits.items()):
+        line: dict[str, Any] = {"exit_point": at, "advantage": spans[k], "cables": cables[k]}
+        if radii:
+            line["winch"] = {"drum_radius": radii[k]}
+        if high:
+            line["tension_limits"] = ((low[k] if low else 0.0) / spans[k], high[k] / spans[k])
+        lines[name] = line
+    return lines
+
+
+def _anchor(path: Path, words: _Words, name: str, last: bool) -> tuple[float, ...]:
+    """Return an anchor, m. The last may be its height alone, as before RepRapFirmware 3.5."""
+    if name not in words:
+        raise InputError(f"{path}: M669 has no {name}, an anchor as X:Y:Z in mm")
+    text, place = words[name]
+    parts = text.split(":")
+    if len(parts) not in ((1, 3) if last else (3,)):
+        raise InputError(f"{place}: {name} = {text[:60]!r}: must be X:Y:Z in mm")
+    numbers = [from_mm(part, f"{place}: {name}") for part in parts]
+    return (0.0, 0.0, numbers[0]) if len(numbers) == 1 else tuple(numbers)
+
+
+def _with_stiffness(robot: Robot, stiffness: float, place: str, assumed: Notes) -> Robot:
+    if stiffness <= 0.0:
+        raise InputError(f"{place}: S = {stiffness:g}: the stiffness of a metre of line must be over 0 N")
+    assumed.add("cable: but for axial_stiffness")
+    lines = tuple(
+        line.model_copy(update={"cable": line.cable.model_copy(update={"axial_stiffness": stiffness})})
+        for line in robot.lines
+    )
+    return robot.model_copy(update={"lines": lines})
+
+
+def rrf_config(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None, full_steps: int) -> ExportedFile:
+    """Return the lines of a ``config.g``. *full_steps*: of a motor's turn. Raises `InputError`."""
+    require_anchors(robot, "RepRapFirmware's Hangprinter", MOST)
+    carried = (
+        "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
+        "platform.mass lines.tension_limits lines.cable"
+    )
+    notes = Notes()
+    for sentence in lost_keys(keys_given(robot), carried):
+        notes.add(sentence)
+    notes.add("lines.cable: weight and sag; of all lines the least stiffness is written")
+    names, lines = LETTERS[: robot.m], robot.lines
+    anchors = " ".join(f"{n}{':'.join(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
+    origin = [math.dist((0.0, 0.0, 0.0), line.exit_point) * line.advantage for line in lines]
+    radii = [drum.per_turn(length) / TURN for drum, length in zip(drums, origin, strict=True)]
+    teeth, assumed = _teeth(machine)
+    stiffness = min(line.cable.stiffness for line in lines)
+    text = "".join(f"; lost: {each}\n" for each in notes.all) + "".join(f"; assumed: {each}\n" for each in assumed)
+    text += "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
+    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{to_mm(_reach(robot))}\n"
+    text += f"M666 Q{_build_up(robot, machine)!r} R{':'.join(map(to_mm, radii))}\n"
+    text += f"M666 U{_joined(line.advantage for line in lines)} O{_joined(line.cables for line in lines)}\n"
+    text += (
+        f"M666 L{_joined([teeth[0]] * robot.m)} H{_joined([teeth[1]] * robot.m)} J{_joined([full_steps] * robot.m)}\n"
+    )
+    text += f"M666 W{robot.platform.mass!r} S{stiffness!r}\n"
+    lows, highs = ((line.tension_limits[k] * line.advantage for line in lines) for k in (0, 1))
+    text += f"M666 I{_joined(lows)} X{_joined(highs)}\n"
+    return ExportedFile(text, notes.all, assumed)
+
+
+def _build_up(robot: Robot, machine: MachineSettings | None) -> float:
+    """Return by how much the square of the radius grows per length of wound cable, mm."""
+    if machine is None:
+        return 0.0
+    diameters = {line.cable.diameter for line in robot.lines}
+    if len(diameters) > 1:
+        raise InputError(f"robot {robot.name!r}: its lines have different diameters; M666 has one build-up, Q")
+    diameter = diameters.pop()
+    assert diameter is not None  # a coil needs it
+    return 1e3 * machine.winch.pitch * diameter / (math.pi * machine.winch.width)
+
+
+def _teeth(machine: MachineSettings | None) -> tuple[tuple[int, int], tuple[str, ...]]:
+    """Return the teeth of motor and spool for the machine's ratio."""
+    if machine is None:
+        return (1, 1), ("motors turn the spools without a gear: no machine file says otherwise",)
+    ratio = machine.winch.ratio
+    for motor in range(1, 1001):
+        if abs(motor * ratio - round(motor * ratio)) < 1e-9 * ratio:
+            return (motor, round(motor * ratio)), ()
+    return (1000, round(1000 * ratio)), (f"gear ratio {ratio:g} as teeth 1000 to {round(1000 * ratio)}",)
+
+
+def _reach(robot: Robot) -> float:
+    """Return the radius of the frame's box about the origin, m."""
+    return max(math.hypot(x, y) for x in _ends(robot, 0) for y in _ends(robot, 1))
+
+
+def _ends(robot: Robot, axis: int) -> tuple[float, float]:
+    return robot.scene.frame_min[axis], robot.scene.frame_max[axis]
+
+
+def _joined(values: Any) -> str:
+    return ":".join(repr(value) for value in values)
+
+
+def _commands(path: Path) -> tuple[_Words, _Words]:
+    """Return the words of all M669 and of all M666, with their places; later ones replace earlier ones, as there."""
+    found: dict[str, _Words] = {"M669": {}, "M666": {}}
+    for number, text in text_lines(path, MAX_BYTES, "config.g"):
+        code, _, rest = text.split(";", 1)[0].strip().partition(" ")
+        if code.upper() not in found:
+            continue
+        place = f"{path}, line {number}"
+        words = _WORD.findall(rest)
+        if "".join(letter + value for letter, value in words) != "".join(rest.split()):
+            raise InputError(f"{place}: {text[:60]!r}: must be letters, each with its numbers")
+        for letter, value in words:
+            found[code.upper()][letter.upper()] = value, place
+    return found["M669"], found["M666"]
+
+
+def _number(words: _Words, letter: str, default: float) -> float:
+    if letter not in words:
+        return default
+    text, place = words[letter]
+    return finite(text, f"{place}: {letter}")
+
+
+def _list(words: _Words, letter: str, count: int, read: Callable[[str, str], Any]) -> list[Any]:
+    """Return one value for each anchor; an empty list without the letter. Raises `InputError` for too few."""
+    if letter not in words:
+        return []
+    text, place = words[letter]
+    parts = text.split(":")
+    if len(parts) < count:
+        raise InputError(f"{place}: {letter} = {text[:60]!r}: has {len(parts)} values; there are {count} anchors")
+    return [read(part, f"{place}: {letter}") for part in parts[:count]]
+
+
+def _whole(text: str, place: str) -> int:
+    number = finite(text, place)
+    if number != int(number) or number < 1:
+        raise InputError(f"{place} = {text[:60]!r}: must be a whole number, 1 or more")
+    return int(number)

@@ -1,0 +1,55 @@
+"""What a translation between formats is: its text, and what is carried, lost and assumed on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cablewright.robot import Robot
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One feature of a format. ``theirs``: its place in the other format; ``ours``: in a robot file; ``note``: how."""
+
+    theirs: str
+    ours: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class ImportedRobot:
+    """A robot read from another program's file.
+
+    ``lost``: sentences, each a part of the file that the robot does not have; ``assumed``: numbers of the robot that
+    the file does not have.
+    """
+
+    robot: Robot
+    format: str
+    lost: tuple[str, ...]
+    assumed: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ExportedFile:
+    """The text of another program's file. ``lost``: sentences, each a part of the robot that the text does not have."""
+
+    text: str
+    lost: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
+
+
+class Notes:
+    """Sentences in the order of their first mention, each once."""
+
+    def __init__(self) -> None:
+        self._sentences: dict[str, None] = {}
+
+    def add(self, sentence: str) -> None:
+        """Note a sentence."""
+        self._sentences[sentence] = None
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """The sentences."""
+        return tuple(self._sentences)

@@ -1,0 +1,194 @@
+"""XML that a stranger wrote: limited in size, depth and number of elements, and without entities.
+
+A document type with element and attribute declarations is read over, as CASPR's files have one. What could make a small
+file large, or have it read another, is refused: entities, default values of attributes, external document types.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+from xml.parsers import expat
+
+from cablewright.errors import InputError, suggestion
+from cablewright.toml_input import read_bytes
+from cablewright.validation import shown
+
+MAX_BYTES: Final = 4 << 20
+MAX_DEPTH: Final = 32
+MAX_ELEMENTS: Final = 20_000
+
+TEXT: Final = "#text"
+"""Key of an element's text among what was read of it."""
+
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", re.ASCII)
+
+
+@dataclass
+class Element:
+    """An element: its tag, attributes, own text and children. ``place``: file and line, for messages.
+
+    It remembers which of its attributes were read, and whether its text was, so that `unread` can tell what is lost.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    place: str
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+    read: set[str] = field(default_factory=set)
+
+    def all(self, tag: str) -> Iterator[Element]:
+        """Yield the children of that tag."""
+        return (child for child in self.children if child.tag == tag)
+
+    def one(self, tag: str) -> Element:
+        """Return the only child of that tag. Raises `InputError` for none and for several."""
+        found = self.maybe(tag)
+        if found is None:
+            raise InputError(f"{self.place}: <{self.tag}> has no <{tag}>")
+        return found
+
+    def maybe(self, tag: str) -> Element | None:
+        """Return the only child of that tag, or None. Raises `InputError` for several."""
+        found = list(self.all(tag))
+        if len(found) > 1:
+            raise InputError(f"{found[1].place}: a second <{tag}> in <{self.tag}>; one is allowed")
+        return found[0] if found else None
+
+    def attribute(self, name: str) -> str:
+        """Return an attribute. Raises `InputError` where it is missing."""
+        if name not in self.attributes:
+            near = suggestion(name, self.attributes) if self.attributes else "it has none"
+            raise InputError(f"{self.place}: <{self.tag}> has no attribute {name!r}; {near}")
+        self.read.add(name)
+        return self.attributes[name]
+
+    def number(self, name: str, default: float | None = None, *, least: float = -math.inf) -> float:
+        """Return the finite number in an attribute, or *default* where it is missing.
+
+        Raises `InputError`, for a number below *least* too.
+        """
+        if default is not None and name not in self.attributes:
+            return default
+        return finite(self.attribute(name), f"{self.place}: {self.tag}.{name}", least)
+
+    def numbers(self, count: int, least: float = -math.inf) -> tuple[float, ...]:
+        """Return the *count* finite numbers of the text. Raises `InputError`, for one below *least* too."""
+        self.read.add(TEXT)
+        words = self.text.split()
+        if len(words) != count:
+            raise InputError(f"{self.place}: <{self.tag}> = {shown(self.text.strip())}: must be {count} numbers")
+        return tuple(finite(word, f"{self.place}: <{self.tag}>", least) for word in words)
+
+    def skip(self, *names: str) -> None:
+        """Count attributes as read that say nothing which a robot could have."""
+        self.read.update(names)
+
+    def unread(self, within: str = "") -> Iterator[str]:
+        """Yield what was not read of this element and those below, as dotted paths, each once."""
+        path = f"{within}.{self.tag}" if within else self.tag
+        found = {f"{path}.{name}": None for name in self.attributes if name not in self.read}
+        if self.text and TEXT not in self.read:
+            found[path] = None
+        for child in self.children:
+            found |= dict.fromkeys(child.unread(path))
+        yield from found
+
+
+def finite(text: str, place: str, least: float = -math.inf) -> float:
+    """Return the finite number that a text is. Raises `InputError`: NaN, infinity and a unit are none."""
+    word = text.strip()
+    number = float(word) if _NUMBER.fullmatch(word) else math.nan
+    if not math.isfinite(number):
+        raise InputError(f"{place} = {shown(text)}: must be a finite number without a unit")
+    if number < least:
+        raise InputError(f"{place} = {shown(text)}: must be at least {least:g}")
+    return number
+
+
+def read_xml(path: Path, roots: Sequence[str]) -> Element:
+    """Return the root element of a file; ``roots`` are the tags that it may have.
+
+    Raises `InputError` for a file that cannot be read, is not well-formed, has entities or is larger than the limits.
+    """
+    root = parse_xml(read_bytes(path, MAX_BYTES, "robot in XML"), str(path))
+    if root.tag not in roots:
+        raise InputError(f"{path}: root element <{root.tag[:60]}>: must be <{'> or <'.join(roots)}>")
+    return root
+
+
+def parse_xml(data: bytes, origin: str) -> Element:
+    """Return the root element of XML *data*; *origin* names it in messages. Raises `InputError`."""
+    tree = _Tree(origin)
+    try:
+        tree.parser.Parse(data, True)
+    except expat.ExpatError as error:
+        why = expat.ErrorString(error.code)
+        raise InputError(f"{origin}, line {error.lineno}: not well-formed XML: {why}") from None
+    except (LookupError, ValueError):  # an encoding that Python lacks, or one with several bytes a letter
+        raise InputError(f"{origin}: its XML declaration names an unknown encoding; save it as UTF-8") from None
+    assert tree.root is not None  # without a root it is not well-formed
+    return tree.root
+
+
+class _Tree:
+    """Handlers that build the elements, and refuse what is dangerous as soon as it is met."""
+
+    def __init__(self, origin: str) -> None:
+        self.origin = origin
+        self.root: Element | None = None
+        self.open: list[Element] = []
+        self.count = 0
+        self.parser = parser = expat.ParserCreate()
+        parser.buffer_text = True
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self._text
+        parser.StartDoctypeDeclHandler = self._doctype
+        parser.EntityDeclHandler = self._entity
+        parser.AttlistDeclHandler = self._attlist
+        parser.ExternalEntityRefHandler = self._external
+
+    @property
+    def place(self) -> str:
+        return f"{self.origin}, line {self.parser.CurrentLineNumber}"
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.count += 1
+        if self.count > MAX_ELEMENTS:
+            raise InputError(f"{self.place}: more than {MAX_ELEMENTS} elements, the most a robot may have")
+        if len(self.open) == MAX_DEPTH:
+            raise InputError(f"{self.place}: nested deeper than {MAX_DEPTH} levels, the most a robot may be")
+        element = Element(tag, attributes, self.place)
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+
+    def _end(self, _tag: str) -> None:
+        self.open.pop()
+
+    def _text(self, text: str) -> None:
+        if not text.isspace():
+            self.open[-1].text += text
+
+    def _doctype(self, _name: str, system: str | None, public: str | None, _internal: int) -> None:
+        if system is not None or public is not None:
+            raise InputError(f"{self.place}: refers to an external document type; remove it, nothing else is read")
+
+    def _entity(self, name: str, *_of_it: object) -> None:
+        raise InputError(f"{self.place}: declares the entity {name[:60]!r}; entities are refused")
+
+    def _attlist(self, tag: str, name: str, _kind: str, default: str | None, _required: int) -> None:
+        if default is not None:
+            where = f"{tag[:60]}.{name[:60]}"
+            raise InputError(f"{self.place}: a default value of the attribute {where}; write it out in the elements")
+
+    def _external(self, *_of_it: object) -> int:
+        raise InputError(f"{self.place}: refers to another file; nothing else is read")
