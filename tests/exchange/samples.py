@@ -20,7 +20,9 @@ def chain(
 ) -> str:
     """One line of a WireX file."""
     a, b = (f"x='{p[0]!r}' y='{p[1]!r}' z='{p[2]!r}'" for p in (exit_point, end))
-    return f"<chain id='{name}' winchtype='drum'><base {a} {axes} radius='{radius}'/><platform {b} {_IDENTITY}/></chain>"
+    return (
+        f"<chain id='{name}' winchtype='drum'><base {a} {axes} radius='{radius}'/><platform {b} {_IDENTITY}/></chain>"
+    )
 
 
 CHAINS = "".join(
@@ -37,9 +39,7 @@ WINCH = (
 )
 _INERTIA = {
     "0.31": "<inertiatensor Ixx='14'/>",
-    "0.32": (
-        "<inertiatensor Ixx='2' Ixy='0.1' Ixz='0' Iyx='0.1' Iyy='3' Iyz='0' Izx='0' Izy='0' Izz='4'/>"
-    ),
+    "0.32": ("<inertiatensor Ixx='2' Ixy='0.1' Ixz='0' Iyx='0.1' Iyy='3' Iyz='0' Izx='0' Izy='0' Izz='4'/>"),
 }
 
 
@@ -94,9 +94,7 @@ def caspr_cable(
 
 def caspr_cables(cables: str | None = None, default: str = "WORKING") -> str:
     """A CASPR file of cables, with two sets and the document type that its files have."""
-    first = cables or "".join(
-        caspr_cable(f"cable {k}", a, b) for k, (a, b) in enumerate(zip(EXITS, ENDS, strict=True))
-    )
+    first = cables or "".join(caspr_cable(f"cable {k}", a, b) for k, (a, b) in enumerate(zip(EXITS, ENDS, strict=True)))
     return (
         '<?xml version="1.0"?>\n<!DOCTYPE cables [\n  <!ATTLIST cable_set id ID #REQUIRED>\n]>\n'
         f'<cables default_cable_set="{default}"><cable_set id="WORKING">{first}</cable_set>'

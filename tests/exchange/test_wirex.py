@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exchange import samples
 
 import cablewright as cw
 from cablewright.errors import InputError
@@ -15,6 +14,7 @@ from cablewright.exchange.translation import ImportedRobot
 from cablewright.exchange.wirex import VERSIONS, read_wirex
 from cablewright.exchange.wirex_output import wirex
 from cablewright.robot import Robot, library_names, load, loads
+from exchange import samples
 
 
 def read(folder: Path, text: str) -> ImportedRobot:

@@ -21,10 +21,10 @@ def frame_of(exits: Sequence[Point], notes: Notes, normal: int | None = None) ->
     A box without an extent along an axis is made a tenth of its largest side wide there, and 1 cm along *normal*.
     """
     low, high = ([pick(each[k] for each in exits) for k in range(3)] for pick in (min, max))
-    low[2] = min(low[2], 0.0) if normal != 2 else low[2]
+    low[2] = min(low[2], 0.0)
     size = max(max(h - b for b, h in zip(low, high, strict=True)), 0.1)
     for k in range(3):
-        if high[k] - low[k] < 1e-3 * size:
+        if k == normal or high[k] - low[k] < 1e-3 * size:
             margin = 0.01 if k == normal else 0.05 * size
             low[k], high[k] = low[k] - margin, high[k] + margin
     notes.add("scene.frame_min and frame_max: the box around the exit points, from the floor z = 0 up")

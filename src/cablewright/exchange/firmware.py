@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -45,10 +46,13 @@ def firmware(
     machine: MachineSettings | None = None,
     stepper: Stepper | None = None,
     layers: tuple[int, int] | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     progress: Progress = silent,
 ) -> Firmware:
     """Return the files for a firmware. Without a *machine* drums have one layer and no gear, and that is noted.
+
+    *tolerance*: of lengths between points, m; by default half a microstep, or `TOLERANCE` where the firmware computes
+    the lengths itself.
 
     Raises `InputError` for a robot or job that it cannot do, by name, and `AnswerError` where the robot cannot.
     """
@@ -63,7 +67,8 @@ def firmware(
     drums = drums_of(robot, machine)
     _require_lines(name, robot)
     config = rrf_config(robot, drums, machine, motor.full_steps) if name == "reprapfirmware" else None
-    path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=tolerance, progress=progress)
+    close = _tolerance(name, motor, robot) if tolerance is None else tolerance
+    path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=close, progress=progress)
     lost.add("job: retractions of the filament; E is mm of strand that is laid")
     if config is not None:
         for each in config.lost:
@@ -88,6 +93,13 @@ def _require_lines(name: str, robot: Robot) -> None:
         letters_of(robot)
     elif name == "linuxcnc":
         linuxcnc.letters_of(robot)
+
+
+def _tolerance(name: str, motor: Stepper, robot: Robot) -> float:
+    """Return the error that lengths between points may have, m, with a little left for the rounding of angles."""
+    if name == "reprapfirmware":
+        return TOLERANCE
+    return 0.99 * 0.5 * motor.microstep * min(line.winch.drum_radius or math.inf for line in robot.lines)
 
 
 def _anchors(robot: Robot, lost: Notes) -> dict[str, str]:

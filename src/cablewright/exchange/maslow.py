@@ -10,8 +10,8 @@ from typing import Any, Final
 from cablewright.csv_input import text_lines
 from cablewright.errors import InputError
 from cablewright.exchange.completion import chosen_cable, frame_of
+from cablewright.exchange.millimetres import from_mm
 from cablewright.exchange.translation import Feature, ImportedRobot, Notes
-from cablewright.exchange.xml_input import finite
 from cablewright.robot import Robot
 from cablewright.validation import shown, validated
 
@@ -46,6 +46,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     along, out = (0.0, math.sin(lean), math.cos(lean)), (0.0, -math.cos(lean), math.sin(lean))
     _require_unmirrored(anchors, path)
     exits = {corner: (x, *(_tidy(y * along[k] + z * out[k]) for k in (1, 2))) for corner, (x, y, z) in anchors.items()}
+    feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
     if vertical:
         assumed.add(f"platform.plane: a board that leans by {TILT:g} degrees")
@@ -54,7 +55,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
         "schema": 1,
         "name": path.stem[:100] or "maslow",
         "description": "A Maslow's sled on a board, on four belts",
-        "scene": {"gravity": 9.81} | frame_of(list(exits.values()), assumed, normal=None if vertical else 2),
+        "scene": {"gravity": 9.81} | frame_of([*exits.values(), *feet], assumed, normal=None if vertical else 2),
         "platform": {"kind": "point", "mass": SLED, "plane": {"normal": tuple(map(_tidy, out)), "distance": 0.0}},
         "lines": [_line(CORNERS[corner], at, chosen_cable(cable or BELT)) for corner, at in exits.items()],
     }
@@ -93,7 +94,7 @@ def _anchor(values: dict[str, str], places: dict[str, str], corner: str, path: P
                 found.append(0.0)
                 continue
             raise InputError(f"{path}: has no Maslow_{corner}{axis.upper()}, the {CORNERS[corner]} anchor's {axis}, mm")
-        found.append(1e-3 * finite(values[key], f"{places[key]}: Maslow_{corner}{axis.upper()}"))
+        found.append(from_mm(values[key], f"{places[key]}: Maslow_{corner}{axis.upper()}"))
     x, y, z = found
     return x, y, z
 

@@ -141,8 +141,8 @@ def rrf_config(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | N
         f"M666 L{_joined([teeth[0]] * robot.m)} H{_joined([teeth[1]] * robot.m)} J{_joined([full_steps] * robot.m)}\n"
     )
     text += f"M666 W{robot.platform.mass!r} S{stiffness!r}\n"
-    lows, highs = ((line.tension_limits[k] * line.advantage for line in lines) for k in (0, 1))
-    text += f"M666 I{_joined(lows)} X{_joined(highs)}\n"
+    forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
+    text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}\n"
     return ExportedFile(text, notes.all, assumed)
 
 
@@ -191,7 +191,9 @@ def _commands(path: Path) -> tuple[_Words, _Words]:
             continue
         place = f"{path}, line {number}"
         words = _WORD.findall(rest)
-        if "".join(letter + value for letter, value in words) != "".join(rest.split()):
+        if "".join(letter + value for letter, value in words) != "".join(rest.split()) or not all(
+            value for _, value in words
+        ):
             raise InputError(f"{place}: {text[:60]!r}: must be letters, each with its numbers")
         for letter, value in words:
             found[code.upper()][letter.upper()] = value, place

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -22,7 +23,7 @@ BLOCK: Final = 128 * 64
 TOLERANCE: Final = 2e-5
 """Default of the largest error of a length between two points, m."""
 
-_HALVINGS: Final = 6
+_TRIES: Final = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,21 +53,21 @@ def winch_path(
 ) -> WinchPath:
     """Return the turns of the winches along a job, or *layers* of it (first and last, from 1), under all physics.
 
-    The step is halved until lengths between points are good to *tolerance*, m. Raises `AnswerError` where the robot
+    The step shrinks until lengths between points are good to *tolerance*, m. Raises `AnswerError` where the robot
     cannot hold the nozzle, or the tolerance is not met, and `InputError` for layers that the part does not have.
     """
     toolpath = job.toolpath(progress)
     if layers is not None and not 1 <= layers[0] <= layers[1] <= toolpath.layer_count:
         raise InputError(f"layers {layers[0]} to {layers[1]}: this part has 1 to {toolpath.layer_count}")
     samples, step = sampled(model.robot, job, toolpath)
-    for _ in range(_HALVINGS):
+    for _ in range(_TRIES):
         part = samples if layers is None else _of_layers(samples, layers)
         lengths = _lengths(model, job, part, progress)
         turns = np.column_stack([drum.angles(lengths[:, i]) for i, drum in enumerate(drums)])
         error = _error(model, job, part, turns, drums, progress)
         if error <= tolerance:
             return WinchPath(part, lengths, turns - turns[0], _laid(part), error)
-        step *= 0.5 if error < 8.0 * tolerance else 0.25
+        step *= 0.9 * math.sqrt(tolerance / error)  # the error goes with the square of the step
         finer = job.sampling.model_copy(update={"step": step})
         samples = job.model_copy(update={"sampling": finer}).samples(toolpath)
     raise AnswerError(

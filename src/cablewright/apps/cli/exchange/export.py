@@ -34,8 +34,11 @@ class MotionOptions:
         str | None, typer.Option("--layers", metavar="FIRST,LAST", help="Layers of the part; by default all.")
     ] = None
     tolerance: Annotated[
-        float, typer.Option("--tolerance", help="Largest error of a line's length between two points, m.")
-    ] = 2e-5
+        float | None,
+        typer.Option(
+            "--tolerance", help="Largest error of a line's length between two points, m; by default half a microstep."
+        ),
+    ] = None
     microsteps: Annotated[
         int | None, typer.Option("--microsteps", help="Microsteps of a full step; by default 16.")
     ] = None
@@ -129,7 +132,7 @@ class ExportCommand:
 
         assert self.job is not None
         machine = None if self.motion.machine is None else load_machine(self.motion.machine)
-        if not 0.0 < self.motion.tolerance < 1.0:
+        if self.motion.tolerance is not None and not 0.0 < self.motion.tolerance < 1.0:
             raise InputError(f"--tolerance = {self.motion.tolerance:g}: must be over 0 and under 1 m")
         with progress() as show:
             found = firmware(

@@ -1,0 +1,167 @@
+"""CASPR models: bodies and cables, what is carried and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cablewright as cw
+from cablewright.errors import InputError
+from cablewright.exchange.caspr import read_caspr
+from cablewright.exchange.robot_toml import robot_toml
+from cablewright.exchange.translation import ImportedRobot
+from cablewright.robot import loads
+from exchange import samples
+from exchange.samples import BODIES, caspr_cable, caspr_cables
+
+
+def read(
+    folder: Path, bodies: str = BODIES, cables: str | None = None, name: str = "cables", **options: str
+) -> ImportedRobot:
+    one, other = folder / "own_bodies.xml", folder / "own_cables.xml"
+    one.write_text(bodies)
+    other.write_text(caspr_cables() if cables is None else cables)
+    return read_caspr([one] if name == "bodies" else [other], **options)
+
+
+@pytest.mark.parametrize("name", ["bodies", "cables"])
+def test_all_features_are_carried(name: str, tmp_path: Path) -> None:
+    robot = read(tmp_path, name=name).robot
+    assert (robot.name, robot.n, robot.m) == ("own body", 6, 8)
+    assert [line.exit_point for line in robot.lines] == samples.EXITS
+    assert [line.platform_point for line in robot.lines] == samples.ENDS
+    assert [line.name for line in robot.lines] == [f"cable {k}" for k in range(8)]
+    assert {line.tension_limits for line in robot.lines} == {(5.0, 800.0)}
+    assert {line.sheave.kind for line in robot.lines} == {"eyelet"}
+    platform = robot.platform
+    assert (platform.mass, platform.centre_of_mass) == (12.5, (0.0, 0.02, 0.1))
+    assert platform.nozzle == (0.0, 0.0, -0.3)
+    assert (platform.inertia, platform.inertia_products) == ((1.5, 1.6, 1.7), (0.1, 0.0, 0.0))
+
+
+def test_lengths_are_distances(tmp_path: Path) -> None:
+    robot = read(tmp_path).robot
+    at = np.array([0.2, -0.1, 1.3])
+    apart = np.linalg.norm(np.array(samples.EXITS) - at - np.array(samples.ENDS), axis=1)
+    np.testing.assert_allclose(cw.inverse(robot, at, cable="rigid").lengths, apart, atol=1e-9, rtol=0)
+
+
+def test_attachments_from_the_centre_of_mass(tmp_path: Path) -> None:
+    """The same robot, told from another origin of its body."""
+    from_mass = [tuple(b - c for b, c in zip(end, (0.0, 0.02, 0.1), strict=True)) for end in samples.ENDS]
+    pairs = enumerate(zip(samples.EXITS, from_mass, strict=True))
+    found = read(tmp_path, cables=caspr_cables("".join(caspr_cable(f"cable {k}", a, b, "com") for k, (a, b) in pairs)))
+    ends = [line.platform_point for line in found.robot.lines]
+    np.testing.assert_allclose(ends, samples.ENDS, atol=1e-15)
+
+
+def test_inertia_about_the_joint(tmp_path: Path) -> None:
+    """By the parallel-axis theorem: that about the centre of mass and that of the mass there make that about the joint."""
+    x, mass = np.array([0.0, 0.02, 0.1]), 12.5
+    about_joint = np.array([[1.5, 0.1, 0.0], [0.1, 1.6, 0.0], [0.0, 0.0, 1.7]])
+    about_joint = about_joint + mass * (x @ x * np.eye(3) - np.outer(x, x))
+    text = BODIES.replace('ref="com"', 'ref="joint"')
+    for key, value in (
+        ("Ixx", (0, 0)),
+        ("Iyy", (1, 1)),
+        ("Izz", (2, 2)),
+        ("Ixy", (0, 1)),
+        ("Ixz", (0, 2)),
+        ("Iyz", (1, 2)),
+    ):
+        old = text[text.index(f"<{key}>") : text.index(f"</{key}>")]
+        text = text.replace(old, f"<{key}>{about_joint[value]!r}".replace("np.float64(", "").replace(")", ""))
+    platform = read(tmp_path, text).robot.platform
+    np.testing.assert_allclose(platform.inertia, (1.5, 1.6, 1.7), atol=1e-14)
+    np.testing.assert_allclose(platform.inertia_products, (0.1, 0.0, 0.0), atol=1e-14)
+
+
+def test_another_set_and_another_cable(tmp_path: Path) -> None:
+    found = read(tmp_path, cable_set="OTHER", cable="dyneema-4mm")
+    assert [line.name for line in found.robot.lines] == ["alone"]
+    assert found.robot.lines[0].cable.diameter == 0.004
+    assert any("other cable sets" in each for each in found.lost)
+
+
+def test_cables_are_assumed_and_told(tmp_path: Path) -> None:
+    found = read(tmp_path)
+    assert any("cable: braided Dyneema" in each for each in found.assumed)
+    assert found.robot.lines[0].cable.breaking_load == 5 * 800.0
+    assert loads(robot_toml(found, "cablewright import")) == found.robot
+
+
+def test_a_joint_elsewhere_is_told(tmp_path: Path) -> None:
+    text = BODIES.replace("</num><location>0.0 0.0 0.0", "</num><location>0.0 0.0 1.5")
+    assert any(
+        "poses count from the world's origin, not from 0, 0, 1.5 m" in each for each in read(tmp_path, text).lost
+    )
+
+
+def test_a_point(tmp_path: Path) -> None:
+    ends = ((0.0, 0.0, 0.0),) * 8
+    pairs = enumerate(zip(samples.EXITS, ends, strict=True))
+    cables = caspr_cables("".join(caspr_cable(f"{k}", a, b) for k, (a, b) in pairs))
+    found = read(tmp_path, BODIES.replace("SPATIAL_EULER_XYZ", "TRANSLATIONAL_XYZ"), cables)
+    assert found.robot.n == 3
+
+
+_TWO = BODIES[BODIES.index("  <link_rigid") : BODIES.index("</links>")]
+_SPRING = caspr_cables(caspr_cable("1", (0, 0, 1), (0, 0, 0), kind="cable_linear_spring"))
+_THREE = caspr_cables().replace(
+    "</attachments>", "<attachment><link>1</link><location>0 0 0</location></attachment></attachments>", 1
+)
+BAD_BODIES = {
+    "links between bodies": (BODIES.replace("</links>", _TWO + "</links>"), "links between bodies"),
+    "hanging on a body": (BODIES.replace("<num>0</num>", "<num>1</num>"), "must be 0, the ground"),
+    "other joint": (BODIES.replace("SPATIAL_EULER_XYZ", "R_Z"), "joint.type = 'R_Z'"),
+    "mass": (BODIES.replace("<mass>12.5", "<mass>-12.5"), "must be at least"),
+    "infinite": (BODIES.replace("<mass>12.5", "<mass>inf"), "must be a finite number"),
+    "unit": (BODIES.replace("<mass>12.5", "<mass>12.5 kg"), "must be 1 numbers"),
+    "operational link": (BODIES.replace("link_rigid", "link_soft"), "only a link_rigid is read"),
+}
+BAD_CABLES = {
+    "two of one name": (
+        caspr_cables(caspr_cable("a", (0, 0, 1), (0, 0, 0)) + caspr_cable("a", (1, 0, 1), (0, 0, 0.1))),
+        "2 lines are named 'a'",
+    ),
+    "spring": (_SPRING, "only a cable_ideal is read"),
+    "three attachments": (_THREE, "3 attachments"),
+    "link 2": (caspr_cables().replace("<link>1</link>", "<link>2</link>", 1), "one of link 1"),
+    "reference": (caspr_cables().replace('"joint"', '"end"', 1), "must be joint or com"),
+    "default set": (caspr_cables(default="NONE"), "cable set 'NONE'"),
+    "negative force": (caspr_cables().replace("<force_min>5", "<force_min>-5", 1), "must be at least 0"),
+    "falling limits": (caspr_cables().replace("<force_min>5", "<force_min>900", 1), "must rise"),
+    "two coordinates": (caspr_cables().replace("<location>-2.0 ", "<location>", 1), "must be 3 numbers"),
+    "bomb": (
+        caspr_cables().replace("<!ATTLIST cable_set id ID #REQUIRED>", '<!ENTITY a "b">'),
+        "entities are refused",
+    ),
+    "wrong half": (BODIES, "a second file of <links>"),
+}
+
+
+@pytest.mark.parametrize("what", BAD_BODIES)
+def test_bad_bodies_are_one_line(what: str, tmp_path: Path) -> None:
+    text, words = BAD_BODIES[what]
+    with pytest.raises(InputError, match=r"^[^\n]*$") as caught:
+        read(tmp_path, text)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("what", BAD_CABLES)
+def test_bad_cables_are_one_line(what: str, tmp_path: Path) -> None:
+    text, words = BAD_CABLES[what]
+    with pytest.raises(InputError, match=r"^[^\n]*$") as caught:
+        read(tmp_path, cables=text)
+    assert words in str(caught.value)
+
+
+def test_half_a_model(tmp_path: Path) -> None:
+    (tmp_path / "own_bodies.xml").write_text(BODIES)
+    with pytest.raises(InputError, match=r"own_cables\.xml is not beside it"):
+        read_caspr([tmp_path / "own_bodies.xml"])
+    (tmp_path / "body.xml").write_text(BODIES)
+    with pytest.raises(InputError, match="name both files"):
+        read_caspr([tmp_path / "body.xml"])
