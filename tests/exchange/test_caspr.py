@@ -58,7 +58,7 @@ def test_attachments_from_the_centre_of_mass(tmp_path: Path) -> None:
 
 
 def test_inertia_about_the_joint(tmp_path: Path) -> None:
-    """By the parallel-axis theorem: that about the centre of mass and that of the mass there make that about the joint."""
+    """By the parallel-axis theorem: that about the centre of mass and that of the mass there."""
     x, mass = np.array([0.0, 0.02, 0.1]), 12.5
     about_joint = np.array([[1.5, 0.1, 0.0], [0.1, 1.6, 0.0], [0.0, 0.0, 1.7]])
     about_joint = about_joint + mass * (x @ x * np.eye(3) - np.outer(x, x))

@@ -21,7 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.studies.winch_path import TOLERANCE, WinchPath, winch_path
+from cablewright.studies.winch_path import WinchPath, winch_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +51,8 @@ def firmware(
 ) -> Firmware:
     """Return the files for a firmware. Without a *machine* drums have one layer and no gear, and that is noted.
 
-    *tolerance*: of lengths between points, m; by default half a microstep, or `TOLERANCE` where the firmware computes
-    the lengths itself.
+    *tolerance*: of lengths between points, m; by default half a microstep, or none where the firmware computes the
+    lengths itself.
 
     Raises `InputError` for a robot or job that it cannot do, by name, and `AnswerError` where the robot cannot.
     """
@@ -98,7 +98,7 @@ def _require_lines(name: str, robot: Robot) -> None:
 def _tolerance(name: str, motor: Stepper, robot: Robot) -> float:
     """Return the error that lengths between points may have, m, with a little left for the rounding of angles."""
     if name == "reprapfirmware":
-        return TOLERANCE
+        return math.inf
     return 0.99 * 0.5 * motor.microstep * min(line.winch.drum_radius or math.inf for line in robot.lines)
 
 

@@ -54,7 +54,7 @@ class Exported(_Told):
         Figure("points", "1", "Points of the path that the file of the job has.", only=lambda of: of.points > 0),
         Figure(
             "path_error", "m", "Largest error of a line's length between two points, measured half-way between them.",
-            only=lambda of: of.points > 0,
+            only=lambda of: of.path_error is not None,
         ),
         Figure("lost", "", _LOST.meaning, detail=True),
         Figure("assumed", "", _ASSUMED.meaning, detail=True),
@@ -65,4 +65,4 @@ class Exported(_Told):
     lost: tuple[str, ...]
     assumed: tuple[str, ...]
     points: int = 0
-    path_error: float = 0.0
+    path_error: float | None = None

@@ -24,6 +24,7 @@ TOLERANCE: Final = 2e-5
 """Default of the largest error of a length between two points, m."""
 
 _TRIES: Final = 4
+_LEAST: Final = 0.1  # share of a step that the next has at least: some errors do not fall, as of lines near slack
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +68,7 @@ def winch_path(
         error = _error(model, job, part, turns, drums, progress)
         if error <= tolerance:
             return WinchPath(part, lengths, turns - turns[0], _laid(part), error)
-        step *= 0.9 * math.sqrt(tolerance / error)  # the error goes with the square of the step
+        step *= max(0.9 * math.sqrt(tolerance / error), _LEAST)  # the error goes with the square of the step
         finer = job.sampling.model_copy(update={"step": step})
         samples = job.model_copy(update={"sampling": finer}).samples(toolpath)
     raise AnswerError(

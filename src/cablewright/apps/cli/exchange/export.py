@@ -148,7 +148,8 @@ class ExportCommand:
         with whole_folder(self.out) as folder:
             for name, text in found.files.items():
                 write_whole(folder / name, text.encode())
-        points, error = len(found.path.samples), found.path.error
+        computes_itself = self.format == "reprapfirmware"
+        points, error = len(found.path.samples), None if computes_itself else found.path.error
         told = Exported(self.format, robot.name, found.lost, found.assumed, points, error)
         return answer(told, self.as_json, folder=self.out, files=", ".join(found.files))
 
