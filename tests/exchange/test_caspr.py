@@ -99,6 +99,13 @@ def test_a_joint_elsewhere_is_told(tmp_path: Path) -> None:
     )
 
 
+def test_bodies_within_a_system_and_an_external_type(tmp_path: Path) -> None:
+    """As CASPR writes today; the document type that it names is not read."""
+    system = BODIES.replace("<links", '<!DOCTYPE bodies_system SYSTEM "bodies.dtd">\n<bodies_system><links')
+    found = read(tmp_path, system.replace("</links>", "</links></bodies_system>"))
+    assert found.robot == read(tmp_path).robot
+
+
 def test_a_point(tmp_path: Path) -> None:
     ends = ((0.0, 0.0, 0.0),) * 8
     pairs = enumerate(zip(samples.EXITS, ends, strict=True))
@@ -128,6 +135,12 @@ BAD_CABLES = {
     ),
     "spring": (_SPRING, "only a cable_ideal is read"),
     "three attachments": (_THREE, "3 attachments"),
+    "pulley": (
+        caspr_cables()
+        .replace("<attachment>", "<base_rotating_pulley>", 1)
+        .replace("</attachment>", "</base_rotating_pulley>", 1),
+        "<base_rotating_pulley>: only an attachment",
+    ),
     "link 2": (caspr_cables().replace("<link>1</link>", "<link>2</link>", 1), "one of link 1"),
     "reference": (caspr_cables().replace('"joint"', '"end"', 1), "must be joint or com"),
     "default set": (caspr_cables(default="NONE"), "cable set 'NONE'"),

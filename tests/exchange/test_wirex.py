@@ -163,7 +163,7 @@ BAD = {
         "entities are refused",
     ),
     "external entity": ('<!DOCTYPE m [<!ENTITY a SYSTEM "file:///etc/passwd">]><models>&a;</models>', "entities"),
-    "external type": ('<!DOCTYPE m SYSTEM "http://h/m.dtd"><models version="0.32"/>', "external document type"),
+    "entity of an external type": ('<!DOCTYPE m SYSTEM "http://h/m.dtd"><models>&a;</models>', "the entity 'a'"),
     "default": ("<!DOCTYPE m [<!ATTLIST m a CDATA 'x'>]><models version='0.32'/>", "default value"),
     "cut short": (samples.wirex()[:900], "not well-formed"),
     "attribute twice": (samples.wirex().replace("motionpattern=", "name='b' motionpattern="), "not well-formed"),

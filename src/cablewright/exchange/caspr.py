@@ -16,7 +16,8 @@ from cablewright.toml_input import is_file
 from cablewright.validation import shown, validated
 
 BODIES, CABLES = "links", "cables"
-"""Root elements of the two files."""
+ROOTS: Final = (BODIES, "bodies_system", CABLES)
+"""Root elements of the two files; that of bodies may be within another."""
 
 CARRIED: Final = (
     Feature("link_rigid.name", "name"),
@@ -31,7 +32,7 @@ CARRIED: Final = (
 _SPATIAL = ("SPATIAL_EULER_XYZ", "SPATIAL_QUATERNION", "SPATIAL_QUATERNION_FIXED_XYZ")
 _POINT = ("TRANSLATIONAL_XYZ",)
 _MOMENTS, _PRODUCTS = ("Ixx", "Iyy", "Izz"), ("Ixy", "Ixz", "Iyz")
-_NOT_OF_A_ROBOT = ("links.display_range", "links.link_rigid.num", "links.link_rigid.parent.num")
+_NOT_OF_A_ROBOT = ("links.display_range", "links.view_angle", "links.link_rigid.num", "links.link_rigid.parent.num")
 
 
 def read_caspr(paths: Sequence[Path], cable_set: str | None = None, cable: str | None = None) -> ImportedRobot:
@@ -42,7 +43,8 @@ def read_caspr(paths: Sequence[Path], cable_set: str | None = None, cable: str |
     """
     found = {}
     for path in _both(paths):
-        root = read_xml(path, (BODIES, CABLES))
+        root = read_xml(path, ROOTS)
+        root = root.one(BODIES) if root.tag == "bodies_system" else root
         if root.tag in found:
             raise InputError(f"{path}: a second file of <{root.tag}>; one of <{BODIES}> and one of <{CABLES}> are read")
         found[root.tag] = path, root
@@ -156,7 +158,10 @@ class _Reader:
         reference = cable.attribute("attachment_reference") if "attachment_reference" in cable.attributes else "joint"
         if reference not in ("joint", "com"):
             raise InputError(f"{cable.place}: attachment_reference = {shown(reference)}: must be joint or com")
-        ends = list(cable.one("attachments").all("attachment"))
+        ends = cable.one("attachments").children
+        for end in ends:
+            if end.tag != "attachment":
+                raise InputError(f"{end.place}: <{end.tag[:60]}>: only an attachment that is a point is read")
         if len(ends) != 2:
             raise InputError(f"{cable.place}: {len(ends)} attachments; only cables with two are read")
         places = {end.one("link").numbers(1)[0]: end.one("location").numbers(3) for end in ends}

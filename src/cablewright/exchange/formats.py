@@ -73,7 +73,7 @@ def read_robot(paths: Sequence[Path], name: str | None = None, options: ImportOp
 def _of_ending(path: Path) -> str:
     ending = path.suffix.lower()
     if ending == ".xml":  # WireX's too, when someone renamed it
-        return "wirex" if read_xml(path, ("models", caspr.BODIES, caspr.CABLES)).tag == "models" else "caspr"
+        return "wirex" if read_xml(path, ("models", *caspr.ROOTS)).tag == "models" else "caspr"
     for name, each in READ.items():
         if ending in each.endings:
             return name

@@ -31,7 +31,9 @@ def motion_lines(path: WinchPath, letters: Sequence[str], *, extruder: bool, mar
             yield f"{mark}LAYER:{layer}\n"
         x, y, z = millimetres[k]
         words = [f"X{x:.4f} Y{y:.4f} Z{z:.4f}"]
-        words += [f"{letter}{angle:.6f}" for letter, angle in zip(letters, angles[k], strict=False)]  # none of a job in X Y Z
+        words += [
+            f"{letter}{angle:.6f}" for letter, angle in zip(letters, angles[k], strict=False)
+        ]  # none of a job in X Y Z
         if extruder and samples.extruding[k]:
             words.append(f"E{laid[k]:.4f}")
         speed = 6e4 * float(samples.speed_limit[k])

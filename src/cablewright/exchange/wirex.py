@@ -23,6 +23,7 @@ from cablewright.robot import Robot
 from cablewright.validation import shown, validated
 
 VERSIONS: Final = ("0.31", "0.32")
+MODULUS: Final = 1.1e11  # Pa: WireLib's default
 
 CARRIED: Final = (
     Feature("robot.name, description, author", "name, description, source"),
@@ -181,8 +182,10 @@ class _Reader:
         elif given is not None:
             radius = given.number("radius", least=1e-6)
             given.skip("name")
+            if "elasticity" not in given.attributes:
+                self.assumed.add(f"cable.young_modulus {MODULUS:g} Pa: the file has none, and WireLib takes this")
             table = {
-                "young_modulus": given.number("elasticity", least=1e-9),
+                "young_modulus": given.number("elasticity", MODULUS, least=1e-9),
                 "diameter": 2.0 * radius,
                 "fill_factor": 1.0,
                 "linear_density": given.number("weight", least=0.0),
@@ -199,12 +202,11 @@ class _Reader:
         return low, high, table
 
     def _limits(self, winch: Element | None, low: float) -> tuple[float, float]:
-        """Return min and max tension, N, of winch or application; 0 where none is given."""
-        if winch is not None:
-            return low, winch.one("cable").number("f_max", 0.0, least=0.0)
+        """Return min and max tension, N, of the winch, or else of the application; 0 where none is given."""
+        high = 0.0 if winch is None else winch.one("cable").number("f_max", 0.0, least=0.0)
         application = self.given.maybe("application")
-        if application is None:
-            return low, 0.0
+        if application is None or high:
+            return low, high
         application.skip("name", "id", "description")
         low = application.number("min_cable_load", low, least=0.0)
         return low, application.number("max_cable_load", 0.0, least=0.0)

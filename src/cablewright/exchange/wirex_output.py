@@ -10,12 +10,11 @@ from xml.sax.saxutils import quoteattr
 from cablewright.errors import InputError, UnknownName, printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
-from cablewright.exchange.wirex import VERSIONS
+from cablewright.exchange.wirex import MODULUS, VERSIONS
 from cablewright.exchange.wirex_axes import axes_of
 from cablewright.robot import Cable, Eyelet, Line, RigidPlatform, Robot, Swivel
 from cablewright.robot.direction import unit_vector
 
-_STEEL: Final = 1.1e11  # Pa: of a cable of which neither section nor diameter is known; WireLib's default
 _CARRIED: Final = (
     "name description source platform.kind platform.mass platform.centre_of_mass lines.name lines.exit_point "
     "lines.platform_point lines.sheave.kind lines.sheave.radius lines.sheave.wrap lines.sheave.axis lines.cables "
@@ -127,7 +126,7 @@ def _modulus(cable: Cable, notes: Notes) -> tuple[float, float]:
     if cable.diameter is not None:
         radius = 0.5 * cable.diameter
     else:
-        radius = math.sqrt((cable.load_section or cable.stiffness / _STEEL) / math.pi)
+        radius = math.sqrt((cable.load_section or cable.stiffness / MODULUS) / math.pi)
     notes.add("cable section: elasticity is EA over the full circle of radius, not the modulus of the file")
     return cable.stiffness / (math.pi * radius**2), radius
 

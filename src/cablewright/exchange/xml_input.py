@@ -1,7 +1,7 @@
 """XML that a stranger wrote: limited in size, depth and number of elements, and without entities.
 
-A document type with element and attribute declarations is read over, as CASPR's files have one. What could make a small
-file large, or have it read another, is refused: entities, default values of attributes, external document types.
+A document type is read over, as CASPR's files have one; where it is another file, that is not read. What could make a
+small file large is refused: entities, and default values of attributes.
 """
 
 from __future__ import annotations
@@ -149,9 +149,9 @@ class _Tree:
         parser.StartElementHandler = self._start
         parser.EndElementHandler = self._end
         parser.CharacterDataHandler = self._text
-        parser.StartDoctypeDeclHandler = self._doctype
         parser.EntityDeclHandler = self._entity
         parser.AttlistDeclHandler = self._attlist
+        parser.SkippedEntityHandler = self._skipped
         parser.ExternalEntityRefHandler = self._external
 
     @property
@@ -178,10 +178,6 @@ class _Tree:
         if not text.isspace():
             self.open[-1].text += text
 
-    def _doctype(self, _name: str, system: str | None, public: str | None, _internal: int) -> None:
-        if system is not None or public is not None:
-            raise InputError(f"{self.place}: refers to an external document type; remove it, nothing else is read")
-
     def _entity(self, name: str, *_of_it: object) -> None:
         raise InputError(f"{self.place}: declares the entity {name[:60]!r}; entities are refused")
 
@@ -189,6 +185,9 @@ class _Tree:
         if default is not None:
             where = f"{tag[:60]}.{name[:60]}"
             raise InputError(f"{self.place}: a default value of the attribute {where}; write it out in the elements")
+
+    def _skipped(self, name: str, _is_parameter: int) -> None:
+        raise InputError(f"{self.place}: uses the entity {name[:60]!r}; entities are refused")
 
     def _external(self, *_of_it: object) -> int:
         raise InputError(f"{self.place}: refers to another file; nothing else is read")
