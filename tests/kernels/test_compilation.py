@@ -15,7 +15,7 @@ from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
-from cablewright.robot import library_names, load
+from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
@@ -24,7 +24,7 @@ from twins import machine, run
 
 
 def test_every_kernel_has_one_compiled_signature() -> None:
-    for name in library_names():
+    for name in cases.LIBRARY:
         model = Model(load(name))
         asked = cases.poses(model, 1).pose
         asked[:, 3 : 3 + model.n - model.m] = np.nan  # what gravity decides, if anything

@@ -14,7 +14,7 @@ from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.parameters import OF_LINES, OF_PLATFORM, varied
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import Robot, library_names, load
+from cablewright.robot import Robot, load
 from cablewright.robot.parameters import KINDS, Parameter, nominal, parameters_of, why_not, with_value
 from cablewright.solvers.forward import forward, solve_again, solve_forward
 from cablewright.solvers.inverse import inverse
@@ -93,7 +93,7 @@ def test_shared_numbers_answer_as_the_sum_of_the_lines(name: str) -> None:
 
 HARDWARE = [
     (robot, kind.name)
-    for robot in map(load, library_names())
+    for robot in map(load, cases.LIBRARY)
     for kind in KINDS.values()
     if kind.role == "hardware" and why_not(robot, kind, None, False) is None
 ]
