@@ -5,22 +5,29 @@ import math
 import pytest
 
 from cablewright.robot import Eyelet, RigidPlatform, Swivel, UniversalJoint, library_names, library_text, load
+from cablewright.studies.rest_pose import rest_pose
 
-SIZES = {"cogiro": (8, 6), "grab-four-lines": (4, 6), "jung2020": (8, 6), "jung2020-table1": (8, 6)}
+BODIES = {
+    "cable-robot-simulator": 8,
+    "caroca": 8,
+    "cogiro": 8,
+    "expo2015-lucia": 8,
+    "fast-telescope": 6,
+    "grab-four-lines": 4,
+    "house-printer-eight": 8,
+    "ipanema1": 8,
+    "ipanema2": 8,
+    "ipanema3": 8,
+    "jung2020": 8,
+    "jung2020-table1": 8,
+    "nist-robocrane": 6,
+}
+POINTS = ("hangprinter-v4", "house-printer", "maslow4", "merlet2023", "paty2021", "wang2021")
 CORNERS = {(-1, -1), (1, -1), (1, 1), (-1, 1)}
 
 
 def test_the_library_has_these_robots() -> None:
-    assert library_names() == (
-        "cogiro",
-        "grab-four-lines",
-        "house-printer",
-        "jung2020",
-        "jung2020-table1",
-        "merlet2023",
-        "paty2021",
-        "wang2021",
-    )
+    assert library_names() == tuple(sorted([*BODIES, *POINTS]))
 
 
 @pytest.mark.parametrize("name", library_names())
@@ -29,11 +36,16 @@ def test_each_loads_under_its_own_name_and_says_what_is_assumed(name: str) -> No
     assert robot.name == name
     assert robot.source
     assert robot.description
-    assert (robot.m, robot.n) == SIZES.get(name, (4, 3))
+    assert (robot.m, robot.n) == ((BODIES[name], 6) if name in BODIES else (4, 3))
     assert "# assumed" in library_text(name)
     low, high = robot.scene.frame_min, robot.scene.frame_max
     for line in robot.lines:
         assert all(a <= x <= b for a, x, b in zip(low, line.exit_point, high, strict=True))
+
+
+@pytest.mark.parametrize("name", library_names())
+def test_each_is_held_at_rest_within_its_limits(name: str) -> None:
+    assert rest_pose(load(name)).held
 
 
 def test_paty2021() -> None:
