@@ -17,6 +17,7 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import write_whole
 from cablewright.printing.job import load_job
 from cablewright.robot import library_text, load
+from cablewright.solvers.inverse import inverse
 from cablewright.studies.checks.check import check
 from cablewright.studies.checks.result import Check
 from cablewright.studies.store import folder_name, run_folder, write_check
@@ -174,14 +175,23 @@ def test_long_names_are_cut() -> None:
 
 def test_lengths_csv(earlier: Path, found: Check) -> None:
     table = pyarrow.csv.read_csv(earlier / "lengths.csv")
-    assert table.column_names == ["time", *(f"length {line.name}" for line in found.robot.lines)]
+    lengths = [f"length {line.name}" for line in found.robot.lines]
+    turns = [f"turns {line.name}" for line in found.robot.lines]
+    assert table.column_names == ["time", *lengths, *turns, "laid", "layer"]
     assert table.num_rows == len(found.samples)
     time = table["time"].to_numpy()
     assert time[0] == 0.0
     assert (np.diff(time) > 0).all()
     np.testing.assert_allclose(time, found.law.time, atol=1e-6)
-    for i, name in enumerate(table.column_names[1:]):
-        np.testing.assert_allclose(table[name].to_numpy(), found.lengths[:, i], atol=1e-9)
+    for i, line in enumerate(found.robot.lines):
+        np.testing.assert_allclose(table[f"length {line.name}"].to_numpy(), found.lengths[:, i], atol=1e-9)
+        assert line.winch.drum_radius is not None
+        paid_out = 2 * np.pi * line.winch.drum_radius * table[f"turns {line.name}"].to_numpy()
+        np.testing.assert_allclose(paid_out, found.lengths[:, i] - found.lengths[0, i], atol=1e-8)
+    laid = table["laid"].to_numpy()
+    assert (np.diff(laid) >= 0).all()
+    assert laid[-1] == pytest.approx(found.samples.extruded_length, abs=1e-5)
+    np.testing.assert_array_equal(table["layer"].to_numpy(), found.samples.layer)
 
 
 def test_samples_parquet(earlier: Path, found: Check) -> None:
@@ -231,3 +241,20 @@ def test_the_same_input_gives_the_same_bytes(earlier: Path, tmp_path: Path, job_
     write_check(check(load("house-printer"), load_job(job_file)), again, "house-printer", job_file)
     for name in ("lengths.csv", "samples.parquet", "manifest.json"):
         assert (again / name).read_bytes() == (earlier / name).read_bytes()
+
+
+@pytest.mark.parametrize("name", ["merlet2023", "house-printer"])
+def test_lengths_between_samples_are_good_to_20_micrometres(name: str, tmp_path: Path) -> None:
+    """Unless the job asks for another step; measured here at thirds of each segment, by the inverse problem anew."""
+    (tmp_path / "wall.gcode").write_text(";LAYER:0\nG1 X-500 Y-800 Z300 F9000\nG1 X500 Y700 E9\nG1 X-500 Y700 E19\n")
+    robot = load(name)
+    found = check(robot, tmp_path / "wall.gcode", skip=("interference", "expected-error"))
+    assert found.interpolation_error is not None
+    assert found.interpolation_error < 2e-5
+    at, lengths = found.samples.positions, found.lengths
+    for share in (1 / 3, 0.5, 2 / 3):
+        between = (1 - share) * lengths[:-1] + share * lengths[1:]
+        held = inverse(robot, (1 - share) * at[:-1] + share * at[1:])
+        off = np.abs(held.lengths - between).max()
+        assert off < 2e-5
+        assert off <= found.interpolation_error * (1 + 1e-6)

@@ -17,6 +17,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
@@ -117,13 +118,34 @@ def write_check(
     whole = [field.name for field in table.schema if field.name not in floats]
     with pa.OSFile(str(folder / "samples.parquet"), "wb") as sink:
         pa.parquet.write_table(table, sink, compression="zstd", use_dictionary=whole, use_byte_stream_split=floats)
-    columns = {"time": np.round(check.law.time, 6)}
+    columns: dict[str, NDArray[Any]] = {"time": np.round(check.law.time, 6)}
     columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
+    columns |= _turns(check)
+    columns |= {"laid": np.round(_laid(check), 6), "layer": check.samples.layer}
     pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
     inputs = {"robot": robot_hash(robot)} | job_hashes(job, check.job)
     if uncertainty is not None:
         inputs["uncertainty"] = file_hash(uncertainty)
     write_manifest(folder, "check", inputs, options or {})
+
+
+def _turns(check: Check) -> dict[str, Array]:
+    """Return the turns of each drum since the first sample, positive as it pays out, where its radius is known.
+
+    Of one layer of cable, which is all that a robot file tells.
+    """
+    radii = {line.name: (i, line.winch.drum_radius) for i, line in enumerate(check.robot.lines)}
+    return {
+        f"turns {name}": np.round((check.lengths[:, i] - check.lengths[0, i]) / (2.0 * np.pi * radius), 9)
+        for name, (i, radius) in radii.items()
+        if radius is not None
+    }
+
+
+def _laid(check: Check) -> Array:
+    """Return the length of strand (k,), m, laid until each sample."""
+    pieces = np.diff(check.samples.distance) * check.samples.extruding[1:]
+    return np.concatenate([[0.0], np.cumsum(pieces)])
 
 
 def job_hashes(path: Path, job: Job) -> dict[str, str]:

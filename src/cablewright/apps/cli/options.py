@@ -57,6 +57,12 @@ Pose = Annotated[
     ),
 ]
 Lengths = Annotated[str, typer.Option("--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m.")]
+LengthsOrLog = Annotated[
+    str,
+    typer.Option(
+        "--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m; or a CSV file with rows of them."
+    ),
+]
 Limits = Annotated[
     str | None,
     typer.Option("--tension-limits", metavar="MIN,MAX", help="Tension limits of every line, N; else the robot file's."),

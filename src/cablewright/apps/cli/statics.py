@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, LawOptions, Lengths, Pose, Retraction, RobotOptions, SheaveChoice
+from cablewright.apps.cli.options import AsJson, LawOptions, LengthsOrLog, Pose, Retraction, RobotOptions, SheaveChoice
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, slack_excess
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 
 if TYPE_CHECKING:
-    from cablewright.models.statics import Equilibrium
+    from cablewright.models.statics import Equilibrium, Model
     from cablewright.results import Result
     from cablewright.solvers.pose_hull import PoseBox
 
@@ -74,14 +75,16 @@ class InverseCommand:
 class ForwardCommand:
     """Lines may be slack. Without --guess the solve needs no start; of several equilibria it finds one.
 
+    --lengths may be a CSV file: a machine's log, or the lengths.csv of a check, solved row by row along the path.
+
     The answer is no (exit 1) if none is found, a cable would break, or a requested proof fails.
     """
 
     EXAMPLE: ClassVar = "forward merlet2023 --lengths 10.43,10.43,10.43,10.43 --certify"
-    ANSWERS: ClassVar = ("studies.one_pose:SolvedPose",)
+    ANSWERS: ClassVar = ("studies.one_pose:SolvedPose", "exchange.length_log:LoggedPoses")
 
     robot: RobotOptions
-    lengths: Lengths
+    lengths: LengthsOrLog
     guess: Annotated[
         str | None, typer.Option("--guess", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose to start from, m and rad.")
     ] = None
@@ -118,6 +121,8 @@ class ForwardCommand:
         from cablewright.studies.one_pose import SolvedPose
 
         model = Model.of(self.robot.loaded(), cable=self.cable, sheave=self.sheave)
+        if self.lengths.lower().endswith(".csv"):
+            return self._logged(model)
         found = solve_forward(
             model,
             numbers(self.lengths, "--lengths") or [],
@@ -128,6 +133,24 @@ class ForwardCommand:
         proof = certify(found) if self.certify else None
         box = self._pose_box(found) if self.length_error is not None and found.ok else None
         return answer(SolvedPose(found, certificate=proof, pose_box=box), self.as_json)
+
+    def _logged(self, model: Model) -> int:
+        """Solve a file of lengths, and print."""
+        from cablewright.exchange.length_log import forward_log, read_lengths
+
+        options = {
+            "modulus_factors": self.modulus_factors,
+            "retraction": self.retraction,
+            "length_error": self.length_error,
+        }
+        for name, given in options.items():
+            if given is not None:
+                raise InputError(f"--{name.replace('_', '-')} = {given}: is for one set of lengths, not for a file")
+        if self.certify:
+            raise InputError("--certify: is for one set of lengths, not for a file")
+        model.refuse_rigid()
+        log = read_lengths(Path(self.lengths), model.robot)
+        return answer(forward_log(model, log, numbers(self.guess, "--guess")), self.as_json)
 
     def _pose_box(self, found: Equilibrium) -> PoseBox:
         """Where the pose is for all lengths within their error."""

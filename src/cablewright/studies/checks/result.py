@@ -25,6 +25,7 @@ from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
+from cablewright.studies.checks.interpolation import interpolation_error
 from cablewright.studies.checks.path_statics import PathStatics, extreme, median
 from cablewright.studies.interference import JobDistances
 from cablewright.units import spell_length
@@ -121,6 +122,9 @@ class Check(Result):
                detail=True),
         Figure("objects", "", "Names of the objects that the G-code labels.", "toolpath.objects", detail=True),
         Figure("samples", "1", "Number of samples of the path.", lambda found: len(found.samples)),
+        Figure("interpolation_error", "m", "Largest error of a length that is interpolated linearly between two "
+               "samples, measured half-way between those where it is largest; null where nothing is held.", digits=2,
+               shown="mm", name="interpolation of lengths"),
         Figure("extruded_length", "m", "Length of path on which material is laid.", "samples.extruded_length"),
         Figure("travel_length", "m", "Length of path on which none is laid.", "samples.travel_length"),
         Figure("duration", "s", "Duration of the job.", "law.duration"),
@@ -213,6 +217,11 @@ class Check(Result):
     def lengths(self) -> Array:
         """(k, m) m, compensated: what the winches should pay out."""
         return self.statics.lengths
+
+    @cached_property
+    def interpolation_error(self) -> float | None:
+        """The largest error of a length between two samples, m."""
+        return interpolation_error(self.robot, self.poses, self.lengths, self.retraction)
 
     @cached_property
     def error_uncompensated(self) -> Array:

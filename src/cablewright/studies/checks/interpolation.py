@@ -1,0 +1,36 @@
+"""How far lengths are off between two samples, where they are interpolated linearly."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
+from cablewright.solvers.inverse import solve_inverse
+
+MEASURED: Final = 512
+"""Segments that are measured: those where a straight line would be off most."""
+
+
+def interpolation_error(robot: Robot, poses: Array, lengths: Array, retraction: Array | None) -> float | None:
+    """Return the largest error, m, of *lengths* (k, m) half-way between *poses* (k, n); None where nothing is held.
+
+    Poses go linearly between samples too. The error of a straight line of length l is step^2 / (8 l) at most: segments
+    are measured in the order of that, under all physics.
+    """
+    step = np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1)
+    shortest = np.minimum(lengths[1:], lengths[:-1]).min(axis=1)
+    bound = np.where(np.isfinite(shortest) & (step > 0.0), step**2 / shortest, -1.0)
+    worst = np.argsort(-bound, kind="stable")[:MEASURED]
+    worst = worst[bound[worst] > 0.0]
+    if not len(worst):
+        return None
+    middle = 0.5 * (poses[worst] + poses[worst + 1])
+    retracted = None if retraction is None else 0.5 * (retraction[worst] + retraction[worst + 1])
+    held = solve_inverse(Model(robot), middle, retraction=retracted)
+    between = 0.5 * (lengths[worst] + lengths[worst + 1])
+    off = np.abs(held.lengths - between)[held.ok]
+    return float(np.nanmax(off)) if off.size else None
