@@ -59,7 +59,7 @@ class ExportCommand:
     What the robot has and the format has not is told on stderr and in comments of the files. See docs/exchange.md.
     """
 
-    EXAMPLE: ClassVar = "export mjcf cogiro --out cogiro.xml"
+    EXAMPLE: ClassVar = "export mjcf cogiro --out runs/cogiro.xml"
     ANSWERS: ClassVar = ("exchange.result:Exported",)
 
     format: Annotated[WrittenFormatName, typer.Argument(metavar="FORMAT", help="Format to write.")]
@@ -104,7 +104,7 @@ class ExportCommand:
         from cablewright.file_output import write_whole
 
         found = self._wirex(robot) if self.format == "wirex" else self._mjcf(robot)
-        write_whole(self.out, found.text.encode())
+        write_whole(self.out, found.text.encode(), parents=True)
         return answer(Exported(self.format, robot.name, found.lost, found.assumed), self.as_json, file=self.out)
 
     def _wirex(self, robot: Robot) -> ExportedFile:
@@ -151,7 +151,7 @@ class ExportCommand:
         computes_itself = self.format == "reprapfirmware"
         points, error = len(found.path.samples), None if computes_itself else found.path.error
         told = Exported(self.format, robot.name, found.lost, found.assumed, points, error)
-        return answer(told, self.as_json, folder=self.out, files=", ".join(found.files))
+        return answer(told, self.as_json, out=self.out)
 
     def _stepper(self, ratio: float) -> Stepper | None:
         from cablewright.exchange.klipper_motion import Stepper

@@ -22,7 +22,7 @@ class ImportCommand:
     file that is written. See docs/exchange.md.
     """
 
-    EXAMPLE: ClassVar = "import robot.wcrfx --out robot.toml"
+    EXAMPLE: ClassVar = "import examples/robot.wcrfx --out runs/robot.toml"
     ANSWERS: ClassVar = ("exchange.result:Imported",)
 
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="File to read; of a CASPR model both.")]
@@ -56,7 +56,7 @@ class ImportCommand:
         found = read_robot(self.files, self.format, ImportOptions(self.cable, self.cable_set))
         text = robot_toml(found, "cablewright import")
         loads(text, str(self.out))
-        write_whole(self.out, text.encode())
+        write_whole(self.out, text.encode(), parents=True)
         robot = found.robot
         told = Imported(found.format, robot.name, robot.m, robot.freedoms, found.lost, found.assumed)
         return answer(told, self.as_json, file=self.out)
