@@ -65,9 +65,9 @@ _HEAD = """\
 # The library
 
 Robots that come with cablewright, to look at, to compare with and to start from: `cablewright robots NAME > mine.toml`.
-Each file names its source and marks what is assumed. None of them is a measurement of ours, and none was checked against
-the machine. "As measured": unsymmetric in the source, to a millimetre or finer, as measured points are; the source does not
-always say so. "Calibrated": results of a calibration, says the source.
+Each file names its source and marks what is assumed. None of them is a measurement of ours, and none was checked
+against the machine. "As measured": unsymmetric in the source, to a millimetre or finer, as measured points are; the
+source does not always say so. "Calibrated": results of a calibration, says the source.
 [Import](exchange.md) reads more of them from files of other programs.
 
 """

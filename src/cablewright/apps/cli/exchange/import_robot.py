@@ -10,7 +10,6 @@ import typer
 
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer
-from cablewright.apps.cli.parsing import check_suffix
 from cablewright.choices import CableName, ReadFormatName
 
 
@@ -50,7 +49,8 @@ class ImportCommand:
         from cablewright.file_output import write_whole
         from cablewright.robot import loads
 
-        check_suffix(self.out, "--out", ".toml")
+        if self.out.suffix != ".toml":
+            raise InputError(f"--out = {str(self.out)!r}: must end in .toml")
         if self.out.exists() or self.out.is_symlink():
             raise InputError(f"{self.out}: is there already; nothing is overwritten")
         found = read_robot(self.files, self.format, ImportOptions(self.cable, self.cable_set))
