@@ -18,6 +18,7 @@ import json
 import logging
 import random
 import resource
+import runpy
 import shutil
 import signal
 import struct
@@ -40,6 +41,8 @@ from cablewright.calibration.survey.shots import read_shots
 from cablewright.calibration.tensile.recording import read_test
 from cablewright.errors import MAX_MESSAGE, CablewrightError
 from cablewright.estimation.lidar.scan_file import read_scan
+from cablewright.exchange.formats import read_robot
+from cablewright.exchange.length_log import read_lengths
 from cablewright.machine.files import load_machine, machine_text
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
@@ -54,6 +57,7 @@ from cablewright.studies.store import read_manifest
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES = ROOT / "tests" / "fuzz_cases"
+OTHERS: dict[str, bytes] = runpy.run_path(str(ROOT / "tools" / "fuzz_samples.py"))  # files of other programs
 LONGEST = 10.0  # s
 MOST = 1.5e9  # bytes over what the program had before
 REDUCED = 20.0  # s of reducing a failure
@@ -264,6 +268,15 @@ def _command(*arguments: str) -> Callable[[Path], None]:
     return run
 
 
+def _caspr(path: Path) -> None:
+    """Read a file of bodies and of cables, one after the other, cut at the line between."""
+    bodies, _, cables = path.read_bytes().partition(b"<!-- cut -->")
+    files = [path.with_name(f"{name}.xml") for name in ("bodies", "cables")]
+    for file, content in zip(files, (bodies, cables), strict=True):
+        file.write_bytes(content)
+    read_robot(files)
+
+
 FORMATS = (
     Format("robot", ".toml", lambda: [*ROBOTS, *(library_text(name).encode() for name in library_names())],
            lambda path: load(str(path))),
@@ -285,6 +298,12 @@ FORMATS = (
     Format("state", ".state", _state, _resume, binary=True, finish=_checked),
     Format("manifest", ".json", lambda: [b'{"schema": 1, "command": "print", "cablewright": "0", "inputs": {}}'],
            lambda path: read_manifest(path.parent)),
+    Format("wirex", ".wcrfx", _files("robot.wcrfx"), lambda path: read_robot([path])),
+    Format("caspr", ".xml", lambda: [OTHERS["CASPR"]], _caspr),
+    Format("maslow", ".yaml", lambda: [OTHERS["MASLOW"]], lambda path: read_robot([path])),
+    Format("klipper", ".cfg", lambda: [OTHERS["KLIPPER"]], lambda path: read_robot([path])),
+    Format("reprapfirmware", ".g", lambda: [OTHERS["RRF"]], lambda path: read_robot([path])),
+    Format("lengths", ".csv", lambda: [OTHERS["LENGTHS"]], lambda path: read_lengths(path, load("hangprinter-v4"))),
     Format("inverse", ".toml", lambda: [*ROBOTS, *(library_text(name).encode() for name in ("merlet2023", "wang2021"))],
            _command("inverse", "{}", "--at", "0,0,1", "--json")),
     Format("walls", ".csv", _files("scan.csv"), _command("walls", "{}", "--json")),

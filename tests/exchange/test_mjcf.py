@@ -6,9 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from boards import board
+from cablewright.errors import AnswerError, InputError
 from cablewright.exchange.mjcf import mjcf
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, library_names, load
+from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.rest_pose import rest_pose
 
 
@@ -33,3 +36,86 @@ def test_library_robots(name: str) -> None:
     assert np.abs(data.qvel).max() < 1e-4
     np.testing.assert_allclose(data.body("platform").xpos, place, atol=1e-4, rtol=0)
     assert abs(data.body("platform").xquat @ turned) > 1 - 1e-6
+
+
+def settled(at: Equilibrium, steps: int = 3000) -> tuple[np.ndarray, mujoco.MjModel, mujoco.MjData]:
+    """Where MuJoCo's platform rests that begins 5 mm aside."""
+    model = mujoco.MjModel.from_xml_string(mjcf(at).text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.ten_length, model.tendon_range[:, 1], atol=1e-8, rtol=0)
+    data.qpos[model.jnt_qposadr[0]] += 0.005
+    for _ in range(steps):
+        data.qvel *= 0.99
+        mujoco.mj_step(model, data)
+    return data.body("platform").xpos.copy(), model, data
+
+
+def lines_with(robot: Robot, **changes: object) -> Robot:
+    table = robot.model_dump(by_alias=True)
+    for line in table["lines"]:
+        line.update(changes)
+    return Robot.model_validate(table)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"sheave": {"kind": "swivel", "radius": 0.03, "axis": (0.2, -0.1, 1.0)}, "winch_exit": None},
+        {"sheave": {"kind": "swivel", "radius": 0.03, "wrap": "under"}, "winch_exit": None},
+        {"sheave": {"kind": "eyelet"}, "winch_exit": (0.0, 0.0, 6.0), "guides": ((0.4, 0.0, 6.5), (0.0, 1.0, 6.0))},
+        {"sheave": {"kind": "eyelet"}, "winch_exit": None, "advantage": 3},
+        {"sheave": {"kind": "eyelet"}, "winch_exit": None, "cables": 2, "dead_length": 0.7},
+    ],
+    ids=["tilted", "under", "guides", "advantage", "cables"],
+)
+def test_kinds_of_lines(changes: dict[str, object]) -> None:
+    robot = lines_with(load("merlet2023"), **changes)
+    at = solve_inverse(Model.of(robot, cable="rigid"), [0.3, -0.4, 1.2])
+    place, _, _ = settled(at)
+    np.testing.assert_allclose(place, at.pose, atol=1e-4, rtol=0)
+
+
+def test_a_sheave_on_the_platform() -> None:
+    robot = load("jung2020")
+    table = robot.model_dump(by_alias=True)
+    for line in table["lines"]:
+        line["platform_sheave"] = {"radius": 0.01, "axis": (0.0, 0.0, 1.0 if line["platform_point"][2] < 0.5 else -1.0)}
+    table["platform"]["retraction"] = None
+    at = solve_inverse(Model.of(Robot.model_validate(table), cable="rigid"), [0.05, -0.02, 0.9, 0.0, 0.0, 0.0])
+    if not np.isfinite(at.lengths).all():
+        pytest.skip(at.sentence())
+    place, _, _ = settled(at)
+    np.testing.assert_allclose(place, at.pose[:3], atol=1e-4, rtol=0)
+
+
+@pytest.mark.parametrize("plane", ["vertical", "tilted"])
+@pytest.mark.parametrize("body", [False, True])
+def test_a_platform_in_a_plane(plane: str, body: bool) -> None:
+    robot = board(plane, body)
+    at = rest_pose(Model.of(robot, cable="rigid")).equilibrium
+    place, model, _ = settled(at)
+    assert model.nv == (3 if body else 2)
+    np.testing.assert_allclose(place, at.pose[:3], atol=1e-4, rtol=0)
+
+
+def test_motors_pull() -> None:
+    """With the model's own tensions as controls, and tendons let out, the platform is in balance."""
+    at = rest_pose(Model.of(load("jung2020"), cable="rigid")).equilibrium
+    model = mujoco.MjModel.from_xml_string(mjcf(at).text)
+    model.tendon_limited[:] = 0
+    data = mujoco.MjData(model)
+    data.ctrl[:] = at.tensions
+    mujoco.mj_forward(model, data)
+    assert np.abs(data.qacc).max() < 1e-6
+
+
+def test_refusals() -> None:
+    robot = load("merlet2023")
+    with pytest.raises(InputError, match="tendons do not stretch"):
+        mjcf(solve_inverse(Model.of(robot), [0.0, 0.0, 1.0]))
+    with pytest.raises(AnswerError, match="no lengths at this pose"):
+        mjcf(solve_inverse(Model.of(load("house-printer"), cable="rigid"), [0.0, 0.0, 16.0]))
+    aside = lines_with(robot, winch_exit=(0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="a winch that is not on the axis of its swivel, which the MuJoCo"):
+        mjcf(solve_inverse(Model.of(aside, cable="rigid"), [0.0, 0.0, 1.0]))

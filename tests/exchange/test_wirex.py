@@ -157,6 +157,17 @@ def test_lengths_agree_with_an_independent_formula(own: ImportedRobot) -> None:
         np.testing.assert_allclose(ours, lengths(own.robot, np.array(pose)), atol=1e-9, rtol=0)
 
 
+@pytest.mark.parametrize("name", ["ipanema1", "ipanema2", "ipanema3", "expo2015-lucia", "caroca"])
+def test_lengths_of_standard_robots_agree_with_that_formula(name: str) -> None:
+    """Sheaves that cables come to from below, and from above."""
+    robot = load(name)
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    for share in (0.3, 0.45, 0.6):
+        pose = np.array([*(low + share * (high - low)), 0.05, -0.1 * share, 0.08])
+        ours = cw.inverse(robot, pose, cable="rigid").lengths
+        np.testing.assert_allclose(ours, lengths(robot, pose), atol=1e-9, rtol=0)
+
+
 BAD = {
     "entity bomb": (
         '<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]><models version="0.32">&b;</models>',

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 
+from cablewright.errors import InputError
 from cablewright.exchange.xml_input import finite
 from cablewright.units import LENGTH
+from cablewright.validation import shown
 
 
 def from_mm(text: str, place: str) -> float:
     """Return a length, m, of a text in mm. Raises `InputError` unless it is a finite number without a unit."""
     finite(text, place)
-    return LENGTH.read(f"{text.strip()} mm")
+    try:
+        return LENGTH.read(f"{text.strip()} mm")
+    except ValueError:  # of many digits, or farther than any machine reaches
+        raise InputError(f"{place} = {shown(text)}: must be in mm, under 1e33, in less than 70 characters") from None
 
 
 def to_mm(length: float) -> str:

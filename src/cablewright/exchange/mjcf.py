@@ -122,7 +122,7 @@ def _tendon(line: Line, length: float, begin: Mounting, end: Mounting) -> str:
     """Return the tendon with its max length: that of the line, without a constant that no span has."""
     back = f"<site site={_name('exit', line)}/>"  # to and fro: an advantage goes with eyelets alone
     spans = [begin.path, end.path, *(back if k % 2 else end.path for k in range(1, line.advantage))]
-    longest = length - line.dead_length + begin.added
+    longest = length - line.dead_length + begin.added + end.added
     return (
         f'    <spatial name={quoteattr(printable(line.name))} range="0 {longest!r}" {_FIRM}>\n'
         f"      {''.join(spans)}\n    </spatial>\n"

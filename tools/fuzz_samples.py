@@ -1,0 +1,43 @@
+"""Small files of other programs for the fuzzer to mutate."""
+
+from __future__ import annotations
+
+_LINK = (
+    b'<links><link_rigid num="1" name="body"><joint type="SPATIAL_EULER_XYZ"/><physical><mass>2</mass>'
+    b'<com_location>0 0 0.1</com_location><inertia ref="joint"><Ixx>1</Ixx><Iyy>1</Iyy><Izz>1</Izz><Ixy>0</Ixy>'
+    b"<Ixz>0</Ixz><Iyz>0</Iyz></inertia></physical><parent><num>0</num><location>0 0 0</location></parent></link_rigid>"
+    b"</links>"
+)
+_CABLE = (
+    b'<cable_ideal name="%d" attachment_reference="com"><properties><force_min>1</force_min><force_max>90</force_max>'
+    b"</properties><attachments><attachment><link>0</link><location>%d %d 3</location></attachment><attachment>"
+    b"<link>1</link><location>0.1 0 %d</location></attachment></attachments></cable_ideal>"
+)
+CASPR = (
+    _LINK
+    + b"<!-- cut --><!DOCTYPE cables [<!ATTLIST cable_set id ID #REQUIRED>]>"
+    + b'<cables default_cable_set="a"><cable_set id="a">'
+    + b"".join(_CABLE % (k, k % 2, k // 2, k) for k in range(4))
+    + b"</cable_set></cables>"
+)
+"""Bodies, and cables after the cut."""
+
+MASLOW = b"".join(
+    b"Maslow_%s: %s\n" % pair
+    for pair in zip(
+        b"vertical tlX tlY tlZ trX trY trZ blX blY blZ brX brY brZ".split(),
+        b"true 0 2000 100 3000 2000 90 0 0 30 3000 0 70".split(),
+        strict=True,
+    )
+)
+KLIPPER = b"[printer]\nkinematics: winch\n" + b"".join(
+    b"[stepper_%c]\nrotation_distance: 250.5\nanchor_x: %d\nanchor_y: %d\nanchor_z: 1000\n" % (97 + k, 100 * k, 200 * k)
+    for k in range(4)
+)
+RRF = (
+    b"M669 K6 N4 A0:-1600:-100 B1300:1200:-160 C-1440:741.5:-161 D2345\n"
+    b"M666 Q0.03 R65:65:65:64 U2:2:2:4 X70:70:70:70 W2\n"
+)
+LENGTHS = (
+    b"time (s),length A (mm),length B (mm),length C (mm),length D (mm)\n0,3000,3000,3000,3000\n1,3001,3001,3001,2990\n"
+)
