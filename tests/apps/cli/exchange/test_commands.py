@@ -48,10 +48,13 @@ def test_import_of_two_files(here: Path) -> None:
         (["export", "klipper", "house-printer", "--out", "a"], "expected a JOB"),
         (["export", "mjcf", "cogiro", "part.gcode", "--out", "a"], "takes no JOB"),
         (["export", "mjcf", "cogiro", "--schema-version", "0.31", "--out", "a"], "only wirex has versions"),
-        (["export", "wirex", "cogiro", "--at", "0,0,1", "--out", "a"], "only mjcf is written at a pose"),
+        (
+            ["export", "wirex", "cogiro", "--at", "0,0,1", "--out", "a"],
+            "only mjcf, urdf, stl, glb are written at a pose",
+        ),
         (["export", "wirex", "cogiro", "--layers", "1,2", "--out", "a"], "are for a firmware"),
         (["export", "wirex", "maslow4", "--out", "a"], "platform.plane, which a WireX file cannot describe"),
-        (["export", "urdf", "cogiro", "--out", "a"], "urdf"),
+        (["export", "step", "cogiro", "--out", "a"], "step"),
         (["forward", "merlet2023", "--lengths", "none.csv"], "none.csv: no such file"),
         (["forward", "merlet2023", "--lengths", "none.csv", "--certify"], "--certify: is for one set"),
     ],
@@ -105,6 +108,8 @@ def test_forward_of_a_log(here: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert told["pose"][2] == pytest.approx([0.0, 0.0, 1.0], abs=1e-7)
 
 
-def test_mjcf_of_every_robot_can_be_written(here: Path) -> None:
-    for name in library_names():
-        assert run(["export", "mjcf", name, "--out", f"{name}.xml"]) == 0
+@pytest.mark.parametrize("name", library_names())
+def test_every_robot_can_be_written_at_a_pose(name: str, here: Path) -> None:
+    for kind, begin in (("mjcf", b"<mujoco "), ("urdf", b"<?xml"), ("stl", b"cablewright"), ("glb", b"glTF")):
+        assert run(["export", kind, name, "--out", f"robot.{kind}"]) == 0
+        assert (here / f"robot.{kind}").read_bytes().startswith(begin)

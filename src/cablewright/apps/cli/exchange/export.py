@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
 import typer
 
@@ -12,12 +13,16 @@ from cablewright.apps.cli.options import AsJson, Pose, RobotName
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers
 from cablewright.choices import WireXVersion, WrittenFormatName
-from cablewright.errors import InputError
+from cablewright.errors import AnswerError, InputError
 
 if TYPE_CHECKING:
     from cablewright.exchange.klipper_motion import Stepper
     from cablewright.exchange.translation import ExportedFile
     from cablewright.robot import Robot
+
+
+AT_A_POSE: Final = ("mjcf", "urdf", "stl", "glb")
+"""Formats that describe the robot at a pose."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +59,7 @@ class MotionOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ExportCommand:
-    """WireX and MuJoCo describe the robot; Klipper, RepRapFirmware and LinuxCNC take a job too, and get a folder.
+    """Klipper, RepRapFirmware and LinuxCNC take a job, and get a folder; the other formats describe the robot.
 
     What the robot has and the format has not is told on stderr and in comments of the files. See docs/exchange.md.
     """
@@ -96,15 +101,18 @@ class ExportCommand:
             raise InputError(f"export {self.format}: --machine, --layers and their like are for a firmware")
         if self.schema_version is not None and self.format != "wirex":
             raise InputError(f"--schema-version = {self.schema_version}: only wirex has versions")
-        if self.at is not None and self.format != "mjcf":
-            raise InputError(f"--at = {self.at!r}: only mjcf is written at a pose")
+        if self.at is not None and self.format not in AT_A_POSE:
+            raise InputError(f"--at = {self.at!r}: only {', '.join(AT_A_POSE)} are written at a pose")
 
     def _description(self, robot: Robot) -> int:
         from cablewright.exchange.result import Exported
         from cablewright.file_output import write_whole
 
-        found = self._wirex(robot) if self.format == "wirex" else self._mjcf(robot)
-        write_whole(self.out, found.text.encode(), parents=True)
+        if self.format == "wirex":
+            found, content = self._wirex(robot), b""
+        else:
+            found, content = self._at_pose(robot)
+        write_whole(self.out, content or found.text.encode(), parents=True)
         return answer(Exported(self.format, robot.name, found.lost, found.assumed), self.as_json, file=self.out)
 
     def _wirex(self, robot: Robot) -> ExportedFile:
@@ -112,16 +120,28 @@ class ExportCommand:
 
         return wirex(robot, self.schema_version or "0.32")
 
-    def _mjcf(self, robot: Robot) -> ExportedFile:
+    def _at_pose(self, robot: Robot) -> tuple[ExportedFile, bytes]:
+        """The robot at `--at`, or at rest near the middle of its frame; bytes of a file that is no text."""
         from cablewright.exchange.mjcf import mjcf
+        from cablewright.exchange.translation import ExportedFile
+        from cablewright.exchange.urdf import urdf
         from cablewright.models.statics import Model
         from cablewright.solvers.inverse import solve_inverse
         from cablewright.studies.rest_pose import rest_pose
 
         model = Model.of(robot, cable="rigid")
         if self.at is None:
-            return mjcf(rest_pose(model).equilibrium)
-        return mjcf(solve_inverse(model, numbers(self.at, "--at", free=True) or []))
+            held = rest_pose(model).equilibrium
+        else:
+            held = solve_inverse(model, numbers(self.at, "--at", free=True) or [])
+        if self.format == "mjcf":
+            return mjcf(held), b""
+        if not all(map(math.isfinite, held.pose)):
+            raise AnswerError(f"no pose of the platform: {held.sentence()}", held.status)
+        if self.format == "urdf":
+            return urdf(robot, held.pose), b""
+        mesh, lost = shapes(robot, held.pose), ("all but shapes of frame, exits and platform, for looking",)
+        return ExportedFile("", lost), mesh.stl() if self.format == "stl" else mesh.glb()
 
     def _firmware(self, robot: Robot) -> int:
         from cablewright.exchange.firmware import firmware
