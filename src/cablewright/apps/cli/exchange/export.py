@@ -123,6 +123,7 @@ class ExportCommand:
     def _at_pose(self, robot: Robot) -> tuple[ExportedFile, bytes]:
         """The robot at `--at`, or at rest near the middle of its frame; bytes of a file that is no text."""
         from cablewright.exchange.mjcf import mjcf
+        from cablewright.exchange.shapes import shapes
         from cablewright.exchange.translation import ExportedFile
         from cablewright.exchange.urdf import urdf
         from cablewright.models.statics import Model
