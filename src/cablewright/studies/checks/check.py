@@ -21,6 +21,7 @@ from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.checks.interpolation import interpolation_error
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.verdict import verdict
@@ -78,7 +79,7 @@ def check(
     require_for_samples(len(samples), bytes_each(robot), "a check")
     source, uncertain = _uncertainty(robot, uncertainty)
     path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples))
-    walked, reserved = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
+    walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_expected(expected, job.allowed_error))
     findings = ranked((*path.judged(robot, walked), *extra))
@@ -98,24 +99,25 @@ def check(
         distances=walked.distances,
         not_checked=tuple(not_checked(robot, walked.statics, skip, Schedule(job.schedule).turns)),
         step=step,
-        reserved=reserved,
+        reserved=careful is not robot,
+        interpolation_error=interpolation_error(careful, path.poses, walked.statics.lengths, path.retraction),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
 
-def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked, bool]:
-    """What was found along the path, and whether tensions at rest keep a reserve for acceleration.
+def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked, Robot]:
+    """What was found along the path, and the robot with the tension limits that were kept at rest.
 
-    They do where poses can be held at rest, acceleration breaks tension limits, and with the reserve it does not.
+    These leave a reserve where poses can be held at rest, acceleration breaks tension limits, and with it does not.
     """
     walked = path.walk(Model.full(robot), *settings)
     if walked.statics.codes.any() or not _breaks_tensions(path.judged(robot, walked)):
-        return walked, False
+        return walked, robot
     careful = with_reserve(robot, walked)
     if careful is None:
-        return walked, False
+        return walked, robot
     reserved = path.walk(Model.full(careful), *settings)
-    return (walked, False) if _breaks_tensions(path.judged(robot, reserved)) else (reserved, True)
+    return (walked, robot) if _breaks_tensions(path.judged(robot, reserved)) else (reserved, careful)
 
 
 def _uncertainty(robot: Robot, given: Uncertainty | None) -> tuple[str, Uncertainty]:

@@ -25,7 +25,6 @@ from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.studies.checks.interpolation import interpolation_error
 from cablewright.studies.checks.path_statics import PathStatics, extreme, median
 from cablewright.studies.interference import JobDistances
 from cablewright.units import spell_length
@@ -192,6 +191,7 @@ class Check(Result):
     step: float  # m, max distance of samples
     reserved: bool  # whether tensions at rest keep from their limits what acceleration takes
     toolpath: Toolpath
+    interpolation_error: float | None = None  # m, of lengths between two samples
 
     @property
     def feasible(self) -> bool:
@@ -217,11 +217,6 @@ class Check(Result):
     def lengths(self) -> Array:
         """(k, m) m, compensated: what the winches should pay out."""
         return self.statics.lengths
-
-    @cached_property
-    def interpolation_error(self) -> float | None:
-        """The largest error of a length between two samples, m."""
-        return interpolation_error(self.robot, self.poses, self.lengths, self.retraction)
 
     @cached_property
     def error_uncompensated(self) -> Array:
