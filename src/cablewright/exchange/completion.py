@@ -27,6 +27,7 @@ def frame_of(exits: Sequence[Point], notes: Notes, normal: int | None = None) ->
         if k == normal or high[k] - low[k] < 1e-3 * size:
             margin = 0.01 if k == normal else 0.05 * size
             low[k], high[k] = low[k] - margin, high[k] + margin
+    notes.add("scene.gravity: 9.81 m/s^2 along -z")
     notes.add("scene.frame_min and frame_max: the box around the exit points, from the floor z = 0 up")
     return {"frame_min": tuple(low), "frame_max": tuple(high)}
 
