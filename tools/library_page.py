@@ -15,6 +15,7 @@ from cablewright.robot import Robot, library_names
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "library.md"
 
 ABOUT = {
+    "building-printer": ("nothing: a design", "all", "a head that does not tilt, in the frame of house-printer"),
     "cable-robot-simulator": (
         "exits, platform points, limits",
         "mass, cable, sheaves",
@@ -35,7 +36,6 @@ ABOUT = {
         "advantage; a low-cost printer",
     ),
     "house-printer": ("as paty2021", "winches, low limit", "prints the house of the examples; has a simulated machine"),
-    "house-printer-eight": ("nothing: a design", "all", "a head that does not tilt, in the frame of house-printer"),
     "ipanema1": ("exits, platform points, mass, max tension, drums", "cable, min tension", "held between tight lines"),
     "ipanema2": ("exits (as measured), platform points, mass, limits", "cable", "crossed lines above and below"),
     "ipanema3": ("exits and platform points (as measured), inertia", "cable, limits", "a large hall"),

@@ -311,7 +311,9 @@ def test_an_unknown_name_offers_the_nearest() -> None:
         InputError, match="no robot 'paty2012' in the library and no file of that name; did you mean 'paty2021'"
     ):
         load("paty2012")
-    with pytest.raises(UnknownName, match="unknown robot 'nothing'; allowed: cable-robot-simulator, caroca, cogiro,"):
+    with pytest.raises(
+        UnknownName, match="unknown robot 'nothing'; allowed: building-printer, cable-robot-simulator, caroca,"
+    ):
         library_text("nothing")
     with pytest.raises(UnknownName):
         library_text("../robot")

@@ -8,13 +8,13 @@ from cablewright.robot import Eyelet, RigidPlatform, Swivel, UniversalJoint, lib
 from cablewright.studies.rest_pose import rest_pose
 
 BODIES = {
+    "building-printer": 8,
     "cable-robot-simulator": 8,
     "caroca": 8,
     "cogiro": 8,
     "expo2015-lucia": 8,
     "fast-telescope": 6,
     "grab-four-lines": 4,
-    "house-printer-eight": 8,
     "ipanema1": 8,
     "ipanema2": 8,
     "ipanema3": 8,
