@@ -54,7 +54,7 @@ LENGTHS = ("--lengths", "28,28,28,28")
         (["inverse", HOUSE, *AT, "--tension-limits", "5,6,7"], "expected MIN,MAX in N"),
         (["inverse", HOUSE, *AT, "--tension-limits", "low,high"], "numbers with commas"),
         (["inverse", "house-printr", *AT], "did you mean 'house-printer'?"),
-        (["inverse", "zzz", *AT], "allowed: cogiro, grab-four-lines, "),
+        (["inverse", "zzz", *AT], "allowed: building-printer, cable-robot-simulator, "),
         (["inverse", "no/such.toml", *AT], "no/such.toml: no such file"),
         (["robots", "paty"], "did you mean 'paty2021'?"),
         (["check", HOUSE, "no-such.gcode"], "no-such.gcode: no such file"),
