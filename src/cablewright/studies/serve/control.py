@@ -93,10 +93,10 @@ class Control:
             self.link.sitting.write(told_sitting(self.number, sitting, wanted, run))
             if run is not None:
                 self._events.tell("run", f"run {run} begins")
+            if run is not None:
+                stack.callback(self._end, sitting, run, timing)
             with _without_collection():
                 loop.run(sitting.printer, operator, telling)
-        if run is not None:
-            self._end(sitting, run, timing)
         return operator.load
 
     def _job(self, load: LoadMessage | None) -> Job | None:

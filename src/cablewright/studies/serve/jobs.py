@@ -43,10 +43,10 @@ class JobCheck(BaseModel):
 
     def refusal(self, subject: str, confirmed: str) -> str:
         """Why the job may not be loaded; an empty text: it may. *confirmed*: the subject that a person has read of."""
-        if self.subject != subject:
-            return "it was checked before its files or the robot changed: check it again"
         if self.answer == "failed":
             return f"its check did not come to an answer: {self.why}"
+        if self.subject != subject:
+            return "it was checked before its files or the robot changed: check it again"
         if self.answer == "no" and confirmed != subject:
             return f"its check said no, which nobody has confirmed: {self.why}"
         return ""

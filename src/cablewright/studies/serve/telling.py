@@ -14,10 +14,11 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablewright.arrays import Array
+from cablewright.control.transitions import TRANSITIONS
 from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
 from cablewright.machine.log.topics import Signal
-from cablewright.signals import Barrier, Drives, Estimate, Inputs, Scan, Tensions
+from cablewright.signals import Barrier, Drives, Estimate, Inputs, OrderKind, PrintState, Scan, Tensions
 from cablewright.studies.prints.loop import Printer, Step, StepRecorder
 from cablewright.studies.serve.link import ControlLink
 from cablewright.studies.serve.operator import Events, PageOperator
@@ -213,6 +214,7 @@ def told_sitting(number: int, sitting: Sitting, job: str | None, run: str | None
         "jog_speed": plan.manual.max_speed,
         "park": plan.manual.park is not None,
         "procedures": sitting.procedures,
+        "orders": _allowed(),
         "powder": plan.powder if math.isfinite(plan.powder) else None,
         "period": printer.machine.period,
         "job": None if sitting.job is None else {"id": job, "name": sitting.job.name},
@@ -220,6 +222,14 @@ def told_sitting(number: int, sitting: Sitting, job: str | None, run: str | None
         "path": _path_of(path, numbers) if sitting.job is not None else None,
     }
     return to_json(about, inf_nan_mode="null")
+
+
+def _allowed() -> dict[str, list[str]]:
+    """The states in which each order has an effect, by the table of the supervisor; it is what decides in the end."""
+    found = {kind.value: [state.value for state in PrintState if (state, kind) in TRANSITIONS] for kind in OrderKind}
+    found[OrderKind.RESUME.value] = [PrintState.PAUSED.value, PrintState.STOPPED.value]
+    found[OrderKind.REFILLED.value] = [PrintState.REFILLING.value]
+    return found
 
 
 def _path_of(path: Any, numbers: Sequence[int]) -> dict[str, Any]:
