@@ -124,7 +124,8 @@ class Page:
         """Stop the machine. Whoever may look may do so; no lease, no limit of rate, no body is needed."""
         if request.method == "GET":
             return asset("stop.html")
-        sent = self.send_stop(f"page of {request.scope['session'][:4]}")
+        session = request.scope["session"]
+        sent = self.send_stop("a request with the token" if session == "bearer" else f"browser {session[:4]}")
         if "text/html" in request.headers.get("accept", ""):
             return RedirectResponse("/stop", 303) if sent else asset("stop.html", 503)
         return PlainTextResponse("stop was sent\n" if sent else "the control does not answer\n", 202 if sent else 503)

@@ -51,7 +51,8 @@ def main() -> None:
     os.nice(_NICE)
 
     def end_with_control() -> None:
-        sys.stdin.buffer.read()
+        while os.read(0, 1024):  # not by sys.stdin, whose lock the interpreter wants as it ends
+            pass
         os._exit(0)
 
     threading.Thread(target=end_with_control, daemon=True).start()
