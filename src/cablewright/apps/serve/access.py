@@ -23,12 +23,14 @@ _COOKIE: Final = re.compile(r"([0-9a-f]{16})\.([0-9a-f]{64})")
 FOXGLOVE_ORIGINS: Final = ("https://app.foxglove.dev", "https://studio.foxglove.dev", "file://")
 """Origins of Foxglove's own programs, which may read the live log by its address."""
 
+POLICY: Final = (
+    b"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    b"base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+"""What the page may load: its own, and nothing else."""
+
 HEADERS: Final = (
-    (
-        b"content-security-policy",
-        b"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
-        b"base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
-    ),
+    (b"content-security-policy", POLICY),
     (b"x-content-type-options", b"nosniff"),
     (b"x-frame-options", b"DENY"),
     (b"referrer-policy", b"no-referrer"),
@@ -232,7 +234,7 @@ def _is_report(path: str) -> bool:
 
 
 def _with_headers(send: Any, report: bool) -> Any:
-    own = HEADERS if not report else (HEADERS[0][:1] + (REPORT_POLICY,), *HEADERS[1:])
+    own = HEADERS if not report else ((HEADERS[0][0], REPORT_POLICY), *HEADERS[1:])
 
     async def told(message: Any) -> None:
         if message["type"] == "http.response.start":

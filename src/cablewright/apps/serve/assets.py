@@ -12,19 +12,16 @@ from starlette.responses import Response
 _PAGE, _VIEWER = "cablewright.apps.serve", "cablewright.apps.web"
 _HTML, _SCRIPT, _STYLE = "text/html; charset=utf-8", "text/javascript; charset=utf-8", "text/css; charset=utf-8"
 
-ASSETS: Final = MappingProxyType({
-    **{
-        name: (_PAGE, "page", _SCRIPT)
-        for name in (
-            "main.js", "link.js", "words.js", "state.js", "lines.js", "orders.js", "jog.js", "chart.js", "view.js",
-            "jobs.js", "enter.js",
-        )
-    },
-    "operate.css": (_PAGE, "page", _STYLE),
-    "icon.svg": (_PAGE, "page", "image/svg+xml"),
-    "viewer.js": (_VIEWER, "viewer", _SCRIPT),
-    "viewer.css": (_VIEWER, "viewer", _STYLE),
-})  # fmt: skip
+_SCRIPTS: Final = ("main", "link", "words", "state", "lines", "orders", "jog", "chart", "view", "jobs", "enter")
+ASSETS: Final = MappingProxyType(
+    {f"{name}.js": (_PAGE, "page", _SCRIPT) for name in _SCRIPTS}
+    | {
+        "operate.css": (_PAGE, "page", _STYLE),
+        "icon.svg": (_PAGE, "page", "image/svg+xml"),
+        "viewer.js": (_VIEWER, "viewer", _SCRIPT),
+        "viewer.css": (_VIEWER, "viewer", _STYLE),
+    }
+)
 """Package, folder and kind of each file, by its name."""
 
 _PAGES: Final = ("index.html", "enter.html", "stop.html")

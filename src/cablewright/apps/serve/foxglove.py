@@ -15,8 +15,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from cablewright.apps.serve.feed import Feed
 from cablewright.errors import InputError
-from cablewright.machine.log.messages import decode
 from cablewright.machine.log.log import SCHEMAS
+from cablewright.machine.log.messages import decode
 from cablewright.machine.log.views import VIEWS, Views
 from cablewright.signals import Estimate, Progress
 
@@ -53,7 +53,13 @@ class Reader:
             await self.socket.close(1002)
             return
         await self.socket.accept(subprotocol=chosen)
-        about = {"op": "serverInfo", "name": "cablewright", "capabilities": [], "supportedEncodings": [], "metadata": {}}
+        about = {
+            "op": "serverInfo",
+            "name": "cablewright",
+            "capabilities": [],
+            "supportedEncodings": [],
+            "metadata": {},
+        }
         await self.socket.send_text(json.dumps(about | {"sessionId": str(self.feed.beat())}))
         hearing = asyncio.create_task(self._hear())
         try:
@@ -81,8 +87,9 @@ class Reader:
         if given.get("op") == "subscribe":
             for each in _dicts(given.get("subscriptions")):
                 channel, number = each.get("channelId"), each.get("id")
-                known = isinstance(channel, int) and isinstance(number, int) and 0 <= number < 1 << 32
-                if known and channel in self.channels.values() and len(self.subscribed) < _MOST:
+                if not isinstance(channel, int) or not isinstance(number, int) or not 0 <= number < 1 << 32:
+                    continue
+                if channel in self.channels.values() and len(self.subscribed) < _MOST:
                     self.subscribed[channel] = number
                     self._sent.clear()
         elif given.get("op") == "unsubscribe":
@@ -100,7 +107,9 @@ class Reader:
         messages += self._seen(messages)
         new = [topic for topic, _, _ in messages if topic not in self.channels and topic in SCHEMAS]
         if new:
-            await self.socket.send_text(json.dumps({"op": "advertise", "channels": [self._channel(each) for each in new]}))
+            await self.socket.send_text(
+                json.dumps({"op": "advertise", "channels": [self._channel(each) for each in new]})
+            )
         for topic, stamp, data in messages:
             number = self.subscribed.get(self.channels.get(topic, -1))
             if number is not None and self._sent.get(topic) != stamp:
@@ -120,7 +129,10 @@ class Reader:
             return []
         assert isinstance(estimate, Estimate)
         assert isinstance(progress, Progress)
-        return [(topic, stamp, from_json(data)) for topic, data in self._views.messages(estimate.time, None, estimate, progress)]
+        return [
+            (topic, stamp, from_json(data))
+            for topic, data in self._views.messages(estimate.time, None, estimate, progress)
+        ]
 
     def _first(self, messages: list[tuple[str, int, Any]]) -> list[tuple[str, int, Any]]:
         """The topics of views by name, so that they are advertised where there is an estimate."""

@@ -56,7 +56,9 @@ class Address:
         try:
             address = ipaddress.ip_address("127.0.0.1" if self.host == "localhost" else self.host)
         except ValueError:
-            raise InputError(f"--host = {self.host!r}: an address of this computer is expected, such as 127.0.0.1") from None
+            raise InputError(
+                f"--host = {self.host!r}: an address of this computer is expected, such as 127.0.0.1"
+            ) from None
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port = {self.port}: must be from 0 (any that is free) to 65535")
         if (self.certificate is None) != (self.certificate_key is None):
@@ -236,7 +238,9 @@ def _alone_with(lock: Path | None) -> Iterator[None]:
         held.release()
 
 
-def _serve(station: Station, owner: MachineSettings, folder: Path, address: Address, say: Callable[[str], None]) -> None:
+def _serve(
+    station: Station, owner: MachineSettings, folder: Path, address: Address, say: Callable[[str], None]
+) -> None:
     listen = listening(address)
     write_station(folder, station.robot, owner)
     interrupted = threading.Event()

@@ -36,12 +36,18 @@ def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
     made = scene.as_dict()
     low, high = (np.array(each) for each in scene.bounds)
     step = max(float((high - low).max()), 1e-9) / STEPS
-    curves = np.stack([_thinned(each, line.exit_point) for each, line in zip(rest.states.curves[0], robot.lines, strict=True)])
+    curves = np.stack(
+        [_thinned(each, line.exit_point) for each, line in zip(rest.states.curves[0], robot.lines, strict=True)]
+    )
     made["frames"]["curves"] = packed(np.clip(np.round((curves[None] - low) / step), 0, STEPS), "u16", delta=True)
     made["frames"]["samples"] = None if path is None else packed(np.zeros(1), "u32")
     made["frames"]["layers"] = made["frames"]["fileLines"] = None
     limits = np.array([line.tension_limits for line in robot.lines])
-    made["tension_scale"] = {"low": float(limits[:, 0].min()), "high": float(limits[:, 1].max()), "limits": "of each line"}
+    made["tension_scale"] = {
+        "low": float(limits[:, 0].min()),
+        "high": float(limits[:, 1].max()),
+        "limits": "of each line",
+    }
     return made
 
 
@@ -55,10 +61,8 @@ def _path(robot: Robot, job: Job) -> PathScene | None:
         Quantity.of("speed", "planned speed", "m/s", speed),
     )
     bead = (job.bead.width, job.bead.height)
-    return PathScene(
-        samples.positions, samples.extruding, samples.layer, extent(robot), quantities, None, samples.line, job.move_name,
-        bead,
-    )  # fmt: skip
+    places, laid, layer = samples.positions, samples.extruding, samples.layer
+    return PathScene(places, laid, layer, extent(robot), quantities, None, samples.line, job.move_name, bead)
 
 
 def _thinned(curve: Array, end: Any) -> Array:

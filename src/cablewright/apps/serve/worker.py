@@ -13,7 +13,7 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Any, Final
 
-from cablewright.apps.serve.uploads import FAILED, REPORT, Uploads
+from cablewright.apps.serve.uploads import REPORT, Uploads
 from cablewright.errors import CablewrightError
 from cablewright.file_output import whole_folder, write_whole
 from cablewright.studies.serve.jobs import JobCheck, load_served, subject_of, write_check
@@ -124,12 +124,14 @@ def main(arguments: list[str]) -> int:
             check_job(Path(folder), subject)
         else:
             report_run(Path(folder), subject)
-    except (CablewrightError, MemoryError) as error:
-        print(error or "there is not enough memory for this", file=sys.stderr)
+    except CablewrightError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except MemoryError:
+        print("there is not enough memory for this", file=sys.stderr)
         return 1
     return 0
 
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv[1:]))
-

@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError
+from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.file_output import write_whole
 from cablewright.machine.log.log import write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT
@@ -85,10 +85,10 @@ class Control:
         run = self._run_name(sitting) if job is not None else None
         with ExitStack() as stack:
             timing = Timing(sitting.printer.machine.period)
-            kept = None if run is None or wanted is None else stack.enter_context(self._kept(sitting, run, wanted, timing))
-            operator = PageOperator(
-                self.link, self._events, job is not None, self._may_load, sitting.refill, self.ends
+            kept = (
+                None if run is None or wanted is None else stack.enter_context(self._kept(sitting, run, wanted, timing))
             )
+            operator = PageOperator(self.link, self._events, job is not None, self._may_load, sitting.refill, self.ends)
             telling = Telling(self.link, sitting, operator, self._events, kept, self.number)
             self.link.sitting.write(told_sitting(self.number, sitting, wanted, run))
             if run is not None:
@@ -138,7 +138,9 @@ class Control:
         write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         with (
             alone_in(folder),
-            write_log(folder / FIRST_SEGMENT, sitting.head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
+            write_log(
+                folder / FIRST_SEGMENT, sitting.head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic
+            ) as log,
             SnapshotWriter(folder / CHECKPOINT, signature) as writer,
         ):
             yield FolderRecorder(log, writer, timing)

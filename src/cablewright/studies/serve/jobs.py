@@ -65,18 +65,24 @@ def load_served(folder: Path, name: str) -> Job:
 
     Raises `InputError`: for settings that name another file too.
     """
-    table, origin = {"name": name}, name
+    table: dict[str, object] = {"name": name}
+    origin = name
     if is_file(folder / JOB):
         table = parse_table(read_bytes(folder / JOB, MAX_BYTES[JOB], "job").decode("utf-8", "replace"), JOB)
         require_schema(table, JOB)
         origin = JOB
     named = table.pop("gcode", None)
-    if not (named is None or (isinstance(named, str) and Path(named).name == named and named not in ("", "..", "."))):
+    if named is not None and not _is_plain(named):
         raise InputError(f"{JOB}: gcode = {str(named)[:80]!r}: names a path; the file that is sent with it is taken")
     own = is_file(folder / GCODE)
     if named is not None and not own:
         raise InputError(f"{JOB}: gcode = {named!r}: no G-code was sent with it")
     return validated(Job, table | ({"gcode": folder / GCODE} if own else {}), origin)
+
+
+def _is_plain(named: object) -> bool:
+    """Whether it is a file's name alone."""
+    return isinstance(named, str) and named not in ("", ".", "..") and not set(named) & set("/\\\0")
 
 
 def subject_of(folder: Path, robot: Robot) -> str:

@@ -1,6 +1,6 @@
 """Machines that can be operated: simulated ones at the pace of the clock, and those on drives.
 
-A sitting is one run of the control loop on one: with a job to be printed, or without, to take up, home and move by hand.
+A sitting is one run of the control loop: with a job to be printed, or without, to take up, home and move by hand.
 Each begins in a fault with brakes closed, as `cablewright.studies.prints.loop.Printer` does.
 """
 

@@ -6,14 +6,15 @@ import json
 import math
 import struct
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic_core import to_json
 
 from cablewright.arrays import Array
+from cablewright.control.guide import TimedPath
 from cablewright.control.transitions import TRANSITIONS
 from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
@@ -68,7 +69,7 @@ class Telling:
         self._steps += 1
         self.operator.answered(printer, step.orders, step.frame.time)
         self._read(step)
-        self._note(printer, step)
+        self._note(step)
         if self._steps % TOPIC_STEPS == 0:
             self._encode(step)
         if last or self._steps % STATE_STEPS == 0:
@@ -103,7 +104,7 @@ class Telling:
         """Encode the latest of each topic, once."""
         head, now = self.sitting.head, step.frame.time
         lines = tuple(line.name for line in head.robot.lines)
-        signals = {"command": step.command, "estimate": step.estimate, "progress": step.progress}
+        signals: dict[str, Signal] = {"command": step.command, "estimate": step.estimate, "progress": step.progress}
         for key, signal in (self._signals | signals).items():
             topic, data = encode(signal, lines, head.settings.winch.counts, head.epoch_ns)
             self._put(key, topic, now, data)
@@ -114,7 +115,7 @@ class Telling:
         stamp = self.sitting.head.epoch_ns + round(now * 1e9)
         self._topics[key] = b'["%s",%d,%s]' % (topic.encode(), stamp, data)
 
-    def _note(self, printer: Printer, step: Step) -> None:
+    def _note(self, step: Step) -> None:
         """Tell changes of state, faults and notices as events."""
         state = f"{step.progress.state.value}{f': {step.progress.reason}' if step.progress.reason else ''}"
         if self._shown.get("state") != state:
@@ -232,7 +233,7 @@ def _allowed() -> dict[str, list[str]]:
     return found
 
 
-def _path_of(path: Any, numbers: Sequence[int]) -> dict[str, Any]:
+def _path_of(path: TimedPath, numbers: NDArray[np.int32]) -> dict[str, Any]:
     return {"length": path.track.length, "duration": path.duration, "layers": len(numbers)}
 
 

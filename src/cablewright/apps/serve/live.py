@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from pydantic import ValidationError
 from pydantic_core import from_json, to_json
@@ -94,7 +94,7 @@ class Live:
     def _jog(self, client: Client, given: dict[str, Any]) -> None:
         """One lease of a jog: newer than the last, of who operates, on a state that was seen just now."""
         number, beat = given.get("seq"), given.get("beat")
-        if not (_is_whole(number) and _is_whole(beat)) or number <= client.jog:
+        if not _is_whole(number) or not _is_whole(beat) or number <= client.jog:
             return
         client.jog = number
         age = 1e-3 * (self.page.feed.beat() - beat)
@@ -156,7 +156,7 @@ class Live:
         task.add_done_callback(self._waiting.discard)
 
 
-def _is_whole(value: object) -> bool:
+def _is_whole(value: object) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 53
 
 
