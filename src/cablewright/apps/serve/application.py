@@ -22,8 +22,8 @@ from cablewright.apps.serve.access import Access, Guard
 from cablewright.apps.serve.assets import ASSETS, asset
 from cablewright.apps.serve.checks import Checks
 from cablewright.apps.serve.feed import Feed
-from cablewright.apps.serve.operators import Client, Operators
 from cablewright.apps.serve.live import Live
+from cablewright.apps.serve.operators import Client, Operators
 from cablewright.apps.serve.uploads import PARTS, TooLarge, Uploads
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.signals import OrderKind

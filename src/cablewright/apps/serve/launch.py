@@ -261,3 +261,4 @@ def _serve(
         server.end()
         watching.join(timeout=2.0)
         listen.close()
+        control.close()

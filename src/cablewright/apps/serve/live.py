@@ -46,7 +46,7 @@ class Live:
             self.page.operators.leave(client)
             for each in (sending, *self._waiting):
                 each.cancel()
-            with contextlib.suppress(RuntimeError):
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
                 await self.socket.close(1008)
 
     async def _send(self, client: Client) -> None:

@@ -61,6 +61,10 @@ class Control:
             make_folder(self.folder / name)
         self._events = Events.at(self.folder / ORDERS)
 
+    def close(self) -> None:
+        """Close the file of orders."""
+        self._events.file.close()
+
     def run(self) -> None:
         """Sit until `ends`. Raises `EnvironmentFault` for a machine that is not there at the beginning."""
         load: LoadMessage | None = None

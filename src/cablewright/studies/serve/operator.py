@@ -77,6 +77,11 @@ class PageOperator:
     _waiting: list[tuple[int, str]] = field(default_factory=list, repr=False)
     _jog: tuple[str, float, int] | None = field(default=None, repr=False)  # who, last time, how often
 
+    @property
+    def jogged(self) -> float | None:
+        """Machine time of the last lease of a jog that goes on, s; None: nobody jogs."""
+        return None if self._jog is None else self._jog[1]
+
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
         """As `Operator`."""
         given = []

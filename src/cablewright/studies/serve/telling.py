@@ -154,6 +154,7 @@ class Telling:
             "known": math.isfinite(supervised.valid_since),
             "powder": printer.powder,
             "waiting": supervised.resume_ordered,
+            "jogged": self.operator.jogged,
             "modes": [mode.value for mode in step.command.modes],
             "speeds": step.command.winch_speeds.tolist(),
             "valve": step.command.valve,
