@@ -262,3 +262,4 @@ def _serve(
         watching.join(timeout=2.0)
         listen.close()
         control.close()
+        control.link.close()

@@ -51,6 +51,11 @@ class Latest:
                 return latest, message
         return 0, b""
 
+    def close(self) -> None:
+        """Give the memory back."""
+        self._memory.close()
+        os.close(self.file_number)
+
     def _slot(self, number: int) -> int:
         return _HEAD.size + (number % 2) * (_SLOT.size + self._size)
 

@@ -50,6 +50,14 @@ class ControlLink:
                 channel.close()
         return theirs[0], theirs[1]
 
+    def close(self) -> None:
+        """Give all of it back."""
+        for channel in (self._orders, self._stops):
+            if channel is not None:
+                channel.close()
+        self.state.close()
+        self.sitting.close()
+
     def messages(self) -> Iterator[Message]:
         """The messages that have arrived, stops first; what is no message is left out."""
         for channel in (self._stops, self._orders):

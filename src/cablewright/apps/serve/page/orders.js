@@ -23,6 +23,7 @@ export class Orders {
     at("take").addEventListener("click", () => link.send({ t: this.mine ? "release" : "take", name: at("name").value }));
     at("share").addEventListener("input", () => put(at("share-told"), `${at("share").value} %`));
     at("share").addEventListener("change", () => this.give("override", { share: [Number(at("share").value) / 100] }));
+    at("open").addEventListener("click", () => link.ask("/close", { method: "POST" }).then(() => this.say(""), (reason) => this.say(`${reason.message}.`)));
     at("name").value = localStorage.getItem("name") ?? "";
     at("name").addEventListener("change", () => localStorage.setItem("name", at("name").value));
     link.on("hello", (hello) => { this.number = hello.number; }).on("sitting", (sitting) => { this.sitting = sitting; });
@@ -89,6 +90,8 @@ export class Orders {
         row.classList.toggle("next", !button.disabled);
       }
     }
+    at("open").hidden = state !== "closed" || !this.sitting;
+    at("open").disabled = !this.mine;
     at("share").disabled = !this.mine;
     document.body.classList.toggle("mine", this.mine);
   }
