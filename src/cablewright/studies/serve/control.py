@@ -92,7 +92,9 @@ class Control:
             kept = (
                 None if run is None or wanted is None else stack.enter_context(self._kept(sitting, run, wanted, timing))
             )
-            operator = PageOperator(self.link, self._events, job is not None, self._may_load, sitting.refill, self.ends)
+            operator = PageOperator(
+                self.link, self._events, job is not None, self._may_load, sitting.refill, self.ends, sitting.home_at
+            )
             telling = Telling(self.link, sitting, operator, self._events, kept, self.number)
             self.link.sitting.write(told_sitting(self.number, sitting, wanted, run))
             if run is not None:

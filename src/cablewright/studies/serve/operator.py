@@ -11,6 +11,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO, Any, Final
 
+import numpy as np
+
+from cablewright.arrays import Array
 from cablewright.control.manual import LEASE
 from cablewright.file_output import open_no_link
 from cablewright.signals import Order, OrderKind, PrintState
@@ -73,6 +76,7 @@ class PageOperator:
     may_load: Callable[[LoadMessage], str]
     refill: Callable[[], None]
     ends: Callable[[], bool]
+    home_at: Callable[[Array | None], None] = lambda _place: None
     load: LoadMessage | None = None  # taken up next
     _waiting: list[tuple[int, str]] = field(default_factory=list, repr=False)
     _jog: tuple[str, float, int] | None = field(default=None, repr=False)  # who, last time, how often
@@ -88,7 +92,7 @@ class PageOperator:
         for message in self.link.messages():
             if isinstance(message, LoadMessage):
                 self._answer(message.number, message.by, "load", self._loaded(printer, message))
-            elif (why := self._refusal(message)) is not None:
+            elif (why := self._refusal(printer, message)) is not None:
                 self._answer(message.number, message.by, message.kind.value, why)
             else:
                 self._waiting.append((message.number, message.kind.value))
@@ -114,10 +118,24 @@ class PageOperator:
             self._jog = None
             self._keep(by, "jog", "", {}, f"ended after {times} leases; {printer.supervisor.state}")
 
-    def _refusal(self, message: OrderMessage) -> str | None:
+    def _refusal(self, printer: Printer, message: OrderMessage) -> str | None:
         """Why an order does not reach the loop; None: it does."""
         if message.kind is OrderKind.START and not self.has_job:
             return "start: no job is loaded"
+        if message.kind is OrderKind.HOME and printer.supervisor.state is PrintState.IDLE:
+            return self._homes(printer, message.arguments.get("place"))
+        return None
+
+    def _homes(self, printer: Printer, place: tuple[float, ...] | None) -> str | None:
+        """Take a measured place for homing; why not, or None."""
+        plan = printer.plan.manual
+        if place is not None:
+            if len(place) != 3:
+                return f"home: place = {place}: three numbers are expected, m"
+            for axis, low, at, high in zip("xyz", plan.min_position, place, plan.max_position, strict=True):
+                if not low <= at <= high:
+                    return f"home: {axis} = {at:g} m is outside {low:g} to {high:g} m"
+        self.home_at(None if place is None else np.array(place))
         return None
 
     def _loaded(self, printer: Printer, message: LoadMessage) -> str:

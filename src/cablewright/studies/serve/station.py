@@ -7,7 +7,7 @@ Each begins in a fault with brakes closed, as `cablewright.studies.prints.loop.P
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, Protocol
@@ -48,6 +48,8 @@ class Sitting:
     job: Job | None
     refill: Callable[[], None] = lambda: None
     lateness: Callable[[], list[float]] = list
+    home_at: Callable[[Array | None], None] = lambda _place: None
+    """Takes where a person has measured the platform, (3,) m, before an order to home; None: nobody has."""
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -147,14 +149,19 @@ class DriveStation:
             near = resting_place(self.robot) if self.begin is None else self.begin
         wanted = still_job(self.robot, near) if job is None else job
         path = TimedPath.of(wanted, None, owner.drum.valve if job is not None and owner.extrusion is not None else 0.0)
+        homing = machine.homing(near)
         procedures: dict[PrintState, Procedure] = {
             PrintState.TENSIONING: taking_up(machine),
-            PrintState.HOMING: machine.homing(near),
+            PrintState.HOMING: homing,
         }
+
+        def home_at(place: Array | None) -> None:
+            homing.settings = replace(homing.settings, place=place)
+
         paced = Paced(machine.machine)
         if self.port is not None:  # virtual time
             machine.machine = paced  # type: ignore[assignment]
         printer = machine.printer(path, "model", procedures)
         epoch = datetime.now(UTC).replace(microsecond=0)
         head = LogHead(self.robot, owner, owner.period, kind="real", epoch=epoch)
-        return Sitting(printer, path, head, job, lateness=lambda: list(paced.lateness))
+        return Sitting(printer, path, head, job, lateness=lambda: list(paced.lateness), home_at=home_at)

@@ -39,7 +39,12 @@ export class Orders {
 
   get mine() { return Boolean(this.operator) && this.operator.number === this.number; }
 
-  async asked(kind) { if (!SURE[kind] || await this.sure(...SURE[kind], "Yes")) this.give(kind); }
+  async asked(kind) {
+    at("ask-place").hidden = kind !== "home";
+    const sure = !SURE[kind] || await this.sure(...SURE[kind], "Yes"), place = at("place").value.trim();
+    at("ask-place").hidden = true;
+    if (sure) this.give(kind, kind === "home" && place ? { place: place.split(/[,;\s]+/).map(Number) } : {});
+  }
 
   async give(kind, args) {
     const refusal = await this.link.order(kind, args);
