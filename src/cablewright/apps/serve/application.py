@@ -7,7 +7,7 @@ import itertools
 import json
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -263,11 +263,13 @@ class Page:
 async def _body(request: Request, most: int) -> bytes:
     """The body of a request, of which no more than so many bytes are read."""
     whole = b""
-    async for piece in request.stream():
-        whole += piece
-        if len(whole) > most:
-            return b""
-    return whole
+    with suppress(ClientDisconnect):
+        async for piece in request.stream():
+            whole += piece
+            if len(whole) > most:
+                return b""
+        return whole
+    return b""
 
 
 async def _json(request: Request) -> dict[str, Any]:

@@ -66,7 +66,10 @@ class Live:
 
     async def _hear(self, client: Client) -> None:
         while True:
-            data = await self.socket.receive_text()
+            message = await self.socket.receive()
+            data = message.get("text")
+            if message["type"] != "websocket.receive" or data is None:
+                return  # it has gone, or sends what no page does
             if not client.messages.take():
                 return  # whoever sends so much is no person at a page
             try:

@@ -58,7 +58,7 @@ def main() -> None:
     threading.Thread(target=end_with_control, daemon=True).start()
     config = uvicorn.Config(
         page_of(given).application(),
-        log_level="warning",
+        log_level="error",
         access_log=False,
         server_header=False,
         date_header=False,
