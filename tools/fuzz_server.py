@@ -30,7 +30,7 @@ PATHS: Final = (
 METHODS: Final = ("GET", "POST", "PUT", "DELETE", "HEAD", "OPTIONS", "PATCH", "TRACE", "G\u00cbT")
 IDS: Final = ("0" * 16, "..", "%2e%2e", "../../x", "a" * 16, "0123456789abcdef", "/etc", "~", "con", "\u202e")
 RUNS: Final = ("20260101-000000-x", "..", "%2e%2e", "20260101-000000-../../x", "20260101-000000-" + "a" * 200)
-KINDS: Final = (
+KINDS: Final[tuple[object, ...]] = (
     "enable", "take up", "home", "release", "jog", "go to", "park", "start", "pause", "resume", "override", "refilled",
     "stop", "reset", "emergency", "", None, 7, [], "ENABLE", "a" * 500,
 )  # fmt: skip

@@ -9,6 +9,7 @@ Needs the extra web, and Linux.
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import os
 import sys
@@ -41,8 +42,8 @@ def _checked_job(server: Any, page: Any, settings: str) -> str:
 
 def measured(watched: bool, settings: str) -> dict[str, Any]:
     """Print once; return how late its steps were."""
-    from served import client, served
-
+    tests = importlib.import_module("served")
+    client, served = tests.client, tests.served
     with (
         tempfile.TemporaryDirectory() as folder,
         served(Path(folder) / "out", "house-printer", "--seed", "1") as server,
@@ -89,9 +90,7 @@ def main() -> int:
     parser.add_argument("--layers", type=int, default=3)
     given = parser.parse_args()
     sys.path.insert(0, str(ROOT / "tests"))
-    from served import RING
-
-    settings = RING.replace("layers = 3", f"layers = {given.layers}")
+    settings = importlib.import_module("served").RING.replace("layers = 3", f"layers = {given.layers}")
     for watched in (False, True):
         print(json.dumps(measured(watched, settings)), flush=True)
     return 0

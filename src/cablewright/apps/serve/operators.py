@@ -45,7 +45,7 @@ class Client:
 
 def person(name: object) -> str:
     """A name as it may stand in a log: letters of one line, not many."""
-    return re.sub(r"\s+", " ", printable(name)).strip()[:40] if isinstance(name, str) else ""
+    return printable(re.sub(r"\s+", " ", name[:200]).strip())[:40] if isinstance(name, str) else ""
 
 
 @dataclass(eq=False)

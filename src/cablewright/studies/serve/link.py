@@ -89,6 +89,13 @@ class ServerLink:
             each.setblocking(False)
         return cls(Latest(state, STATE_SIZE), Latest(sitting, SITTING_SIZE), *ends)
 
+    def close(self) -> None:
+        """Give all of it back."""
+        for each in (self._orders, self._stops):
+            each.close()
+        self.state.close()
+        self.sitting.close()
+
     def send(self, message: Message, channel: ChannelName = "orders") -> bool:
         """Send a message; whether the control can take it now."""
         data = message.model_dump_json().encode()

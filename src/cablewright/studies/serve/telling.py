@@ -216,7 +216,7 @@ def told_sitting(number: int, sitting: Sitting, job: str | None, run: str | None
         "jog_speed": plan.manual.max_speed,
         "park": plan.manual.park is not None,
         "procedures": sitting.procedures,
-        "orders": _allowed(),
+        "orders": allowed_orders(),
         "powder": plan.powder if math.isfinite(plan.powder) else None,
         "period": printer.machine.period,
         "job": None if sitting.job is None else {"id": job, "name": sitting.job.name},
@@ -226,7 +226,7 @@ def told_sitting(number: int, sitting: Sitting, job: str | None, run: str | None
     return to_json(about, inf_nan_mode="null")
 
 
-def _allowed() -> dict[str, list[str]]:
+def allowed_orders() -> dict[str, list[str]]:
     """The states in which each order has an effect, by the table of the supervisor; it is what decides in the end."""
     found = {kind.value: [state.value for state in PrintState if (state, kind) in TRANSITIONS] for kind in OrderKind}
     found[OrderKind.RESUME.value] = [PrintState.PAUSED.value, PrintState.STOPPED.value]
