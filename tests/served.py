@@ -184,6 +184,7 @@ class Client:
 
     def ready(self) -> None:
         """Operate, reset and enable the machine, until its position is known."""
+        self.until(lambda state: state.get("state") not in (None, "closed"))
         assert self.take() == ""
         if self.state["state"] == "fault":
             self.until(lambda state: self.order("reset") == "" or state["state"] != "fault")

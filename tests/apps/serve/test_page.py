@@ -185,6 +185,16 @@ def test_a_bad_and_a_huge_file_are_refused_by_name(chromium: Browser, server: Se
         page.complaints(), page._browser.events.clear()  # the refusals are in the console, as any status over 400
 
 
+def test_a_page_without_a_script_stops(chromium: Browser, server: Served) -> None:
+    with client(server) as watching:
+        watching.ready()
+        with chromium.page(f"{server.origin}/stop", 390, touch=True) as page:
+            page.run("document.querySelector('form').submit()")
+            watching.until(lambda state: state["state"] == "fault", 20.0)
+            page.until("location.pathname === '/stop' && document.querySelector('form')")
+            assert page.complaints() == []
+
+
 @pytest.mark.slow
 def test_a_job_is_sent_checked_printed_and_reported(chromium: Browser, server: Served) -> None:
     ring = RING.replace("layers = 3", "layers = 1")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
+import logging
+import os
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
@@ -35,6 +37,7 @@ _SMALL: Final = 4096  # bytes of any other
 _ANSWER: Final = 0.5  # s to wait for the control's answer
 _REPORTS: Final = 5.0  # s between looks for runs without a report
 _PARALLEL: Final = 2  # uploads at a time
+_SENDING: Final = 300  # s for one of them
 _ALIKE: Final = 0.05  # s in which one stop stands for all
 
 
@@ -78,6 +81,8 @@ class Page:
     @asynccontextmanager
     async def _tasks(self, _app: Starlette) -> AsyncIterator[None]:
         tasks = [asyncio.create_task(each) for each in (self.feed.run(), self.checks.run(), self._report())]
+        for each in tasks:
+            each.add_done_callback(_end_with)
         try:
             yield
         finally:
@@ -173,7 +178,7 @@ class Page:
             return PlainTextResponse("others are sending; try again\n", 429)
 
         async def take() -> dict[str, Any]:
-            async with self._sending:
+            async with self._sending, asyncio.timeout(_SENDING):
                 return {"bytes": await self.uploads.put(job, part, request.stream())}
 
         return await _tried(take)
@@ -260,6 +265,13 @@ class Page:
         return self.operators.of_secret(request.headers.get("x-page", ""))
 
 
+def _end_with(task: asyncio.Task[None]) -> None:
+    """End the process where one of its tasks has failed: it is started again, and pages connect anew."""
+    if not task.cancelled() and (error := task.exception()) is not None:
+        logging.getLogger("cablewright").error("the page's server fails: %r", error)
+        os._exit(1)
+
+
 async def _body(request: Request, most: int) -> bytes:
     """The body of a request, of which no more than so many bytes are read."""
     whole = b""
@@ -289,6 +301,8 @@ async def _tried(work: Callable[[], Any]) -> Response:
         return PlainTextResponse(f"{reason}\n", 413)
     except InputError as reason:
         return PlainTextResponse(f"{reason}\n", 409)
+    except TimeoutError:
+        return PlainTextResponse(f"it was not sent within {_SENDING} s\n", 408)
     except (EnvironmentFault, OSError) as reason:
         return PlainTextResponse(f"{reason}\n", 507)
     except ClientDisconnect:

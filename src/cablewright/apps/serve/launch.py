@@ -187,7 +187,10 @@ class Server:
             if code is not None and time.monotonic() - begun > _AGAIN:
                 begun = time.monotonic()
                 logging.getLogger("cablewright").warning("the page's server has ended (%s); it is started again", code)
-                self.start()
+                try:
+                    self.start()
+                except OSError as reason:  # as where there are too many processes: later
+                    logging.getLogger("cablewright").warning("the page's server cannot be started: %s", reason)
 
     def end(self) -> None:
         """End it."""

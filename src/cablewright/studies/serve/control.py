@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.errors import CablewrightError, EnvironmentFault, InputError
+from cablewright.errors import CablewrightError, EnvironmentFault, InputError, one_line
 from cablewright.file_output import write_whole
 from cablewright.machine.log.log import write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT
@@ -66,17 +66,19 @@ class Control:
         self._events.file.close()
 
     def run(self) -> None:
-        """Sit until `ends`. Raises `EnvironmentFault` for a machine that is not there at the beginning."""
+        """Sit until `ends`. What goes wrong at the beginning is raised, such as a machine that is not there."""
         load: LoadMessage | None = None
         while not self.ends():
             try:
                 load = self._sit(load)
-            except CablewrightError as error:
-                if self.number <= 1 and isinstance(error, EnvironmentFault):
+            except (CablewrightError, ArithmeticError, np.linalg.LinAlgError, MemoryError) as error:
+                if self.number <= 1:
                     raise
-                self._events.tell("fault", str(error))
-                logging.getLogger("cablewright").warning("%s", error)
-                load = self._wait(str(error)) if isinstance(error, EnvironmentFault) else None
+                why = one_line(str(error) or "there is not enough memory for this")
+                self._events.tell("fault", why)
+                logging.getLogger("cablewright").warning("%s", why)
+                by_job = load is not None and load.load is not None and not isinstance(error, EnvironmentFault)
+                load = None if by_job else self._wait(why)
 
     def _sit(self, load: LoadMessage | None) -> LoadMessage | None:
         """One sitting; return what is taken up next."""
@@ -99,6 +101,7 @@ class Control:
             self.link.sitting.write(told_sitting(self.number, sitting, wanted, run))
             if run is not None:
                 self._events.tell("run", f"run {run} begins")
+            self._refuse_all("the machine was closed")
             if run is not None:
                 stack.callback(self._end, sitting, run, timing)
             with _without_collection():
@@ -174,12 +177,18 @@ class Control:
         """Wait with the machine closed until somebody asks for it again."""
         while not self.ends():
             self.link.state.write(waiting_state(self.number, why, self._events))
-            for message in self.link.messages():
-                if isinstance(message, LoadMessage):
-                    self._events.answers.append((message.number, message.by, ""))
-                    return message
-                self._events.answers.append((message.number, message.by, f"{message.kind}: the machine is closed"))
+            if (load := self._refuse_all("the machine is closed", but_load=True)) is not None:
+                return load
             time.sleep(_AGAIN)
+        return None
+
+    def _refuse_all(self, why: str, *, but_load: bool = False) -> LoadMessage | None:
+        """Refuse the messages that have come while no machine was open; return the first that loads, if wanted."""
+        for message in self.link.messages():
+            if isinstance(message, LoadMessage) and but_load:
+                self._events.answers.append((message.number, message.by, ""))
+                return message
+            self._events.answers.append((message.number, message.by, why))
         return None
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections import deque
 from collections.abc import Callable
@@ -15,7 +16,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.control.manual import LEASE
-from cablewright.file_output import open_no_link
+from cablewright.file_output import cannot_write
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.prints.loop import Printer
 from cablewright.studies.serve.link import ControlLink
@@ -44,10 +45,10 @@ class Events:
     @classmethod
     def at(cls, path: Path) -> Events:
         """With orders kept at *path*, after those that are there. Raises `EnvironmentFault`."""
-        before = path.read_bytes() if path.is_file() and not path.is_symlink() else b""
-        file = open_no_link(path)
-        file.write(before[-_LOG_SIZE:])
-        return cls(file)
+        try:
+            return cls(open(path, "ab", opener=_no_link))
+        except OSError as reason:
+            raise cannot_write(path, reason) from None
 
     def tell(self, kind: str, text: str) -> None:
         """Say what happened, once in a row."""
@@ -63,7 +64,8 @@ class Events:
         self.file.flush()
 
 
-_LOG_SIZE: Final = 16 << 20  # bytes of earlier orders that are kept
+def _no_link(name: str, flags: int) -> int:
+    return os.open(name, flags | os.O_NOFOLLOW, 0o600)
 
 
 @dataclass(eq=False)
