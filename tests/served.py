@@ -62,7 +62,7 @@ class Served:
         given = {name.replace("_", "-"): value for name, value in headers.items()} or {
             "authorization": f"Bearer {self.token}"
         }
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
         try:
             connection.putrequest(method, path, skip_host="host" in given)
             data = body.encode() if isinstance(body, str) else body
@@ -218,7 +218,9 @@ def client(server: Served, cookie: str | None = None, **more: Any) -> Iterator[C
     headers = {"cookie": cookie or server.cookie()}
     address = f"ws://127.0.0.1:{server.port}/live"
     origin = more.pop("origin", server.origin)
-    with connect(address, additional_headers=headers, origin=origin, max_size=1 << 24, close_timeout=1) as socket:
+    with connect(
+        address, additional_headers=headers, origin=origin, max_size=1 << 24, close_timeout=1, open_timeout=PATIENCE
+    ) as socket:
         made = Client(socket)
         while not made.page:
             made.hear(5.0)

@@ -141,7 +141,8 @@ async def _page(target: Target, number: int, done: list[int]) -> None:
             await asyncio.sleep(0.05)
 
 
-async def _fuzz(target: Target, number: int, messages: int) -> int:
+async def fuzz_target(target: Target, number: int, messages: int) -> int:
+    """Send so many, of which so many are messages of pages; return how many of these were sent."""
     await target.enter()
     done = [0]
     pages = [asyncio.create_task(_page(target, messages // WITHOUT_LEASE, done)) for _ in range(WITHOUT_LEASE)]
@@ -169,7 +170,7 @@ def fuzz(number: int, seed: int) -> dict[str, Any]:
             target = Target(process.stderr.readline().strip(), random.Random(seed))
             time.sleep(5.0)
             begin = time.monotonic()
-            messages = asyncio.run(_fuzz(target, number, number // 5))
+            messages = asyncio.run(fuzz_target(target, number, number // 5))
             taken = time.monotonic() - begin
             alive = process.poll() is None
         finally:
