@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import socket
 import struct
@@ -18,6 +19,8 @@ pytest.importorskip("starlette")
 
 from websockets.exceptions import InvalidStatus
 
+from cablewright.robot import load
+from cablewright.studies.serve.jobs import JobCheck, subject_of, write_check
 from served import RING, Served, client
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")
@@ -214,6 +217,39 @@ def test_a_dead_server_changes_nothing_and_is_started_again(server: Served) -> N
         assert again.state["state"] == "idle"
         assert again.operator is None
         assert again.take() == ""
+
+
+def test_a_job_is_loaded_only_after_its_check_and_a_run_whose_folder_goes_ends(server: Served) -> None:
+    with client(server) as first:
+        first.until(lambda state: state.get("state") not in (None, "closed"))
+        assert first.take() == ""
+        own = {"authorization": f"Bearer {server.token}", "x-page": first.page}
+        number = json.loads(server.ask("POST", "/jobs", '{"name": "ring"}', **own)[1])["id"]
+        assert server.ask("PUT", f"/jobs/{number}/settings", RING, **own)[0] == 200
+        folder = server.folder / "jobs" / number
+        subject = subject_of(folder, load("house-printer"))
+        write_check(folder, JobCheck(subject=subject, answer="no", why="too heavy"))
+        status, text, _ = server.ask("POST", f"/jobs/{number}/load", "{}", **own)
+        assert (status, text.strip()) == (409, "load: its check said no, which nobody has confirmed: too heavy")
+        before = first.state["sitting"]
+        confirmed = json.dumps({"confirmed": subject})
+        assert server.ask("POST", f"/jobs/{number}/load", confirmed, **own)[0] == 200
+        first.until(lambda state: state["sitting"] > before and state["state"] == "fault")
+        first.until(lambda _: (first.sitting.get("job") or {}).get("id") == number)
+        first.ready()
+        assert server.ask("DELETE", f"/jobs/{number}", **own)[0] == 409  # it is in use
+        assert first.order("start") == ""
+        first.until(lambda state: state["state"] == "ready")
+        assert "not at rest" in server.ask("POST", "/close", "{}", **own)[1]
+        run = first.sitting["run"]
+        shutil.rmtree(server.folder / "runs" / run)
+        first.until(lambda state: state["state"] == "closed")
+        assert "cannot be written" in first.state["reason"]
+        assert server.ask("GET", f"/runs/{run}/report")[0] == 404
+        first.during(0.1)
+        assert server.ask("POST", "/close", "{}", **own)[0] == 200  # it is opened again
+        first.until(lambda state: state["state"] == "fault" and state["reason"] == "not reset since it was started")
+        assert server.ask("DELETE", f"/jobs/{number}", **own)[0] == 200
 
 
 def test_a_port_in_use_is_named(server: Served, tmp_path: Path, cli) -> None:

@@ -34,7 +34,7 @@ from cablewright.studies.serve.messages import LoadMessage, OrderMessage
 
 _ENTER: Final = 1024  # bytes of the message with a token
 _SMALL: Final = 4096  # bytes of any other
-_ANSWER: Final = 0.5  # s to wait for the control's answer
+_ANSWER: Final = 2.0  # s to wait for the control's answer
 _REPORTS: Final = 5.0  # s between looks for runs without a report
 _PARALLEL: Final = 2  # uploads at a time
 _SENDING: Final = 300  # s for one of them

@@ -111,13 +111,16 @@ class Control:
     def _job(self, load: LoadMessage | None) -> Job | None:
         if load is None or load.load is None:
             return None
-        if why := self._may_load(load):
-            raise InputError(f"load: {why}")
         folder = folder_of(self.folder / JOBS, load.load)
+        if why := self._may_load(load, subject_of(folder, self.station.robot)):
+            raise InputError(f"load: {why}")
         return load_served(folder, load.load)
 
-    def _may_load(self, load: LoadMessage) -> str:
-        """Why a job may not be taken up; an empty text: it may. Its files must be those that were checked."""
+    def _may_load(self, load: LoadMessage, subject: str = "") -> str:
+        """Why a job may not be taken up; an empty text: it may. Its files must be those that were checked.
+
+        *subject*: of its files now; empty, while the machine is open: large files are not read then.
+        """
         if load.load is None:
             return ""
         try:
@@ -125,7 +128,7 @@ class Control:
             check = read_check(folder)
             if check is None:
                 return "it was not checked yet"
-            return check.refusal(subject_of(folder, self.station.robot), load.confirmed)
+            return check.refusal(subject or check.subject, load.confirmed)
         except InputError as error:
             return str(error)
 
