@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 PATIENCE = 90.0  # s
+FRESH = 1.5  # s, of a state
 RING = """
 schema = 1
 name = "ring"
@@ -154,9 +155,9 @@ class Client:
         return True
 
     def until(self, condition: Callable[[dict[str, Any]], Any], patience: float = PATIENCE) -> None:
-        """Hear until the state is so."""
+        """Hear until the state is so, and is no old one that nobody has heard yet."""
         end = time.monotonic() + patience
-        while not condition(self.state):
+        while not (time.monotonic() - self.state.get("clock", -1e9) < FRESH and condition(self.state)):
             self.hear()
             assert time.monotonic() < end, self.state
 
@@ -198,6 +199,16 @@ class Client:
         while self.hear(0.0):
             pass
         self.send(t="jog", seq=number, beat=self.beat if beat is None else beat, velocity=list(velocity))
+
+    def hold(self, velocity: Any, number: int, until: Callable[[dict[str, Any]], Any]) -> int:
+        """Hold the button of a jog until the state is so; returns the number of the last lease."""
+        end = time.monotonic() + PATIENCE
+        while not until(self.state):
+            number += 1
+            self.jog(velocity, number)
+            self.during(0.04)
+            assert time.monotonic() < end, self.state
+        return number
 
     def _answer(self, kind: str, number: int | None) -> str:
         end = time.monotonic() + 20.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
+from collections.abc import Coroutine
 from typing import TYPE_CHECKING, Any, Final, TypeGuard
 
 from pydantic import ValidationError
@@ -144,17 +145,17 @@ class Live:
 
     async def _answer(self, asked: int, number: int, by: str) -> None:
         refusal = await self.page.answer(number, by)
-        await self.socket.send_text(to_json({"t": "answer", "id": asked, "refusal": refusal}).decode())
+        await self._say({"t": "answer", "id": asked, "refusal": refusal})
+
+    async def _say(self, message: dict[str, Any]) -> None:
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it has gone
+            await self.socket.send_text(to_json(message).decode())
 
     def _tell(self, message: dict[str, Any]) -> None:
-        self._later(self.socket.send_text(to_json(message).decode()))
+        self._later(self._say(message))
 
-    def _later(self, work: Any) -> None:
-        async def done() -> None:
-            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
-                await work
-
-        task = asyncio.create_task(done())
+    def _later(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
         self._waiting.add(task)
         task.add_done_callback(self._waiting.discard)
 

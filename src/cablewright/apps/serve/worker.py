@@ -69,18 +69,19 @@ def write_station(folder: Path, robot: Any, owner: Any) -> None:
 
 def check_job(folder: Path, number: str) -> JobCheck:
     """Check a job, and write its answer, its report and its scene. Raises `EnvironmentFault`."""
-    from cablewright.apps.report import check as report
-    from cablewright.apps.serve.shapes import live_scene
-    from cablewright.machine.log.head import LogHead
-    from cablewright.printing.layers import layer_table
-    from cablewright.studies.checks.check import check
-
     uploads = Uploads(folder)
     own = uploads.job(number)
     robot, owner = station_of(folder)
     subject = subject_of(own, robot)
     try:
-        job = load_served(own, uploads.name(number))
+        job = load_served(own, uploads.name(number))  # what is no job is refused before the rest is imported
+
+        from cablewright.apps.report import check as report
+        from cablewright.apps.serve.shapes import live_scene
+        from cablewright.machine.log.head import LogHead
+        from cablewright.printing.layers import layer_table
+        from cablewright.studies.checks.check import check
+
         found = check(robot, job)
         rmtree(own / REPORT, ignore_errors=True)  # of an earlier check
         with whole_folder(own / REPORT) as part:
