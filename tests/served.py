@@ -186,7 +186,10 @@ class Client:
     def ready(self) -> None:
         """Operate, reset and enable the machine, until its position is known."""
         self.until(lambda state: state.get("state") not in (None, "closed"))
-        assert self.take() == ""
+        end = time.monotonic() + 20.0  # until the page before has gone
+        while why := self.take():
+            assert time.monotonic() < end, why
+            self.during(0.2)
         if self.state["state"] == "fault":
             self.until(lambda state: self.order("reset") == "" or state["state"] != "fault")
         self.until(lambda state: state["state"] in ("off", "idle"))
