@@ -3,6 +3,7 @@
 #   make check   lint, types, import ranks, sizes, advisories             make test    the tests (make slow: the slow ones too)
 #   make bench   timings and comparisons                                  make docs    the documentation site
 #   make fuzz    mutated files for all readers, an hour (SECONDS=60: a minute); what fails is kept in tests/fuzz_cases
+#   make fuzz-server  a hundred thousand foul requests and messages to a server of its own, two minutes
 #   make kills   60 commands that are killed, interrupted, without room or in company, ten minutes
 #   make lock    resolves requirements/*.txt anew; the only target that installs something not pinned by hash
 
@@ -13,7 +14,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 CHECKED := $(wildcard src tests tools examples benchmarks)
 
-.PHONY: demo setup check test slow fuzz kills bench docs lock clean
+.PHONY: demo setup check test slow fuzz fuzz-server kills bench docs lock clean
 
 demo: $(VENV)/.run
 	$(BIN)/cablewright check house-printer examples/house.toml
@@ -38,6 +39,9 @@ slow: $(VENV)/.dev
 
 fuzz: $(VENV)/.dev
 	$(BIN)/python tools/fuzz.py --seconds $(SECONDS)
+
+fuzz-server: $(VENV)/.dev
+	$(BIN)/python tools/fuzz_server.py --number 100000
 
 kills: $(VENV)/.dev
 	$(BIN)/python tools/kill_campaigns.py

@@ -86,9 +86,9 @@ class Browser:
 
     @contextmanager
     def page(
-        self, file: Path, width: int, height: int = 900, *, dark: bool = False, touch: bool = False
+        self, file: Path | str, width: int, height: int = 900, *, dark: bool = False, touch: bool = False
     ) -> Iterator[Page]:
-        """A page of a *file*, its size in pixels, until it is ready."""
+        """A page of a *file* or an address, its size in pixels, until it is ready."""
         target = self.send("Target.createTarget", url="about:blank")["targetId"]
         session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         self.events.clear()
@@ -99,7 +99,7 @@ class Browser:
         page.send("Emulation.setTouchEmulationEnabled", enabled=touch, maxTouchPoints=5)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         page.send("Emulation.setEmulatedMedia", features=[scheme])
-        page.send("Page.navigate", url=file.resolve().as_uri())
+        page.send("Page.navigate", url=file if isinstance(file, str) else file.resolve().as_uri())
         page.until("document.readyState === 'complete'")
         try:
             yield page

@@ -3,12 +3,12 @@ import { View } from "./view.js";
 import { Panel } from "./panel.js";
 import { make } from "./words.js";
 
-async function mount(host) {
+async function mount(host, scene) {
   const stage = host.querySelector(".stage");
   const canvas = make("canvas", { tabIndex: 0 });
   let view;
   try {
-    const given = JSON.parse(document.getElementById(host.dataset.scene).textContent);
+    const given = scene ?? JSON.parse(document.getElementById(host.dataset.scene).textContent);
     canvas.setAttribute("role", "img");
     canvas.setAttribute("aria-label", `${given.title}, in three dimensions`);
     if (!window.WebGL2RenderingContext) throw new Error("no WebGL 2");
@@ -28,4 +28,5 @@ async function mount(host) {
   host.dataset.ready = "yes";
 }
 
+window.cablewright = { mount }; // of a scene that comes later
 for (const host of document.querySelectorAll(".viewer[data-scene]")) mount(host);

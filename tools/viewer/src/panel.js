@@ -187,6 +187,7 @@ export class Panel {
   }
 
   state() {
+    if (this.view.live) return; // the operator's page tells it by itself
     const { view } = this, { given, path } = view, frame = view.frame, told = [];
     const item = (what, value, kind = "") => told.push(make("div", { className: `item ${kind}` }, make("span", { className: "what", textContent: what }), make("span", { textContent: value })));
     const pose = view.pose(), turned = pose.length > 3;

@@ -65,6 +65,7 @@ COMMANDS = {
         "print": ("print_job.PrintJobCommand", "Print a job closed-loop, on a simulated machine or on drives."),
         "simulate": ("simulate.SimulateCommand", "Drive a simulated machine along a path and log its sensors."),
         "drives": ("drives.DrivesCommand", "Winches of a real machine on CANopen drives, or virtual ones."),
+        "serve": ("serve.ServeCommand", "Watch and operate a machine in a browser, simulated or on drives."),
         "replay": ("replay.ReplayCommand", "Run the estimation on a log and compare it with the truth in it."),
     },
     "Tools": {

@@ -1,0 +1,1 @@
+"""The operator's page: a server of its own process, beside the control."""

@@ -1,0 +1,244 @@
+"""Who may do what: hosts, origins, the token and its cookie, and how often."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import re
+import secrets
+import time
+from collections import OrderedDict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+TOKEN_LETTERS: Final = 43
+"""Of a token: 256 bits."""
+
+_MAX_AGE: Final = 7 * 24 * 3600  # s of a cookie
+_SESSIONS: Final = 1000  # whose rate is counted
+_SAFE: Final = ("GET", "HEAD")
+_COOKIE: Final = re.compile(r"([0-9a-f]{16})\.([0-9a-f]{64})")
+
+FOXGLOVE_ORIGINS: Final = ("https://app.foxglove.dev", "https://studio.foxglove.dev", "file://")
+"""Origins of Foxglove's own programs, which may read the live log by its address."""
+
+POLICY: Final = (
+    b"default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    b"base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+"""What the page may load: its own, and nothing else."""
+
+HEADERS: Final = (
+    (b"content-security-policy", POLICY),
+    (b"x-content-type-options", b"nosniff"),
+    (b"x-frame-options", b"DENY"),
+    (b"referrer-policy", b"same-origin"),  # with no-referrer a plain form would name no origin
+    (b"cross-origin-opener-policy", b"same-origin"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+    (b"cache-control", b"no-store"),
+)
+"""Of every answer; a report has another policy, under which its own scripts run without this origin's rights."""
+
+REPORT_POLICY: Final = (
+    b"sandbox allow-scripts; default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
+    b"frame-ancestors 'none'"
+)
+
+
+def new_token() -> str:
+    """A token that nobody can guess."""
+    return secrets.token_urlsafe(32)
+
+
+@dataclass(eq=False)
+class Bucket:
+    """So many at once, and so many a second."""
+
+    most: float
+    rate: float
+    _left: float = field(init=False)
+    _since: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin full."""
+        self._left, self._since = self.most, time.monotonic()
+
+    def take(self) -> bool:
+        """Whether one more is allowed."""
+        now = time.monotonic()
+        self._left = min(self.most, self._left + (now - self._since) * self.rate)
+        self._since = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
+
+
+@dataclass(eq=False)
+class Access:
+    """What a server with these *hosts* lets in. ``key``: of cookies, known to this start alone.
+
+    ``token``: SHA-256 of the token. ``secure``: whether the page is served by TLS. ``port``: in the cookie's name, as
+    browsers do not tell ports apart.
+    """
+
+    key: bytes
+    token: bytes
+    hosts: frozenset[str]
+    port: int
+    secure: bool
+    _rates: OrderedDict[str, Bucket] = field(default_factory=OrderedDict, repr=False)
+    _guesses: Bucket = field(default_factory=lambda: Bucket(10, 1.0), repr=False)
+
+    @property
+    def cookie_name(self) -> str:
+        """Of this server."""
+        return f"cablewright-{self.port}"
+
+    @property
+    def view_token(self) -> str:
+        """A token by which the live log can be read, and nothing else."""
+        return hmac.new(self.key, b"view", hashlib.sha256).hexdigest()[:32]
+
+    def knows_host(self, headers: Iterable[tuple[bytes, bytes]]) -> bool:
+        """Whether the request names one of our hosts, once: a foreign name that leads here is refused."""
+        given = [value for name, value in headers if name == b"host"]
+        return len(given) == 1 and given[0].decode("latin-1").lower() in self.hosts
+
+    def origin_of(self, headers: Iterable[tuple[bytes, bytes]]) -> str | None:
+        """``own``, ``foxglove``, ``foreign``, or None where the request names none."""
+        given = [value.decode("latin-1").lower() for name, value in headers if name == b"origin"]
+        if not given:
+            return None
+        scheme = "https" if self.secure else "http"
+        if len(given) == 1 and given[0] in {f"{scheme}://{host}" for host in self.hosts}:
+            return "own"
+        return "foxglove" if len(given) == 1 and given[0] in FOXGLOVE_ORIGINS else "foreign"
+
+    def is_token(self, given: str) -> bool:
+        """Whether it is the token, in a time that tells nothing of it."""
+        return hmac.compare_digest(hashlib.sha256(given.encode("utf-8", "replace")).digest(), self.token)
+
+    def may_guess(self) -> bool:
+        """Whether one more wrong token is answered at once."""
+        return self._guesses.take()
+
+    def is_view_token(self, given: str) -> bool:
+        """Whether it lets read the live log."""
+        return hmac.compare_digest(given.encode("utf-8", "replace"), self.view_token.encode())
+
+    def new_cookie(self) -> tuple[str, str]:
+        """A new session, and the header that sets its cookie."""
+        session = secrets.token_hex(8)
+        parts = [f"{self.cookie_name}={session}.{self._mark(session)}", "Path=/", "HttpOnly", "SameSite=Strict"]
+        return session, "; ".join([*parts, f"Max-Age={_MAX_AGE}", *(["Secure"] if self.secure else [])])
+
+    def session_of(self, headers: Iterable[tuple[bytes, bytes]]) -> str | None:
+        """The session of the request's cookie, ``bearer`` of its token; None where neither is valid."""
+        for name, value in headers:
+            text = value.decode("latin-1")
+            if name == b"authorization" and text.lower().startswith("bearer ") and self.is_token(text[7:].strip()):
+                return "bearer"
+            if name == b"cookie" and (found := self._in_cookies(text)):
+                return found
+        return None
+
+    def allows(self, session: str) -> bool:
+        """Whether the session's rate is within its limit."""
+        bucket = self._rates.pop(session, None) or Bucket(200, 40.0)
+        self._rates[session] = bucket
+        while len(self._rates) > _SESSIONS:
+            self._rates.popitem(last=False)
+        return bucket.take()
+
+    def _in_cookies(self, text: str) -> str | None:
+        for part in text[:4096].split(";"):
+            name, _, value = part.strip().partition("=")
+            match = _COOKIE.fullmatch(value)
+            if name == self.cookie_name and match and hmac.compare_digest(match[2], self._mark(match[1])):
+                return match[1]
+        return None
+
+    def _mark(self, session: str) -> str:
+        return hmac.new(self.key, b"session " + session.encode(), hashlib.sha256).hexdigest()
+
+
+def is_safe(method: str) -> bool:
+    """Whether a request of this method changes nothing."""
+    return method in _SAFE
+
+
+class Guard:
+    """ASGI: nothing passes that `Access` does not let in, and every answer has the headers of `HEADERS`."""
+
+    def __init__(self, app: Any, access: Access) -> None:
+        """Before *app*."""
+        self.app, self.access = app, access
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        """One request or socket."""
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+            return
+        refusal = self._refusal(scope)
+        if refusal is not None and scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": 1008})
+            return
+        told = _with_headers(send, _is_report(scope["path"]))
+        if refusal is not None:
+            status, text, page = refusal
+            if page and scope["method"] == "GET":
+                await self.app(scope | {"path": "/enter", "raw_path": b"/enter"}, receive, told)
+                return
+            await told({
+                "type": "http.response.start",
+                "status": status,
+                "headers": [(b"content-type", b"text/plain; charset=utf-8")],
+            })  # fmt: skip
+            await told({"type": "http.response.body", "body": text.encode()})
+            return
+        await self.app(scope, receive, told)
+
+    def _refusal(self, scope: Any) -> tuple[int, str, bool] | None:
+        """Status and text of what is not let in, and whether the page that asks for the token may answer."""
+        access, headers, path = self.access, scope["headers"], scope["path"]
+        if not access.knows_host(headers):
+            return 421, "this server does not answer to that name\n", False
+        origin = access.origin_of(headers)
+        if path.startswith("/foxglove/"):
+            return (403, "that origin may not read here\n", False) if origin == "foreign" else None
+        is_socket = scope["type"] == "websocket"
+        if origin not in (None, "own"):
+            return 403, "requests from other origins are refused\n", False
+        if path == "/enter" or path in PUBLIC:
+            return None
+        session = access.session_of(headers)
+        if session is None:
+            return 401, "a token is needed: the one that `cablewright serve` showed when it started\n", path == "/"
+        if session != "bearer" and origin is None and (is_socket or not is_safe(scope["method"])):
+            return 403, "a request that changes something names its origin\n", False
+        if path != "/stop" and not access.allows(session):
+            return 429, "too many requests\n", False
+        scope["session"] = session
+        return None
+
+
+PUBLIC: Final = frozenset({"/static/enter.js", "/static/operate.css", "/static/icon.svg"})
+"""What is shown to those who have not entered a token."""
+
+
+def _is_report(path: str) -> bool:
+    return path.endswith("/report")
+
+
+def _with_headers(send: Any, report: bool) -> Any:
+    own = HEADERS if not report else ((HEADERS[0][0], REPORT_POLICY), *HEADERS[1:])
+
+    async def told(message: Any) -> None:
+        if message["type"] == "http.response.start":
+            message["headers"] = [*message.get("headers", ()), *own]
+        await send(message)
+
+    return told

@@ -1,0 +1,320 @@
+"""The routes of the operator's page."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+import logging
+import os
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from starlette.applications import Starlette
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from cablewright.apps.serve import foxglove
+from cablewright.apps.serve.access import Access, Guard
+from cablewright.apps.serve.assets import ASSETS, asset
+from cablewright.apps.serve.checks import Checks
+from cablewright.apps.serve.feed import Feed
+from cablewright.apps.serve.live import Live
+from cablewright.apps.serve.operators import Client, Operators
+from cablewright.apps.serve.uploads import PARTS, TooLarge, Uploads
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.signals import OrderKind
+from cablewright.studies.serve.link import ServerLink
+from cablewright.studies.serve.messages import LoadMessage, OrderMessage
+
+_ENTER: Final = 1024  # bytes of the message with a token
+_SMALL: Final = 4096  # bytes of any other
+_ANSWER: Final = 2.0  # s to wait for the control's answer
+_REPORTS: Final = 5.0  # s between looks for runs without a report
+_PARALLEL: Final = 2  # uploads at a time
+_SENDING: Final = 300  # s for one of them
+_ALIKE: Final = 0.05  # s in which one stop stands for all
+
+
+@dataclass(eq=False)
+class Page:
+    """All that the routes share."""
+
+    access: Access
+    link: ServerLink
+    feed: Feed
+    operators: Operators
+    uploads: Uploads
+    checks: Checks
+    numbers: Any = field(default_factory=lambda: itertools.count(round(1e3 * time.monotonic())))
+    _readers: int = 0
+    _stopped: float = -1.0
+    _sending: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(_PARALLEL))
+
+    def application(self) -> Guard:
+        """The whole application, guarded."""
+        routes = [
+            Route("/", self.index),
+            Route("/enter", self.enter, methods=["GET", "POST"]),
+            Route("/static/{name}", self.static),
+            Route("/scene", self.scene),
+            Route("/stop", self.stop, methods=["GET", "POST"]),
+            Route("/jobs", self.jobs, methods=["GET", "POST"]),
+            Route("/jobs/{job}/{part}", self.put, methods=["PUT"]),
+            Route("/jobs/{job}/check", self.check, methods=["POST"]),
+            Route("/jobs/{job}/load", self.load, methods=["POST"]),
+            Route("/jobs/{job}/report", self.job_report),
+            Route("/jobs/{job}", self.remove, methods=["DELETE"]),
+            Route("/close", self.load, methods=["POST"]),
+            Route("/runs", self.runs),
+            Route("/runs/{run}/report", self.run_report),
+            WebSocketRoute("/live", self.live),
+            WebSocketRoute("/foxglove/{token}", self.foxglove),
+        ]
+        return Guard(Starlette(routes=routes, lifespan=self._tasks), self.access)
+
+    @asynccontextmanager
+    async def _tasks(self, _app: Starlette) -> AsyncIterator[None]:
+        tasks = [asyncio.create_task(each) for each in (self.feed.run(), self.checks.run(), self._report())]
+        for each in tasks:
+            each.add_done_callback(_end_with)
+        try:
+            yield
+        finally:
+            for each in tasks:
+                each.cancel()
+
+    async def _report(self) -> None:
+        """Ask for the reports of runs that have ended."""
+        while True:
+            await asyncio.sleep(_REPORTS)
+            present = self.feed.sitting.get("run")
+            for name in await asyncio.to_thread(self.uploads.unreported):
+                if name != present:
+                    self.checks.ask("report", name)
+
+    async def index(self, _request: Request) -> Response:
+        """The page."""
+        return asset("index.html")
+
+    async def enter(self, request: Request) -> Response:
+        """Where the token is entered, and taken."""
+        if request.method == "GET":
+            return asset("enter.html")
+        token = (await _body(request, _ENTER)).decode("utf-8", "replace").strip()
+        if not self.access.is_token(token):
+            if not self.access.may_guess():
+                return PlainTextResponse("too many wrong tokens; wait a second\n", 429)
+            return PlainTextResponse("that is not the token of this start of `cablewright serve`\n", 401)
+        _, cookie = self.access.new_cookie()
+        return PlainTextResponse("welcome\n", headers={"set-cookie": cookie})
+
+    async def static(self, request: Request) -> Response:
+        """A file of the page, by its name alone."""
+        name = request.path_params["name"]
+        return asset(name) if name in ASSETS else PlainTextResponse("there is no such file\n", 404)
+
+    async def scene(self, _request: Request) -> Response:
+        """The scene of the present sitting."""
+        if self.feed.scene is None:
+            return PlainTextResponse("the scene is being made\n", 503)
+        return Response(self.feed.scene, media_type="application/json")
+
+    async def stop(self, request: Request) -> Response:
+        """Stop the machine. Whoever may look may do so; no lease, no limit of rate, no body is needed."""
+        if request.method == "GET":
+            return asset("stop.html")
+        session = request.scope["session"]
+        sent = self.send_stop("a request with the token" if session == "bearer" else f"browser {session[:4]}")
+        if "text/html" in request.headers.get("accept", ""):
+            return RedirectResponse("/stop", 303) if sent else asset("stop.html", 503)
+        return PlainTextResponse("stop was sent\n" if sent else "the control does not answer\n", 202 if sent else 503)
+
+    def send_stop(self, by: str) -> bool:
+        """Send a stop by its own channel; whether the control can take it."""
+        now = time.monotonic()
+        if now - self._stopped < _ALIKE:
+            return True
+        message = OrderMessage(by=by, number=next(self.numbers), at=now, kind=OrderKind.EMERGENCY)
+        sent = self.link.send(message, "stops")
+        self._stopped = now if sent else -1.0
+        return sent
+
+    async def answer(self, number: int, by: str) -> str:
+        """Wait for what the control answers: why not, or an empty text."""
+        end = time.monotonic() + _ANSWER
+        while time.monotonic() < end:
+            found = self.feed.answer_of(number, by)
+            if found is not None:
+                return found
+            await asyncio.sleep(0.02)
+        return "the control has not answered yet"
+
+    async def jobs(self, request: Request) -> Response:
+        """List all jobs, or begin a new one."""
+        if request.method == "GET":
+            return JSONResponse(await asyncio.to_thread(self.uploads.jobs, self.checks.busy))
+        if self._operator(request) is None:
+            return _not_operating()
+        given = await _json(request)
+        return await _tried(lambda: asyncio.to_thread(self._new_job, given.get("name")))
+
+    def _new_job(self, name: object) -> dict[str, Any]:
+        return {"id": self.uploads.new_job(name)}
+
+    async def put(self, request: Request) -> Response:
+        """Take a file of a job."""
+        if self._operator(request) is None:
+            return _not_operating()
+        job, part = request.path_params["job"], request.path_params["part"]
+        if part not in PARTS:
+            return PlainTextResponse("there is no such part of a job\n", 404)
+        if self._sending.locked():
+            return PlainTextResponse("others are sending; try again\n", 429)
+
+        async def take() -> dict[str, Any]:
+            async with self._sending, asyncio.timeout(_SENDING):
+                return {"bytes": await self.uploads.put(job, part, request.stream())}
+
+        return await _tried(take)
+
+    async def check(self, request: Request) -> Response:
+        """Check a job."""
+        if self._operator(request) is None:
+            return _not_operating()
+        job = request.path_params["job"]
+
+        async def ask() -> dict[str, Any]:
+            self.uploads.job(job)
+            if why := self.checks.ask("check", job):
+                raise InputError(why)
+            return {"asked": True}
+
+        return await _tried(ask)
+
+    async def load(self, request: Request) -> Response:
+        """Take up a job, or none."""
+        client = self._operator(request)
+        if client is None:
+            return _not_operating()
+        given, job = await _json(request), request.path_params.get("job")
+        number, confirmed = next(self.numbers), str(given.get("confirmed", ""))[:64]
+
+        async def load() -> dict[str, Any]:
+            if job is not None:
+                self.uploads.job(job)
+            message = LoadMessage(by=client.title, number=number, at=time.monotonic(), load=job, confirmed=confirmed)
+            if not self.link.send(message):
+                raise EnvironmentFault("the control does not answer")
+            if why := await self.answer(number, client.title):
+                raise InputError(why)
+            return {"loaded": job}
+
+        return await _tried(load)
+
+    async def remove(self, request: Request) -> Response:
+        """Remove a job that is not loaded."""
+        if self._operator(request) is None:
+            return _not_operating()
+        job = request.path_params["job"]
+        loaded = (self.feed.sitting.get("job") or {}).get("id")
+
+        async def remove() -> dict[str, Any]:
+            if job == loaded or job in self.checks.busy:
+                raise InputError("the job is in use")
+            await asyncio.to_thread(self.uploads.remove, job)
+            return {"removed": job}
+
+        return await _tried(remove)
+
+    async def job_report(self, request: Request) -> Response:
+        """The report of a job's check."""
+        return await _report_of(self.uploads.job_report, request.path_params["job"])
+
+    async def runs(self, _request: Request) -> Response:
+        """List all runs."""
+        return JSONResponse(await asyncio.to_thread(self.uploads.runs, self.checks.busy))
+
+    async def run_report(self, request: Request) -> Response:
+        """The report of a run."""
+        return await _report_of(self.uploads.run_report, request.path_params["run"])
+
+    async def live(self, socket: WebSocket) -> None:
+        """One page that is open."""
+        await Live(self, socket).run()
+
+    async def foxglove(self, socket: WebSocket) -> None:
+        """One program that reads the live log."""
+        allowed = self.access.is_view_token(socket.path_params["token"]) and self._readers < foxglove.MAX_CLIENTS
+        if not allowed:
+            await socket.close(1008)
+            return
+        self._readers += 1
+        try:
+            await foxglove.Reader(socket, self.feed).run()
+        finally:
+            self._readers -= 1
+
+    def _operator(self, request: Request) -> Client | None:
+        """The page that operates, if the request is its own."""
+        return self.operators.of_secret(request.headers.get("x-page", ""))
+
+
+def _end_with(task: asyncio.Task[None]) -> None:
+    """End the process where one of its tasks has failed: it is started again, and pages connect anew."""
+    if not task.cancelled() and (error := task.exception()) is not None:
+        logging.getLogger("cablewright").error("the page's server fails: %r", error)
+        os._exit(1)
+
+
+async def _body(request: Request, most: int) -> bytes:
+    """The body of a request, of which no more than so many bytes are read."""
+    whole = b""
+    with suppress(ClientDisconnect):
+        async for piece in request.stream():
+            whole += piece
+            if len(whole) > most:
+                return b""
+        return whole
+    return b""
+
+
+async def _json(request: Request) -> dict[str, Any]:
+    """The JSON object of a request; empty where there is none."""
+    try:
+        found = json.loads(await _body(request, _SMALL) or b"{}")
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+async def _tried(work: Callable[[], Any]) -> Response:
+    """What *work* answers, or why it was refused."""
+    try:
+        return JSONResponse(await work())
+    except TooLarge as reason:
+        return PlainTextResponse(f"{reason}\n", 413)
+    except InputError as reason:
+        return PlainTextResponse(f"{reason}\n", 409)
+    except TimeoutError:
+        return PlainTextResponse(f"it was not sent within {_SENDING} s\n", 408)
+    except (EnvironmentFault, OSError) as reason:
+        return PlainTextResponse(f"{reason}\n", 507)
+    except ClientDisconnect:
+        return PlainTextResponse("it was cut off\n", 400)
+
+
+async def _report_of(read: Callable[[str], bytes], name: str) -> Response:
+    try:
+        return Response(await asyncio.to_thread(read, name), media_type="text/html; charset=utf-8")
+    except (InputError, OSError) as reason:
+        return PlainTextResponse(f"{reason}\n", 404)
+
+
+def _not_operating() -> Response:
+    return PlainTextResponse("only the page that operates the machine may do that\n", 403)

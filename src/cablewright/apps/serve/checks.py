@@ -1,0 +1,85 @@
+"""Checks and reports wait their turn: one at a time, each in a capped process."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Final
+
+from cablewright.apps.serve.uploads import FAILED, Uploads
+from cablewright.apps.serve.worker import TIME
+from cablewright.errors import CablewrightError, one_line
+from cablewright.file_output import write_whole
+from cablewright.studies.serve.jobs import JobCheck, write_check
+
+WAITING: Final = 10
+"""Checks that may wait."""
+
+_WALL_TIME: Final = 2 * TIME  # s
+_NOTHING: Final = "0" * 64
+
+
+@dataclass(eq=False)
+class Checks:
+    """The queue of what is to be done for `Uploads`. ``busy``: what is done, by job or run."""
+
+    uploads: Uploads
+    busy: dict[str, str] = field(default_factory=dict)
+    _queue: asyncio.Queue[tuple[str, str]] = field(default_factory=lambda: asyncio.Queue(WAITING))
+
+    def ask(self, what: str, subject: str) -> str:
+        """Ask for a ``check`` of a job or the ``report`` of a run; returns why not, or an empty text."""
+        if subject in self.busy:
+            return "it is being done already"
+        try:
+            self._queue.put_nowait((what, subject))
+        except asyncio.QueueFull:
+            return f"{WAITING} wait already; try again later"
+        self.busy[subject] = "waits"
+        return ""
+
+    async def run(self) -> None:
+        """Do one after the other."""
+        while True:
+            what, subject = await self._queue.get()
+            self.busy[subject] = "is being checked" if what == "check" else "is being written"
+            try:
+                await self._do(what, subject)
+            finally:
+                self.busy.pop(subject, None)
+
+    async def _do(self, what: str, subject: str) -> None:
+        try:
+            worker = await asyncio.create_subprocess_exec(
+                sys.executable, "-m", "cablewright.apps.serve.worker", what, str(self.uploads.folder), subject,
+                stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.DEVNULL, stderr=asyncio.subprocess.PIPE,
+                env=os.environ | {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+            )  # fmt: skip
+        except OSError as reason:
+            self._failed(what, subject, f"no process could be started: {reason.strerror or reason}")
+            return
+        assert worker.stderr is not None
+        try:
+            async with asyncio.timeout(_WALL_TIME):
+                said = (await worker.stderr.read())[-2000:]
+                code = await worker.wait()
+        except TimeoutError:
+            code, said = -1, b"it took too long"
+        finally:
+            if worker.returncode is None:
+                worker.kill()
+                await worker.wait()
+        if code:
+            last = said.decode(errors="replace").strip().splitlines()[-1:] or ["it was ended by the system"]
+            limits = f"processor time of {TIME} s, or memory, may be over" if code < 0 else "exit code " + str(code)
+            self._failed(what, subject, one_line(f"{last[0]} ({limits})"))
+
+    def _failed(self, what: str, subject: str, why: str) -> None:
+        with suppress(CablewrightError, OSError):
+            if what == "check":
+                write_check(self.uploads.job(subject), JobCheck(subject=_NOTHING, answer="failed", why=why))
+            else:
+                write_whole(self.uploads.run_folder(subject) / FAILED, why.encode())

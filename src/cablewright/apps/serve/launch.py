@@ -1,0 +1,268 @@
+"""`serve`: the control in this process, and the page's server in another one, which is started again if it ends."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import ipaddress
+import json
+import logging
+import secrets
+import socket
+import ssl
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from filelock import FileLock, Timeout
+
+from cablewright.apps.serve.access import Access, new_token
+from cablewright.apps.serve.worker import write_station
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.file_output import cannot_write
+from cablewright.machine.settings import MachineSettings
+from cablewright.studies.prints.run import alone_in, make_folder
+from cablewright.studies.serve.control import Control
+from cablewright.studies.serve.link import ControlLink
+from cablewright.studies.serve.station import Station
+
+_LOOK: Final = 0.5  # s between looks at the server
+_AGAIN: Final = 1.0  # s at least between two starts of it
+_LIBRARIES: Final = ("starlette", "uvicorn", "websockets")
+_LOOPBACK: Final = ("localhost", "127.0.0.1", "[::1]")
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the page is served. ``names``: by which other computers call this one.
+
+    ``certificate`` and ``certificate_key``: files for TLS.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 8642
+    names: tuple[str, ...] = ()
+    certificate: Path | None = None
+    certificate_key: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for an address at which the page must not be."""
+        try:
+            address = ipaddress.ip_address("127.0.0.1" if self.host == "localhost" else self.host)
+        except ValueError:
+            raise InputError(
+                f"--host = {self.host!r}: an address of this computer is expected, such as 127.0.0.1"
+            ) from None
+        if not 0 <= self.port <= 65535:
+            raise InputError(f"--port = {self.port}: must be from 0 (any that is free) to 65535")
+        if (self.certificate is None) != (self.certificate_key is None):
+            raise InputError("--certificate and --key: both are needed for TLS, or none")
+        if not address.is_loopback and self.certificate is None:
+            why = "other computers can read along without TLS: give --certificate and --key, or use an SSH tunnel"
+            raise InputError(f"--host = {self.host}: {why}")
+        if address.is_unspecified and not self.names:
+            raise InputError(f"--host = {self.host}: give --name, by which other computers call this one")
+        for name in self.names:
+            if not name or any(each in name for each in " /:@\\?#") or len(name) > 253:
+                raise InputError(f"--name = {name!r}: a host's name without port is expected")
+        self._require_certificate()
+
+    def _require_certificate(self) -> None:
+        if self.certificate is None:
+            return
+        try:
+            ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(str(self.certificate), str(self.certificate_key))
+        except (OSError, ssl.SSLError) as reason:
+            raise InputError(f"--certificate = {self.certificate}: {reason.strerror or reason}") from None
+
+    @property
+    def scheme(self) -> str:
+        """Of its addresses."""
+        return "http" if self.certificate is None else "https"
+
+    def hosts(self, port: int) -> frozenset[str]:
+        """What requests may call the server."""
+        address = ipaddress.ip_address("127.0.0.1" if self.host == "localhost" else self.host)
+        own = () if address.is_unspecified else (f"[{address}]" if address.version == 6 else str(address),)
+        known = {*self.names, *own, *(_LOOPBACK if address.is_loopback or address.is_unspecified else ())}
+        return frozenset(f"{each.lower()}:{port}" for each in known) | (
+            frozenset(each.lower() for each in known) if port in (80, 443) else frozenset()
+        )
+
+
+def require_libraries() -> None:
+    """Raise `EnvironmentFault` where the extra ``web`` is not installed, or the system cannot share what is open."""
+    if sys.platform == "win32":
+        raise EnvironmentFault("serve: needs Linux or macOS: control and server share sockets that are inherited")
+    if missing := [name for name in _LIBRARIES if importlib.util.find_spec(name) is None]:
+        raise EnvironmentFault(f"serve: {missing[0]} is not installed: pip install 'cablewright[web]'")
+
+
+def listening(address: Address) -> socket.socket:
+    """A socket at the address. Raises `EnvironmentFault` where it is in use, or cannot be had."""
+    host = "127.0.0.1" if address.host == "localhost" else address.host
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    made = socket.socket(family, socket.SOCK_STREAM)
+    made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        made.bind((host, address.port))
+        made.listen(128)
+    except OSError as reason:
+        made.close()
+        why = f"cannot be had: {reason.strerror or reason}"
+        raise EnvironmentFault(f"serve: port {address.port} of {address.host} {why}; --port takes another") from None
+    return made
+
+
+@dataclass(eq=False)
+class Server:
+    """The process of the server: started, and started again when it ends."""
+
+    link: ControlLink
+    folder: Path
+    address: Address
+    listen: socket.socket
+    key: bytes = field(default_factory=lambda: secrets.token_bytes(32))
+    token: str = field(default_factory=new_token)
+    starts: int = 0
+    process: subprocess.Popen[bytes] | None = None
+    _over: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def port(self) -> int:
+        """At which it listens."""
+        return int(self.listen.getsockname()[1])
+
+    @property
+    def access(self) -> Access:
+        """What it lets in."""
+        token = hashlib.sha256(self.token.encode()).digest()
+        return Access(self.key, token, self.address.hosts(self.port), self.port, self.address.certificate is not None)
+
+    def start(self) -> None:
+        """Start it, on new channels."""
+        orders, stops = self.link.connect()
+        numbers = {
+            "state": self.link.state.file_number,
+            "sitting": self.link.sitting.file_number,
+            "orders": orders.fileno(),
+            "stops": stops.fileno(),
+            "listen": self.listen.fileno(),
+        }
+        access = self.access
+        given: dict[str, Any] = numbers | {
+            "key": self.key.hex(),
+            "token": access.token.hex(),
+            "hosts": sorted(access.hosts),
+            "port": self.port,
+            "folder": str(self.folder.absolute()),
+            "certificate": None if self.address.certificate is None else str(self.address.certificate),
+            "certificate_key": None if self.address.certificate_key is None else str(self.address.certificate_key),
+        }
+        self.starts += 1
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "cablewright.apps.serve.server"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            pass_fds=tuple(numbers.values()),
+        )
+        orders.close()
+        stops.close()
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps(given).encode() + b"\n")
+        self.process.stdin.flush()
+
+    def watch(self) -> None:
+        """Start it again whenever it ends, until `end`."""
+        begun = time.monotonic()
+        while not self._over.wait(_LOOK):
+            assert self.process is not None
+            code = self.process.poll()
+            if code is not None and time.monotonic() - begun > _AGAIN:
+                begun = time.monotonic()
+                logging.getLogger("cablewright").warning("the page's server has ended (%s); it is started again", code)
+                try:
+                    self.start()
+                except OSError as reason:  # as where there are too many processes: later
+                    logging.getLogger("cablewright").warning("the page's server cannot be started: %s", reason)
+
+    def end(self) -> None:
+        """End it."""
+        self._over.set()
+        if self.process is not None and self.process.stdin is not None:
+            self.process.stdin.close()
+            try:
+                self.process.wait(timeout=5.0)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+
+
+def serve(
+    station: Station,
+    owner: MachineSettings,
+    folder: Path,
+    address: Address,
+    say: Callable[[str], None],
+    lock: Path | None = None,
+) -> None:
+    """Serve until interrupted. *owner*: settings of the machine. *lock*: file that stands for one that is real.
+
+    Raises `EnvironmentFault` where the port is in use, or another program serves this folder or machine.
+    """
+    require_libraries()
+    make_folder(folder)
+    with alone_in(folder), _alone_with(lock):
+        _serve(station, owner, folder, address, say)
+
+
+@contextmanager
+def _alone_with(lock: Path | None) -> Iterator[None]:
+    """Hold the lock of a machine. Raises `EnvironmentFault` where another program does."""
+    if lock is None:
+        yield
+        return
+    held = FileLock(lock, blocking=False, fallback_to_soft=False)
+    try:
+        held.acquire()
+    except Timeout:
+        raise EnvironmentFault(f"{lock}: another program serves this machine") from None
+    except OSError as reason:
+        raise cannot_write(lock, reason) from None
+    try:
+        yield
+    finally:
+        held.release()
+
+
+def _serve(
+    station: Station, owner: MachineSettings, folder: Path, address: Address, say: Callable[[str], None]
+) -> None:
+    listen = listening(address)
+    write_station(folder, station.robot, owner)
+    interrupted = threading.Event()
+    control = Control(station, ControlLink.new(), folder, interrupted.is_set)
+    server = Server(control.link, folder, address, listen)
+    server.start()
+    watching = threading.Thread(target=server.watch, daemon=True)
+    watching.start()
+    host = (address.names or ("127.0.0.1" if address.host == "localhost" else address.host,))[0]
+    shown = f"[{host}]" if ":" in host else host
+    say(f"{address.scheme}://{shown}:{server.port}/enter#{server.token}")
+    socket_scheme = "ws" if address.scheme == "http" else "wss"
+    say(f"Foxglove, read only: {socket_scheme}://{shown}:{server.port}/foxglove/{server.access.view_token}")
+    say("whoever has the first address may stop the machine and operate it; Ctrl-C stops the machine and ends")
+    try:
+        control.run()
+    finally:
+        server.end()
+        watching.join(timeout=2.0)
+        listen.close()
+        control.close()
+        control.link.close()

@@ -1,0 +1,171 @@
+"""One open page: it gets the latest state, and what it asks for is examined before the control hears of it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Coroutine
+from typing import TYPE_CHECKING, Any, Final, TypeGuard
+
+from pydantic import ValidationError
+from pydantic_core import from_json, to_json
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from cablewright.apps.serve.operators import OLD_STATE, Client
+from cablewright.signals import OrderKind
+from cablewright.studies.serve.messages import OrderMessage
+
+if TYPE_CHECKING:
+    from cablewright.apps.serve.application import Page
+
+ALL_MAY: Final = (OrderKind.EMERGENCY,)
+"""Orders that need no lease."""
+
+
+class Live:
+    """One page."""
+
+    def __init__(self, page: Page, socket: WebSocket) -> None:
+        """Not yet accepted."""
+        self.page, self.socket = page, socket
+        self._waiting: set[asyncio.Task[None]] = set()
+
+    async def run(self) -> None:
+        """Serve until it goes; then it operates no more."""
+        client = self.page.operators.join(self.socket.scope["session"])
+        if client is None:
+            await self.socket.close(1013)
+            return
+        await self.socket.accept()
+        sending = asyncio.create_task(self._send(client))
+        try:
+            await self._hear(client)
+        except (WebSocketDisconnect, RuntimeError):
+            pass  # it has gone
+        finally:
+            self.page.operators.leave(client)
+            for each in (sending, *self._waiting):
+                each.cancel()
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+                await self.socket.close(1008)
+
+    async def _send(self, client: Client) -> None:
+        """Send the latest state, and what is between two is left out."""
+        feed, version, sitting = self.page.feed, 0, ""
+        try:
+            hello = {"t": "hello", "page": client.secret, "number": client.number}
+            await self.socket.send_text(to_json(hello | {"foxglove": self.page.access.view_token}).decode())
+            while True:
+                if feed.sitting_text != sitting:
+                    sitting = feed.sitting_text
+                    await self.socket.send_text(sitting)
+                version = await feed.next(version)
+                await self.socket.send_text(feed.text)
+        except (WebSocketDisconnect, RuntimeError):
+            pass  # it has gone
+
+    async def _hear(self, client: Client) -> None:
+        while True:
+            message = await self.socket.receive()
+            data = message.get("text")
+            if message["type"] != "websocket.receive" or data is None:
+                return  # it has gone, or sends what no page does
+            if not client.messages.take():
+                return  # whoever sends so much is no person at a page
+            try:
+                given = from_json(data)
+            except ValueError:
+                continue
+            if isinstance(given, dict):
+                client.last = time.monotonic()
+                self._take(client, given)
+
+    def _take(self, client: Client, given: dict[str, Any]) -> None:
+        """One message."""
+        match given.get("t"):
+            case "stop":
+                self.page.send_stop(client.title)
+            case "take":
+                self._tell({"t": "lease", "refusal": self.page.operators.take(client, given.get("name"))})
+            case "release":
+                self.page.operators.release(client)
+            case "jog":
+                self._jog(client, given)
+            case "order":
+                self._order(client, given)
+
+    def _jog(self, client: Client, given: dict[str, Any]) -> None:
+        """One lease of a jog: newer than the last, of who operates, on a state that was seen just now."""
+        number, beat = given.get("seq"), given.get("beat")
+        if not _is_whole(number) or not _is_whole(beat) or number <= client.jog:
+            return
+        client.jog = number
+        age = 1e-3 * (self.page.feed.beat() - beat)
+        if self.page.operators.operator is not client:
+            self._tell({"t": "jog", "refusal": "you do not operate the machine"})
+        elif not -0.1 < age < OLD_STATE:
+            self._tell({"t": "jog", "refusal": f"it came {age:.1f} s after the state that you saw"})
+        elif not self._sent(client, OrderKind.JOG, {"velocity": given.get("velocity")}, next(self.page.numbers)):
+            self._tell({"t": "jog", "refusal": "it is no velocity, or the control does not answer"})
+
+    def _order(self, client: Client, given: dict[str, Any]) -> None:
+        """One order, which is answered."""
+        asked = given.get("id")
+        if not _is_whole(asked) or asked <= client.asked:
+            return
+        client.asked = asked
+        kind = _kind(given.get("kind"))
+        if kind in ALL_MAY:
+            sent = self.page.send_stop(client.title)
+            self._tell({"t": "answer", "id": asked, "refusal": "" if sent else "the control does not answer"})
+            return
+        number = next(self.page.numbers)
+        why = ""
+        if kind is None or kind is OrderKind.JOG:
+            why = "there is no such order"
+        elif self.page.operators.operator is not client:
+            why = "you do not operate the machine"
+        elif not client.orders.take():
+            why = "too many orders at once"
+        elif not self._sent(client, kind, given.get("arguments", {}), number):
+            why = "its arguments are no numbers, or the control does not answer"
+        if why:
+            self._tell({"t": "answer", "id": asked, "refusal": why})
+        else:
+            self._later(self._answer(asked, number, client.title))
+
+    def _sent(self, client: Client, kind: OrderKind, arguments: object, number: int) -> bool:
+        """Send an order to the control; False for one that is none, or that it cannot take now."""
+        about = {"by": client.title, "number": number, "at": time.monotonic(), "kind": kind, "arguments": arguments}
+        try:
+            return self.page.link.send(OrderMessage.model_validate(about))
+        except ValidationError:
+            return False
+
+    async def _answer(self, asked: int, number: int, by: str) -> None:
+        refusal = await self.page.answer(number, by)
+        await self._say({"t": "answer", "id": asked, "refusal": refusal})
+
+    async def _say(self, message: dict[str, Any]) -> None:
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # it has gone
+            await self.socket.send_text(to_json(message).decode())
+
+    def _tell(self, message: dict[str, Any]) -> None:
+        self._later(self._say(message))
+
+    def _later(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._waiting.add(task)
+        task.add_done_callback(self._waiting.discard)
+
+
+def _is_whole(value: object) -> TypeGuard[int]:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1 << 53
+
+
+def _kind(value: object) -> OrderKind | None:
+    try:
+        return OrderKind(value) if isinstance(value, str) else None
+    except ValueError:
+        return None

@@ -1,0 +1,96 @@
+"""Who watches, and who operates: one at a time, as long as that page is there."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import time
+from dataclasses import dataclass, field
+from typing import Final
+
+from cablewright.apps.serve.access import Bucket
+from cablewright.errors import printable
+
+SILENCE: Final = 5.0
+"""Time without a message after which a page operates no more, s."""
+
+OLD_STATE: Final = 0.4
+"""Age of the state that a page saw when it asks for a jog, from which that is refused, s."""
+
+MAX_CLIENTS: Final = 32
+"""Pages that are open at a time."""
+
+_ORDERS: Final = Bucket(40, 15.0)
+
+
+@dataclass(eq=False)
+class Client:
+    """A page that is open. ``secret`` is known to it alone; ``name``: of its person."""
+
+    session: str
+    secret: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    number: str = field(default_factory=lambda: secrets.token_hex(2))
+    name: str = ""
+    last: float = field(default_factory=time.monotonic)  # s, of its last message
+    jog: int = -1  # of its last jog
+    asked: int = -1  # of its last order
+    orders: Bucket = field(default_factory=lambda: Bucket(_ORDERS.most, _ORDERS.rate))
+    messages: Bucket = field(default_factory=lambda: Bucket(120, 60.0))
+
+    @property
+    def title(self) -> str:
+        """Who gives its orders."""
+        return f"{self.name or 'somebody'} (page {self.number})"
+
+
+def person(name: object) -> str:
+    """A name as it may stand in a log: letters of one line, not many."""
+    return printable(re.sub(r"\s+", " ", name[:200]).strip())[:40] if isinstance(name, str) else ""
+
+
+@dataclass(eq=False)
+class Operators:
+    """The pages that are open, and the one that operates."""
+
+    clients: dict[str, Client] = field(default_factory=dict)
+    _operator: Client | None = None
+
+    def join(self, session: str) -> Client | None:
+        """A new page; None where too many are open."""
+        if len(self.clients) >= MAX_CLIENTS:
+            return None
+        client = Client(session)
+        self.clients[client.secret] = client
+        return client
+
+    def leave(self, client: Client) -> None:
+        """A page that has gone operates no more."""
+        self.clients.pop(client.secret, None)
+        self.release(client)
+
+    @property
+    def operator(self) -> Client | None:
+        """The page that operates; None where none does, or it was silent for too long."""
+        found = self._operator
+        if found is not None and time.monotonic() - found.last > SILENCE:
+            self._operator = found = None
+        return found
+
+    def take(self, client: Client, name: object) -> str:
+        """Operate from this page; returns why not, or an empty text."""
+        holder = self.operator
+        if holder is not None and holder is not client:
+            return f"{holder.title} operates the machine"
+        client.name = person(name)
+        self._operator = client
+        return ""
+
+    def release(self, client: Client) -> None:
+        """Operate no more."""
+        if self._operator is client:
+            self._operator = None
+
+    def of_secret(self, secret: str) -> Client | None:
+        """The page that operates, if *secret* is its own."""
+        found = self.operator
+        return found if found is not None and secrets.compare_digest(found.secret.encode(), secret.encode()) else None

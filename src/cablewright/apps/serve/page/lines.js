@@ -1,0 +1,42 @@
+// The lines: tension within limits, slack, length out, winch and drive; made once, changed in place.
+import { at, fixed, force, length, make, put } from "./words.js";
+
+export class LineTable {
+  constructor(link) { link.on("sitting", (sitting) => this.begin(sitting)).on("state", ({ control }) => control?.lines && this.show(control)); }
+
+  begin(sitting) {
+    this.sitting = sitting;
+    this.rows = sitting.lines.map((name) => {
+      const cells = ["tension", "gauge", "slack", "length", "winch", "drive"].map(() => make("td"));
+      const mark = make("span", { className: "mark" }), gauge = make("div", { className: "gauge" }, mark), word = make("small");
+      cells[1].append(gauge, word);
+      return { row: make("tr", {}, make("th", { scope: "row", textContent: name }), ...cells), cells, mark, gauge, word };
+    });
+    at("lines").replaceChildren(...this.rows.map(({ row }) => row));
+  }
+
+  show(control) {
+    if (control.sitting !== this.sitting?.sitting) return;
+    const { lines, measured, modes, speeds, drives } = control, { limits, stops_at, cable } = this.sitting;
+    at("drive-head").hidden = !drives;
+    put(at("tension-note"), measured ? "Tensions are measured." : "Tensions are those of the model at the estimated lengths: nothing measures them here.");
+    this.rows.forEach(({ cells, mark, gauge, word }, i) => {
+      const tension = measured?.[i] ?? lines.tensions?.[i], [low, high] = limits[i], top = Math.max(stops_at[i], high) * 1.05;
+      put(cells[0], force(tension));
+      const out = tension > high ? "above its limit" : tension < low ? "below its limit" : "";
+      mark.hidden = typeof tension !== "number";
+      mark.style.left = `${Math.max(0, Math.min(100, 100 * tension / top))}%`;
+      gauge.style.setProperty("--low", `${100 * low / top}%`);
+      gauge.style.setProperty("--high", `${100 * high / top}%`);
+      gauge.style.setProperty("--stop", `${100 * stops_at[i] / top}%`);
+      put(word, out || `${force(low)} to ${force(high)}`);
+      cells[1].classList.toggle("out", Boolean(out));
+      put(cells[2], lines.slack[i] ? `slack by ${length(lines.excess[i])}` : lines.excess[i] === null ? "not known" : "taut");
+      cells[2].classList.toggle("out", lines.slack[i]);
+      put(cells[3], `${fixed(lines.lengths[i], 3)} of ${fixed(cable, 0)} m`);
+      put(cells[4], modes[i] === "off" ? "brake" : `${speeds[i] ? fixed(speeds[i], 2) + " rad/s" : "holds"}`);
+      cells[5].hidden = !drives;
+      if (drives) put(cells[5], drives.faults[i] || drives.states[i]);
+    });
+  }
+}

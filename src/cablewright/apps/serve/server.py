@@ -1,0 +1,81 @@
+"""The process of the page's server: `python -m cablewright.apps.serve.server`, started by `launch`.
+
+Its configuration is a line of JSON on the standard input, and it ends when that ends: with the control.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+
+from cablewright.apps.serve.access import Access
+from cablewright.apps.serve.application import Page
+from cablewright.apps.serve.checks import Checks
+from cablewright.apps.serve.feed import Feed
+from cablewright.apps.serve.operators import Operators
+from cablewright.apps.serve.uploads import Uploads
+from cablewright.studies.serve.link import ServerLink
+
+_NICE = 5
+_MAX_MESSAGE = 4096  # bytes of a socket's message
+_MAX_OPEN = 256  # connections
+
+
+def page_of(given: dict[str, Any]) -> Page:
+    """The page of a configuration."""
+    link = ServerLink.of(*(given[name] for name in ("state", "sitting", "orders", "stops")))
+    access = Access(
+        bytes.fromhex(given["key"]),
+        bytes.fromhex(given["token"]),
+        frozenset(given["hosts"]),
+        given["port"],
+        given["certificate"] is not None,
+    )
+    folder, operators = Path(given["folder"]), Operators()
+    uploads = Uploads(folder)
+    return Page(access, link, Feed(link, operators, folder), operators, uploads, Checks(uploads))
+
+
+def main() -> None:
+    """Serve until the control ends."""
+    given = json.loads(sys.stdin.buffer.readline())
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the control decides
+    os.nice(_NICE)
+
+    def end_with_control() -> None:
+        while os.read(0, 1024):  # not by sys.stdin, whose lock the interpreter wants as it ends
+            pass
+        os._exit(0)
+
+    threading.Thread(target=end_with_control, daemon=True).start()
+    config = uvicorn.Config(
+        page_of(given).application(),
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        date_header=False,
+        proxy_headers=False,
+        ws="websockets-sansio",
+        ws_max_size=_MAX_MESSAGE,
+        ws_max_queue=16,
+        ws_ping_interval=5.0,
+        ws_ping_timeout=10.0,
+        ws_per_message_deflate=False,
+        limit_concurrency=_MAX_OPEN,
+        timeout_keep_alive=10,
+        ssl_certfile=given["certificate"],
+        ssl_keyfile=given["certificate_key"],
+    )
+    uvicorn.Server(config).run(sockets=[socket.socket(fileno=given["listen"])])
+
+
+if __name__ == "__main__":
+    main()

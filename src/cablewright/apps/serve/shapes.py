@@ -1,0 +1,99 @@
+"""The 3-D view of a machine that runs: its scene, and its lines as they hang now, by the product's own statics."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from cablewright.analyses.line_shapes import polylines
+from cablewright.apps.web.check_scene import extent
+from cablewright.apps.web.motion_scene import drum_of, walls_of
+from cablewright.apps.web.packing import packed
+from cablewright.apps.web.path_scene import PathScene, Quantity
+from cablewright.apps.web.robot_scene import robot_scene
+from cablewright.apps.web.scene import STEPS, SceneDescription
+from cablewright.arrays import Array
+from cablewright.machine.log.head import LogHead
+from cablewright.models.statics import Model
+from cablewright.printing.job import Job
+from cablewright.robot import Robot
+from cablewright.studies.logged_lines import hanging_lines
+
+POINTS: Final = 14
+"""Points of a line."""
+
+_FINE: Final = 2000.0  # chords are so many times nearer to a line than the frame is large
+_MOST: Final = 400_000  # points of a path that is drawn
+
+
+def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
+    """The scene of a robot that is operated, and of the path of its job, as JSON has it."""
+    robot = head.robot
+    rest = robot_scene(robot)
+    path = None if job is None else _path(robot, job)
+    scene = SceneDescription(robot.name, robot, rest.states, path, walls=walls_of(head), drum=drum_of(head))
+    made = scene.as_dict()
+    low, high = (np.array(each) for each in scene.bounds)
+    step = max(float((high - low).max()), 1e-9) / STEPS
+    curves = np.stack(
+        [_thinned(each, line.exit_point) for each, line in zip(rest.states.curves[0], robot.lines, strict=True)]
+    )
+    made["frames"]["curves"] = packed(np.clip(np.round((curves[None] - low) / step), 0, STEPS), "u16", delta=True)
+    made["frames"]["samples"] = None if path is None else packed(np.zeros(1), "u32")
+    made["frames"]["layers"] = made["frames"]["fileLines"] = None
+    limits = np.array([line.tension_limits for line in robot.lines])
+    made["tension_scale"] = {
+        "low": float(limits[:, 0].min()),
+        "high": float(limits[:, 1].max()),
+        "limits": "of each line",
+    }
+    return made
+
+
+def _path(robot: Robot, job: Job) -> PathScene | None:
+    samples = job.samples(job.toolpath())
+    if len(samples.positions) > _MOST:
+        return None
+    speed = job.time_law(samples).speed
+    quantities = (
+        Quantity.of("height", "height", "m", samples.positions[:, 2]),
+        Quantity.of("speed", "planned speed", "m/s", speed),
+    )
+    bead = (job.bead.width, job.bead.height)
+    places, laid, layer = samples.positions, samples.extruding, samples.layer
+    return PathScene(places, laid, layer, extent(robot), quantities, None, samples.line, job.move_name, bead)
+
+
+def _thinned(curve: Array, end: Any) -> Array:
+    """A curve (k, 3) as `POINTS` points along its length; a point where there is none."""
+    if len(curve) < 2:
+        return np.repeat(np.array(end, dtype=float)[None], POINTS, axis=0)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    at = np.linspace(0.0, along[-1], POINTS)
+    return np.stack([np.interp(at, along, column) for column in curve.T], axis=1)
+
+
+class Shapes:
+    """The lines of one machine, as points on the grid of its scene."""
+
+    def __init__(self, head: LogHead, scene: dict[str, Any]) -> None:
+        """On the grid of a *scene*. Raises `InputError` for a robot with lines out of their vertical planes."""
+        head.robot.require_lines_in_plane("a line by its length alone")
+        self.robot, self.model = head.robot, Model(head.robot)
+        frame = np.subtract(head.robot.scene.frame_max, head.robot.scene.frame_min)
+        self._tolerance = float(frame.max()) / _FINE
+        self.low, high = np.array(scene["bounds"]["low"]), np.array(scene["bounds"]["high"])
+        self.step = max(float((high - self.low).max()), 1e-9) / STEPS
+
+    def curves(self, state: dict[str, Any]) -> list[int] | None:
+        """Points of all lines, numbers of the grid one after the other; None where nobody knows them."""
+        platform, lengths = state["platform"], state["lines"]["lengths"]
+        pose = np.array([*platform["position"], *(platform["rotation"] if self.robot.n == 6 else ())], dtype=float)
+        if lengths is None or not np.isfinite(pose).all() or None in lengths:
+            return None
+        states = hanging_lines(self.model, pose[None], np.array([lengths]))[0]
+        drawn = polylines(self.model.packed, pose, states, self._tolerance)
+        points = np.stack([_thinned(each, line.exit_point) for each, line in zip(drawn, self.robot.lines, strict=True)])
+        grid = np.clip(np.round((points - self.low) / self.step), 0, STEPS)
+        return [int(each) for each in grid.ravel()]

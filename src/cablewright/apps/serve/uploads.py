@@ -1,0 +1,172 @@
+"""Jobs that people send, and the runs of them: names are made here, so that nobody's names a place."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import secrets
+import shutil
+import time
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from cablewright.apps.serve.operators import person
+from cablewright.errors import InputError
+from cablewright.file_output import write_whole
+from cablewright.studies.serve.control import JOBS, RUN, RUNS
+from cablewright.studies.serve.jobs import ABOUT, GCODE, JOB, MAX_BYTES, folder_of, read_check
+from cablewright.studies.store import read_manifest
+from cablewright.toml_input import read_bytes
+
+MAX_JOBS: Final = 60
+"""Jobs that are kept at a time."""
+
+MAX_TOTAL: Final = 1 << 30
+"""Bytes of all jobs together."""
+
+PARTS: Final = {"gcode": GCODE, "settings": JOB}
+"""Files of a job, by the last part of their address."""
+
+REPORT: Final = "report"
+"""Folder of a check's report within that of its job."""
+
+PAGE: Final = "report.html"
+FAILED: Final = "report-failed"
+
+_MAX_REPORT: Final = 64 << 20  # bytes
+_SMALL: Final = 1 << 20  # bytes of a file of ours
+_RUN: Final = re.compile(r"\d{8}-\d{6}-[a-z0-9-]{1,60}")
+_MOST_RUNS: Final = 200  # that are listed
+
+
+class TooLarge(InputError):
+    """More was sent than is taken."""
+
+
+@dataclass(eq=False)
+class Uploads:
+    """The jobs and runs in a folder."""
+
+    folder: Path
+
+    def new_job(self, name: object) -> str:
+        """Make the folder of a new job; return its number. Raises `InputError` where there are too many."""
+        jobs = self.folder / JOBS
+        kept = [each for each in jobs.iterdir() if each.is_dir()]
+        if len(kept) >= MAX_JOBS:
+            raise InputError(f"there are {len(kept)} jobs already; at most {MAX_JOBS} are kept: remove one")
+        number = secrets.token_hex(8)
+        (jobs / number).mkdir(mode=0o700)
+        about = {"name": person(name) or "job", "utc": time.time()}
+        write_whole(jobs / number / ABOUT, json.dumps(about).encode())
+        return number
+
+    async def put(self, number: str, part: str, data: AsyncIterator[bytes]) -> int:
+        """Write a file of a job from what is sent; return its size. Raises `InputError`, `TooLarge` by name."""
+        folder, name = self.job(number), PARTS[part]
+        if (folder / name).exists():
+            raise InputError(f"{part}: was sent already; a changed file is another job")
+        room = min(MAX_BYTES[name], MAX_TOTAL - await asyncio.to_thread(self._size))
+        whole = bytearray()
+        async for piece in data:
+            whole += piece
+            if len(whole) > room:
+                limit = f"at most {MAX_BYTES[name] >> 10} KiB" if room == MAX_BYTES[name] else "no more room for jobs"
+                raise TooLarge(f"{part} of {self.name(number)!r}: too large; {limit}")
+        if not whole:
+            raise InputError(f"{part} of {self.name(number)!r}: is empty")
+        await asyncio.to_thread(write_whole, folder / name, bytes(whole))
+        return len(whole)
+
+    def remove(self, number: str) -> None:
+        """Remove a job. Raises `InputError` for one that is not there."""
+        shutil.rmtree(self.job(number))
+
+    def job(self, number: str) -> Path:
+        """The folder of a job. Raises `InputError`."""
+        return folder_of(self.folder / JOBS, number)
+
+    def name(self, number: str) -> str:
+        """What people call a job."""
+        return str(_values(self.job(number) / ABOUT).get("name", number))[:40]
+
+    def jobs(self, busy: dict[str, str]) -> list[dict[str, Any]]:
+        """All jobs, the newest first. *busy*: what is being done, by number."""
+        found = []
+        for folder in (self.folder / JOBS).iterdir():
+            about = _values(folder / ABOUT)
+            if not about or folder.is_symlink():
+                continue
+            check = read_check(folder)
+            found.append({
+                "id": folder.name,
+                "name": str(about.get("name", ""))[:40],
+                "utc": about.get("utc", 0.0),
+                "parts": [part for part, name in PARTS.items() if (folder / name).is_file()],
+                "busy": busy.get(folder.name, ""),
+                "check": None if check is None else check.model_dump(),
+            })  # fmt: skip
+        return sorted(found, key=lambda each: -each["utc"])
+
+    def runs(self, busy: dict[str, str]) -> list[dict[str, Any]]:
+        """All runs, the newest first."""
+        found = []
+        folders = sorted((each for each in (self.folder / RUNS).iterdir() if _RUN.fullmatch(each.name)), reverse=True)
+        for folder in folders[:_MOST_RUNS]:
+            about = _values(folder / RUN)
+            found.append({
+                "name": folder.name,
+                "status": about.get("status", "runs, or was cut off"),
+                "reason": about.get("reason", ""),
+                "late": {"up_to": about.get("late_up_to"), "counts": about.get("late")},
+                "has_report": (folder / PAGE).is_file(),
+                "busy": busy.get(folder.name, ""),
+            })  # fmt: skip
+        return found
+
+    def unreported(self) -> list[str]:
+        """Runs that have ended and have no report, nor was one tried."""
+        return [
+            each["name"]
+            for each in self.runs({})
+            if each["late"]["counts"] is not None
+            and not each["has_report"]
+            and not (self.folder / RUNS / each["name"] / FAILED).exists()
+        ]
+
+    def run_folder(self, name: str) -> Path:
+        """The folder of a run. Raises `InputError`."""
+        folder = self.folder / RUNS / name
+        if not _RUN.fullmatch(name) or folder.is_symlink() or not folder.is_dir():
+            raise InputError("there is no such run; its folder may have been removed")
+        return folder
+
+    def job_report(self, number: str) -> bytes:
+        """The page of a job's check. Raises `InputError`."""
+        return read_bytes(self.job(number) / REPORT / PAGE, _MAX_REPORT, "report")
+
+    def run_report(self, name: str) -> bytes:
+        """The page of a run. Raises `InputError`."""
+        return read_bytes(self.run_folder(name) / PAGE, _MAX_REPORT, "report")
+
+    def job_of_run(self, name: str) -> str:
+        """The number of the job of a run. Raises `InputError`."""
+        manifest = read_manifest(self.run_folder(name))
+        if manifest is None or not isinstance(manifest.get("inputs"), dict):
+            raise InputError(f"run {name}: its manifest is missing")
+        return str(manifest["inputs"].get("job"))
+
+    def _size(self) -> int:
+        return sum(each.stat().st_size for each in (self.folder / JOBS).glob("*/*") if each.is_file())
+
+
+def _values(path: Path) -> dict[str, Any]:
+    """The JSON object in a file of ours; empty where there is none."""
+    try:
+        found = json.loads(read_bytes(path, _SMALL, "file"))
+    except (InputError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}

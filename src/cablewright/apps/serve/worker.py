@@ -1,0 +1,138 @@
+"""Checks of jobs and reports of runs, in a process of their own with capped time, memory and files.
+
+`python -m cablewright.apps.serve.worker check FOLDER JOB`, or `report FOLDER RUN`; it ends with its standard input.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+from pathlib import Path
+from shutil import rmtree
+from typing import Any, Final
+
+from cablewright.apps.serve.uploads import REPORT, Uploads
+from cablewright.errors import CablewrightError
+from cablewright.file_output import whole_folder, write_whole
+from cablewright.studies.serve.jobs import JobCheck, load_served, subject_of, write_check
+
+STATION: Final = "station.json"
+"""File in the served folder with the robot and what its owner knows of the machine."""
+
+SCENE: Final = "scene.json"
+"""File in a job's folder with the scene of its path."""
+
+MEMORY: Final = 8 << 30
+"""Bytes of address space that a check may take."""
+
+TIME: Final = 1200
+"""Processor time that a check may take, s."""
+
+_FILE: Final = 1 << 30  # bytes of a file that it writes
+_NICE: Final = 15
+
+
+def cap() -> None:
+    """Cap this process, as far as the system can."""
+    try:
+        import resource
+    except ImportError:  # pragma: no cover
+        return
+    for kind, most in ((resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CPU, TIME), (resource.RLIMIT_FSIZE, _FILE)):
+        _, hard = resource.getrlimit(kind)
+        resource.setrlimit(kind, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+    os.nice(_NICE)
+
+
+def _end_with_input() -> None:
+    while os.read(0, 1024):  # not by sys.stdin, whose lock the interpreter wants as it ends
+        pass
+    os._exit(1)
+
+
+def station_of(folder: Path) -> Any:
+    """The robot and the machine's settings of a served folder."""
+    from cablewright.machine.settings import MachineSettings
+    from cablewright.robot import Robot
+
+    found = json.loads((folder / STATION).read_bytes())
+    return Robot.model_validate_json(found["robot"]), MachineSettings.model_validate_json(found["machine"])
+
+
+def write_station(folder: Path, robot: Any, owner: Any) -> None:
+    """Keep what checks are about. Raises `EnvironmentFault`."""
+    about = {"robot": robot.model_dump_json(), "machine": owner.model_dump_json(by_alias=True)}
+    write_whole(folder / STATION, json.dumps(about).encode())
+
+
+def check_job(folder: Path, number: str) -> JobCheck:
+    """Check a job, and write its answer, its report and its scene. Raises `EnvironmentFault`."""
+    uploads = Uploads(folder)
+    own = uploads.job(number)
+    robot, owner = station_of(folder)
+    subject = subject_of(own, robot)
+    try:
+        job = load_served(own, uploads.name(number))  # what is no job is refused before the rest is imported
+
+        from cablewright.apps.report import check as report
+        from cablewright.apps.serve.shapes import live_scene
+        from cablewright.machine.log.head import LogHead
+        from cablewright.printing.layers import layer_table
+        from cablewright.studies.checks.check import check
+
+        found = check(robot, job)
+        rmtree(own / REPORT, ignore_errors=True)  # of an earlier check
+        with whole_folder(own / REPORT) as part:
+            report.write(found, part, layer_table(found.samples, found.law))
+        scene = live_scene(LogHead(robot, owner, owner.period), job)
+        write_whole(own / SCENE, json.dumps(scene, allow_nan=False).encode())
+        answer = JobCheck(
+            subject=subject, answer="yes" if found.feasible else "no", why=found.verdict[:4000], has_report=True
+        )
+    except CablewrightError as error:
+        answer = JobCheck(subject=subject, answer="failed", why=str(error))
+    write_check(own, answer)
+    return answer
+
+
+def report_run(folder: Path, name: str) -> None:
+    """Write the report of a run. Raises `CablewrightError`."""
+    from cablewright.apps.report import print as report
+    from cablewright.control.guide import TimedPath
+    from cablewright.studies.prints.record import finish
+    from cablewright.studies.prints.run import alone_in
+
+    uploads = Uploads(folder)
+    run, number = uploads.run_folder(name), uploads.job_of_run(name)
+    _, owner = station_of(folder)
+    job = load_served(uploads.job(number), uploads.name(number))
+    path = TimedPath.of(job, None, 0.0 if owner.extrusion is None else owner.drum.valve)
+    with alone_in(run):
+        record, _ = finish(run, path.track, path.print_speed, None, None)
+        report.write(record, run, job.name)
+        write_whole(run / "metrics.json", json.dumps(record.to_dict(), allow_nan=False, default=str).encode())
+
+
+def main(arguments: list[str]) -> int:
+    """One check, or one report."""
+    what, folder, subject = arguments
+    cap()
+    threading.Thread(target=_end_with_input, daemon=True).start()
+    try:
+        if what == "check":
+            check_job(Path(folder), subject)
+        else:
+            report_run(Path(folder), subject)
+    except CablewrightError as error:
+        print(error, file=sys.stderr)
+        return 1
+    except MemoryError:
+        print("there is not enough memory for this", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

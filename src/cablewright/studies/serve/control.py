@@ -1,0 +1,208 @@
+"""The control of a machine that people operate: sitting after sitting, whatever becomes of those who watch."""
+
+from __future__ import annotations
+
+import gc
+import json
+import logging
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from cablewright.errors import CablewrightError, EnvironmentFault, InputError, one_line
+from cablewright.file_output import write_whole
+from cablewright.machine.log.log import write_log
+from cablewright.machine.log.segments import FIRST_SEGMENT
+from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
+from cablewright.printing.job import Job
+from cablewright.studies.prints import loop
+from cablewright.studies.prints.loop import StepRecorder
+from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing
+from cablewright.studies.prints.run import CHECKPOINT, alone_in, make_folder
+from cablewright.studies.serve.jobs import folder_of, load_served, read_check, subject_of
+from cablewright.studies.serve.link import ControlLink
+from cablewright.studies.serve.messages import LoadMessage
+from cablewright.studies.serve.operator import Events, PageOperator
+from cablewright.studies.serve.station import Sitting, Station
+from cablewright.studies.serve.telling import Telling, told_sitting, waiting_state
+from cablewright.studies.store import MANIFEST, manifest_of
+from cablewright.studies.user_key import signature
+
+JOBS: Final = "jobs"
+RUNS: Final = "runs"
+ORDERS: Final = "orders.jsonl"
+RUN: Final = "run.json"
+
+_AGAIN: Final = 0.2  # s between looks while no machine is open
+_BINS: Final = np.array([-np.inf, 0.0, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, np.inf])  # s late
+
+
+@dataclass(eq=False)
+class Control:
+    """Runs a station for those at the other end of the link. ``folder``: of jobs, runs and orders."""
+
+    station: Station
+    link: ControlLink
+    folder: Path
+    ends: Callable[[], bool]
+    number: int = 0  # of the sitting
+    _events: Events = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Raises `EnvironmentFault` where nothing can be written."""
+        for name in (JOBS, RUNS):
+            make_folder(self.folder / name)
+        self._events = Events.at(self.folder / ORDERS)
+
+    def close(self) -> None:
+        """Close the file of orders."""
+        self._events.file.close()
+
+    def run(self) -> None:
+        """Sit until `ends`. What goes wrong at the beginning is raised, such as a machine that is not there."""
+        load: LoadMessage | None = None
+        while not self.ends():
+            try:
+                load = self._sit(load)
+            except (CablewrightError, ArithmeticError, np.linalg.LinAlgError, MemoryError) as error:
+                if self.number <= 1:
+                    raise
+                why = one_line(str(error) or "there is not enough memory for this")
+                self._events.tell("fault", why)
+                logging.getLogger("cablewright").warning("%s", why)
+                by_job = load is not None and load.load is not None and not isinstance(error, EnvironmentFault)
+                load = None if by_job else self._wait(why)
+
+    def _sit(self, load: LoadMessage | None) -> LoadMessage | None:
+        """One sitting; return what is taken up next."""
+        self.number += 1
+        wanted = None if load is None else load.load
+        told = f"job {wanted} is being loaded" if wanted else "the machine is being opened"
+        self.link.state.write(waiting_state(self.number, told, self._events))
+        job = self._job(load)
+        sitting = self.station.sitting(job)
+        run = self._run_name(sitting) if job is not None else None
+        with ExitStack() as stack:
+            timing = Timing(sitting.printer.machine.period)
+            kept = (
+                None if run is None or wanted is None else stack.enter_context(self._kept(sitting, run, wanted, timing))
+            )
+            operator = PageOperator(
+                self.link, self._events, job is not None, self._may_load, sitting.refill, self.ends, sitting.home_at
+            )
+            telling = Telling(self.link, sitting, operator, self._events, kept, self.number)
+            self.link.sitting.write(told_sitting(self.number, sitting, wanted, run))
+            if run is not None:
+                self._events.tell("run", f"run {run} begins")
+            self._refuse_all("the machine was closed")
+            if run is not None:
+                stack.callback(self._end, sitting, run, timing)
+            with _without_collection():
+                loop.run(sitting.printer, operator, telling)
+        return operator.load
+
+    def _job(self, load: LoadMessage | None) -> Job | None:
+        if load is None or load.load is None:
+            return None
+        folder = folder_of(self.folder / JOBS, load.load)
+        if why := self._may_load(load, subject_of(folder, self.station.robot)):
+            raise InputError(f"load: {why}")
+        return load_served(folder, load.load)
+
+    def _may_load(self, load: LoadMessage, subject: str = "") -> str:
+        """Why a job may not be taken up; an empty text: it may. Its files must be those that were checked.
+
+        *subject*: of its files now; empty, while the machine is open: large files are not read then.
+        """
+        if load.load is None:
+            return ""
+        try:
+            folder = folder_of(self.folder / JOBS, load.load)
+            check = read_check(folder)
+            if check is None:
+                return "it was not checked yet"
+            return check.refusal(subject or check.subject, load.confirmed)
+        except InputError as error:
+            return str(error)
+
+    def _run_name(self, sitting: Sitting) -> str:
+        """A name that no run has, which sorts by time."""
+        assert sitting.job is not None
+        words = re.sub(r"[^a-z0-9]+", "-", sitting.job.name.lower()).strip("-")[:40] or "job"
+        stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+        names = (f"{stamp}-{words}{f'-{k}' if k else ''}" for k in range(1000))
+        return next(name for name in names if not (self.folder / RUNS / name).exists())
+
+    @contextmanager
+    def _kept(self, sitting: Sitting, run: str, job: str, timing: Timing) -> Iterator[StepRecorder]:
+        """What keeps a run in its folder. Raises `EnvironmentFault`."""
+        folder = self.folder / RUNS / run
+        make_folder(folder)
+        inputs = {"job": job, "subject": subject_of(folder_of(self.folder / JOBS, job), self.station.robot)}
+        manifest = manifest_of("serve", inputs, {"machine": sitting.head.settings.model_dump(mode="json")})
+        write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
+        with (
+            alone_in(folder),
+            write_log(
+                folder / FIRST_SEGMENT, sitting.head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic
+            ) as log,
+            SnapshotWriter(folder / CHECKPOINT, signature) as writer,
+        ):
+            yield FolderRecorder(log, writer, timing)
+
+    def _end(self, sitting: Sitting, run: str, timing: Timing) -> None:
+        """Keep how a run ended, for its report."""
+        supervised, late = sitting.printer.supervisor, np.array(sitting.lateness())
+        timing.lateness.extend(late.tolist())
+        status = "finished" if sitting.printer.finished else supervised.state.value
+        counts = np.histogram(late, _BINS)[0].tolist()
+        about = {
+            "status": status,
+            "reason": supervised.reason,
+            "steps": timing.statistics(),
+            "late_up_to": [None if not np.isfinite(each) else each for each in _BINS[1:].tolist()],
+            "late": counts,
+        }
+        self._events.tell("run", f"run {run} ends: {status}")
+        try:
+            write_whole(self.folder / RUNS / run / RUN, json.dumps(about).encode())
+        except EnvironmentFault as fault:  # whoever removed the folder has the rest
+            self._events.tell("fault", str(fault))
+
+    def _wait(self, why: str) -> LoadMessage | None:
+        """Wait with the machine closed until somebody asks for it again."""
+        while not self.ends():
+            self.link.state.write(waiting_state(self.number, why, self._events))
+            if (load := self._refuse_all("the machine is closed", but_load=True)) is not None:
+                return load
+            time.sleep(_AGAIN)
+        return None
+
+    def _refuse_all(self, why: str, *, but_load: bool = False) -> LoadMessage | None:
+        """Refuse the messages that have come while no machine was open; return the first that loads, if wanted."""
+        for message in self.link.messages():
+            if isinstance(message, LoadMessage) and but_load:
+                self._events.answers.append((message.number, message.by, ""))
+                return message
+            self._events.answers.append((message.number, message.by, why))
+        return None
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """The loop collects garbage between steps."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        gc.unfreeze()

@@ -1,0 +1,104 @@
+"""The two ends of what connects the control with the page's server: states one way, messages the other.
+
+Neither end ever waits for the other: states are replaced, messages that do not fit are refused at once. Stops have a
+channel of their own, so that no other message is before them.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Final
+
+from cablewright.studies.serve.latest import Latest, shared
+from cablewright.studies.serve.messages import MAX_MESSAGE, ChannelName, Message, parsed
+
+STATE_SIZE: Final = 4 << 20
+"""Bytes of the state and its topics."""
+
+SITTING_SIZE: Final = 2 << 20
+"""Bytes of what is fixed for a sitting."""
+
+_MOST: Final = 32  # messages of a channel that are taken in one step
+
+
+@dataclass(eq=False)
+class ControlLink:
+    """The control's end. ``state``, ``sitting``: what it tells. It outlives the servers that read it."""
+
+    state: Latest
+    sitting: Latest
+    _orders: socket.socket | None = None
+    _stops: socket.socket | None = None
+
+    @classmethod
+    def new(cls) -> ControlLink:
+        """Without a server yet."""
+        return cls(shared(STATE_SIZE), shared(SITTING_SIZE))
+
+    def connect(self) -> tuple[socket.socket, socket.socket]:
+        """The server's ends of new channels for orders and stops; what is in the old ones is dropped."""
+        ours, theirs = zip(*(socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in range(2)), strict=True)
+        for each in ours:
+            each.setblocking(False)
+        old = self._orders, self._stops
+        self._stops, self._orders = ours[1], ours[0]
+        for channel in old:
+            if channel is not None:
+                channel.close()
+        return theirs[0], theirs[1]
+
+    def close(self) -> None:
+        """Give all of it back."""
+        for channel in (self._orders, self._stops):
+            if channel is not None:
+                channel.close()
+        self.state.close()
+        self.sitting.close()
+
+    def messages(self) -> Iterator[Message]:
+        """The messages that have arrived, stops first; what is no message is left out."""
+        for channel in (self._stops, self._orders):
+            for _ in range(_MOST if channel is not None else 0):
+                assert channel is not None
+                try:
+                    data = channel.recv(MAX_MESSAGE)
+                except OSError:  # nothing is there, or the server has gone
+                    break
+                message = parsed(data)
+                if message is not None:
+                    yield message
+
+
+@dataclass(eq=False)
+class ServerLink:
+    """The server's end, on files and sockets that it inherited."""
+
+    state: Latest
+    sitting: Latest
+    _orders: socket.socket
+    _stops: socket.socket
+
+    @classmethod
+    def of(cls, state: int, sitting: int, orders: int, stops: int) -> ServerLink:
+        """By the numbers of the files."""
+        ends = [socket.socket(fileno=number) for number in (orders, stops)]
+        for each in ends:
+            each.setblocking(False)
+        return cls(Latest(state, STATE_SIZE), Latest(sitting, SITTING_SIZE), *ends)
+
+    def close(self) -> None:
+        """Give all of it back."""
+        for each in (self._orders, self._stops):
+            each.close()
+        self.state.close()
+        self.sitting.close()
+
+    def send(self, message: Message, channel: ChannelName = "orders") -> bool:
+        """Send a message; whether the control can take it now."""
+        data = message.model_dump_json().encode()
+        with suppress(OSError):
+            return (self._stops if channel == "stops" else self._orders).send(data) == len(data)
+        return False

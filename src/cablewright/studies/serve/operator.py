@@ -1,0 +1,170 @@
+"""Whoever gives orders from the page: messages become orders of the loop, and answers go back."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import IO, Any, Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.control.manual import LEASE
+from cablewright.file_output import cannot_write
+from cablewright.signals import Order, OrderKind, PrintState
+from cablewright.studies.prints.loop import Printer
+from cablewright.studies.serve.link import ControlLink
+from cablewright.studies.serve.messages import LoadMessage, OrderMessage, age
+
+_KEPT: Final = 60  # answers and events that are told
+_AT_REST: Final = (
+    PrintState.FAULT,
+    PrintState.OFF,
+    PrintState.IDLE,
+    PrintState.PAUSED,
+    PrintState.STOPPED,
+    PrintState.REFILLING,
+)
+
+
+@dataclass(eq=False)
+class Events:
+    """What happened, the latest last, and every order in a file: a line of JSON each."""
+
+    file: IO[bytes]
+    told: deque[tuple[int, float, str, str]] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    answers: deque[tuple[int, str, str]] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    _count: int = 0
+
+    @classmethod
+    def at(cls, path: Path) -> Events:
+        """With orders kept at *path*, after those that are there. Raises `EnvironmentFault`."""
+        try:
+            return cls(open(path, "ab", opener=_no_link))
+        except OSError as reason:
+            raise cannot_write(path, reason) from None
+
+    def tell(self, kind: str, text: str) -> None:
+        """Say what happened, once in a row."""
+        if self.told and self.told[-1][2:] == (kind, text):
+            return
+        self._count += 1
+        self.told.append((self._count, time.time(), kind, text))
+
+    def keep(self, order: dict[str, Any]) -> None:
+        """Write an order, with UTC, down."""
+        stamp = {"utc": datetime.now(UTC).isoformat(timespec="milliseconds")}
+        self.file.write(json.dumps(stamp | order).encode() + b"\n")
+        self.file.flush()
+
+
+def _no_link(name: str, flags: int) -> int:
+    return os.open(name, flags | os.O_NOFOLLOW, 0o600)
+
+
+@dataclass(eq=False)
+class PageOperator:
+    """An `Operator`. ``may_load``: why a job may not be taken up, or an empty text. ``ends``: whether all ends."""
+
+    link: ControlLink
+    events: Events
+    has_job: bool
+    may_load: Callable[[LoadMessage], str]
+    refill: Callable[[], None]
+    ends: Callable[[], bool]
+    home_at: Callable[[Array | None], None] = lambda _place: None
+    load: LoadMessage | None = None  # taken up next
+    _waiting: list[tuple[int, str]] = field(default_factory=list, repr=False)
+    _jog: tuple[str, float, int] | None = field(default=None, repr=False)  # who, last time, how often
+
+    @property
+    def jogged(self) -> float | None:
+        """Machine time of the last lease of a jog that goes on, s; None: nobody jogs."""
+        return None if self._jog is None else self._jog[1]
+
+    def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
+        """As `Operator`."""
+        given = []
+        for message in self.link.messages():
+            if isinstance(message, LoadMessage):
+                self._answer(message.number, message.by, "load", self._loaded(printer, message))
+            elif (why := self._refusal(printer, message)) is not None:
+                self._answer(message.number, message.by, message.kind.value, why)
+            else:
+                self._waiting.append((message.number, message.kind.value))
+                given.append(Order(message.kind, message.by, now - age(message), message.arguments))
+        return tuple(given)
+
+    def is_over(self, printer: Printer) -> bool:
+        """As `Operator`: another job is taken up, this one is printed, or all ends."""
+        return self.load is not None or (self.has_job and printer.finished) or self.ends()
+
+    def answered(self, printer: Printer, orders: tuple[Order, ...], now: float) -> None:
+        """Take note of what became of the orders of a step."""
+        waiting, self._waiting = self._waiting, []
+        for (number, _), order in zip(waiting, orders, strict=True):
+            if order.kind is OrderKind.JOG and not order.refusal:
+                self._note_jog(order.by, now)
+                continue
+            if order.kind is OrderKind.REFILLED and not order.refusal:
+                self.refill()
+            self._answer(number, order.by, order.kind.value, order.refusal, dict(order.arguments))
+        if self._jog is not None and now - self._jog[1] > LEASE:
+            by, _, times = self._jog
+            self._jog = None
+            self._keep(by, "jog", "", {}, f"ended after {times} leases; {printer.supervisor.state}")
+
+    def _refusal(self, printer: Printer, message: OrderMessage) -> str | None:
+        """Why an order does not reach the loop; None: it does."""
+        if message.kind is OrderKind.START and not self.has_job:
+            return "start: no job is loaded"
+        if message.kind is OrderKind.HOME and printer.supervisor.state is PrintState.IDLE:
+            return self._homes(printer, message.arguments.get("place"))
+        return None
+
+    def _homes(self, printer: Printer, place: tuple[float, ...] | None) -> str | None:
+        """Take a measured place for homing; why not, or None."""
+        plan = printer.plan.manual
+        if place is not None:
+            if len(place) != 3:
+                return f"home: place = {place}: three numbers are expected, m"
+            for axis, low, at, high in zip("xyz", plan.min_position, place, plan.max_position, strict=True):
+                if not low <= at <= high:
+                    return f"home: {axis} = {at:g} m is outside {low:g} to {high:g} m"
+        self.home_at(None if place is None else np.array(place))
+        return None
+
+    def _loaded(self, printer: Printer, message: LoadMessage) -> str:
+        state = printer.supervisor.state
+        if state not in _AT_REST or printer.command.winch_speeds.any():
+            return f"load: the machine is not at rest, its state is {state}"
+        if message.load is not None and (why := self.may_load(message)):
+            return f"load: {why}"
+        self.load = message
+        return ""
+
+    def _note_jog(self, by: str, now: float) -> None:
+        if self._jog is None:
+            self._keep(by, "jog", "", {}, "begins")
+            self.events.tell("order", f"jog by {by}")
+        times = 1 if self._jog is None else self._jog[2] + 1
+        self._jog = (by, now, times)
+
+    def _answer(self, number: int, by: str, what: str, why: str, arguments: dict[str, Any] | None = None) -> None:
+        self.events.answers.append((number, by, why))
+        if not (what == "jog" and why and self._same_refusal(why)):
+            self._keep(by, what, why, arguments or {})
+        self.events.tell("refusal" if why else "order", f"{why} (asked by {by})" if why else f"{what} by {by}")
+
+    def _same_refusal(self, why: str) -> bool:
+        return bool(self.events.told) and why in self.events.told[-1][3]
+
+    def _keep(self, by: str, what: str, why: str, arguments: dict[str, Any], note: str = "") -> None:
+        kept = {"by": by, "order": what, "arguments": arguments, "refusal": why, "note": note}
+        self.events.keep({key: value for key, value in kept.items() if value})
