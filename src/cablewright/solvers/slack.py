@@ -36,7 +36,8 @@ from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNum
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, as_rows, run
+from cablewright.solvers.arguments import as_poses, as_rows
+from cablewright.solvers.batches import run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
     TAUT,
@@ -177,7 +178,7 @@ def _hold(
     found, paid = blank_states(rows, len(taut)), np.zeros((rows, len(taut)))
     codes, violations = np.zeros(rows, dtype=np.int64), np.zeros(rows)
     arrays = (packed._replace(lines=lines, platform=platform.array), pose, found, paid, codes, violations)
-    run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, False)
+    run(batches.inverse_rows, rows, *arrays, False)
     states[:, taut], lengths[:, taut] = found, paid
     return codes, violations
 
