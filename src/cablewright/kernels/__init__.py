@@ -31,8 +31,8 @@ def jit(
         return lambda inner: jit(inner, allocates=allocates, inline=inline)
     if config.DISABLE_JIT:
         return function
-    options: dict[str, Any] = {"nopython": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
-    options |= {"_nrt": allocates, "forceinline": inline}
+    options: dict[str, Any] = {"nopython": True, "error_model": "numpy", "nogil": True, "boundscheck": None}
+    options |= {"_nrt": allocates, "forceinline": inline, "no_cfunc_wrapper": True}
     dispatcher = KernelDispatcher(function, targetoptions=options, pipeline_class=KernelCompiler)
     if is_stamped(function):
         dispatcher._cache = KernelCache(function)
