@@ -17,6 +17,7 @@ from cablewright.kernels.collision.distance import (
 )
 from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline, span_plane
 from cablewright.kernels.layout import STATE
+from cablewright.kernels.newton import copy_rows
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.guides import GUIDE_SIZE
 from cablewright.kernels.statics.wrench import place
@@ -130,8 +131,9 @@ def drawn_lines(packed, poses, states, around, points, counts):
     work = clearing_scratch(packed.lines.shape[1])
     counts[:] = 0
     if _drawn(packed.lines[0], poses[0], states[0], around, work):
-        points[:] = work.points
-        counts[:] = work.counts
+        for i in range(counts.shape[0]):
+            copy_rows(work.points[i], points[i])
+            counts[i] = work.counts[i]
 
 
 @jit
