@@ -29,6 +29,7 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Code of one function as it was lowered, and the libraries of those that it calls."""
 
     is_part = False
+    _shared_module: Any
 
     def add_linking_library(self, library: Any) -> None:
         """Take note of a library that is called; a part remains as it is."""
@@ -56,12 +57,13 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
     def _get_module_for_linking(self) -> Any:
         if not self.is_part:
             return super()._get_module_for_linking()
-        if self._shared_module is None:
-            self._shared_module = self._final_module.clone()
-            for function in self._shared_module.functions:
+        module = self._shared_module
+        if module is None:
+            self._shared_module = module = self._final_module.clone()
+            for function in module.functions:
                 if not function.is_declaration and function.linkage.name == "external":
                     function.linkage = "linkonce_odr"
-        return self._shared_module
+        return module
 
 
 def _is_part(library: Any) -> bool:

@@ -63,7 +63,7 @@ def certificate_pool(packed):
 
 
 @jit
-def _set(block, first, last, left, right):
+def _frame(block, first, last, left, right):
     """Write where a block of the system begins and ends."""
     block[0], block[1], block[2], block[3] = first, last, left, right
 
@@ -78,10 +78,10 @@ def unfold(packed, pool):
     first, size = offsets[m], offsets[m] + n
     for i in range(m):  # a line's own block, two of its rows by the platform, and the platform's rows by three unknowns
         start, end = offsets[i], offsets[i + 1]
-        _set(blocks[3 * i], start, end, start, end)
-        _set(blocks[3 * i + 1], start, start + 2, first, size)
-        _set(blocks[3 * i + 2], first, size, start, start + 3)
-    _set(blocks[3 * m], first, size, first, size)
+        _frame(blocks[3 * i], start, end, start, end)
+        _frame(blocks[3 * i + 1], start, start + 2, first, size)
+        _frame(blocks[3 * i + 2], first, size, start, start + 3)
+    _frame(blocks[3 * m], first, size, first, size)
     square = size * size
     matrices = pool[: 5 * square].reshape((5, size, size))
     rest = pool[5 * square :]
