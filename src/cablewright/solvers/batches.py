@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
-from functools import cache
+from contextlib import contextmanager
 from typing import Any
 
 from cablewright.kernels import compile_for, is_compiled, thread_count
@@ -40,10 +40,40 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_Threads.forget)
 
 
-@cache
-def _say_compiling() -> None:
-    """Log once per process that kernels are compiled."""
-    log.info("compiling kernels (once, up to a minute)")
+class _Words:
+    """What is said of compilation: one line in a process, where nobody says more."""
+
+    said = False
+
+    @classmethod
+    def say(cls) -> None:
+        """Log that kernels are compiled."""
+        if not cls.said:
+            log.info("compiling kernels (once, up to a minute)")
+        cls.said = True
+
+
+@contextmanager
+def saying_more() -> Iterator[None]:
+    """Inside, compilation is told by who asks for it."""
+    before, _Words.said = _Words.said, True
+    try:
+        yield
+    finally:
+        _Words.said = before
+
+
+_ahead: list[Callable[[], None]] = []
+
+
+@contextmanager
+def before_compiling(action: Callable[[], None]) -> Iterator[None]:
+    """Call *action*, once, before a kernel is run, inside, that was never compiled."""
+    _ahead.append(action)
+    try:
+        yield
+    finally:
+        _ahead.clear()
 
 
 _ready: set[tuple[Any, bool | None]] = set()  # kernels of which this process knows that they are compiled, by variant
@@ -58,8 +88,10 @@ def run(kernel: Callable[..., None], rows: int, *arguments: Any, chunk: int = CH
         return
     variant = kernel, next((each.general for each in arguments if isinstance(each, Packed)), None)
     if variant not in _ready:
+        if _ahead and not is_compiled(kernel, *arguments, 0, rows):
+            _ahead.pop()()
         if not is_compiled(kernel, *arguments, 0, rows):
-            _say_compiling()
+            _Words.say()
         compile_for(kernel, *arguments, 0, rows)
         _ready.add(variant)
     threads = min(thread_count(), -(-rows // chunk))

@@ -1,17 +1,19 @@
-"""`robots`, `new` and `schema`: the library of robots, the files of one's own, and the JSON Schema of files."""
+"""`robots`, `new`, `schema` and `warm`: the library of robots, files of one's own, their schema, compiled kernels."""
 
 from __future__ import annotations
 
 import json
 import sys
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
 from cablewright.apps.cli.options import AsJson
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, tell_compiling
 from cablewright.apps.cli.parsing import numbers
 from cablewright.choices import CableName, FileKind, LayoutName
 from cablewright.errors import InputError, suggestion
@@ -121,6 +123,55 @@ class SchemaCommand:
 
         typer.echo(json.dumps(json_schema(self.kind), indent=2))
         return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarmCommand:
+    """Compiles what most commands need, which the first of them would otherwise wait for, with several processes.
+
+    What is kept depends on the version of cablewright, of Python and Numba, and on the processor.
+    """
+
+    EXAMPLE: ClassVar = "warm"
+    ANSWERS: ClassVar = ("apps.cli.robots:Warmed",)
+
+    as_json: AsJson = False
+
+    def run(self) -> int:
+        """Compile, and print where it is kept."""
+        from cablewright.apps.compilation import TASKS, prepare
+        from cablewright.kernels.cache import open_folder
+
+        begin = time.monotonic()
+        prepare(tuple(TASKS), tell_compiling)
+        folder = open_folder()
+        return answer(Warmed(tuple(TASKS), time.monotonic() - begin, folder), self.as_json)
+
+
+@dataclass(frozen=True)
+class Warmed(Result):
+    """Kernels that are compiled."""
+
+    FIGURES: ClassVar = (
+        Figure("status", "", "warm; not-kept where there is no folder for compiled kernels."),
+        Figure("kernels", "", "What is compiled."),
+        Figure("seconds", "s", "Time that it took.", digits=2),
+        Figure("folder", "", "Where it is kept; null if nowhere.", lambda found: found.folder and str(found.folder)),
+    )
+
+    kernels: tuple[str, ...]
+    seconds: float
+    folder: Path | None
+
+    @property
+    def status(self) -> str:
+        """Whether the kernels are kept."""
+        return "warm" if self.folder is not None else "not-kept"
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no."""
+        return "" if self.folder is not None else "compiled kernels cannot be kept: see the line above"
 
 
 def _asked(question: str, default: str, read: Callable[[str], Any]) -> Any:
