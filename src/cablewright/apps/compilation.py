@@ -125,9 +125,11 @@ class _Work:
 
     def tell(self) -> None:
         """Say how many tasks are done, and how long the others may take, by the pace so far."""
-        done, known = (sum(TASKS[name][1] for name in names) for names in (self.done, self.names))
-        pace = (time.monotonic() - self.begin) / done if self.done else 1.0 / self.processes
-        self.say(len(self.done), len(self.names), pace * (known - done))
+        running = [name for name in self.names if name not in self.waiting and name not in self.done]
+        done, half, known = (sum(TASKS[name][1] for name in names) for names in (self.done, running, self.names))
+        worked = done + 0.5 * half  # those that run may be anywhere between begin and end
+        pace = (time.monotonic() - self.begin) / worked if self.done else 1.0 / self.processes
+        self.say(len(self.done), len(self.names), pace * (known - worked))
 
 
 def prepare(names: tuple[str, ...], say: Say) -> None:

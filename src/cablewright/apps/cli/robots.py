@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
@@ -16,7 +16,7 @@ from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer, tell_compiling
 from cablewright.apps.cli.parsing import numbers
 from cablewright.choices import CableName, FileKind, LayoutName
-from cablewright.errors import InputError, suggestion
+from cablewright.errors import EnvironmentFault, InputError, suggestion
 from cablewright.results import Figure, Result
 
 if TYPE_CHECKING:
@@ -142,10 +142,11 @@ class WarmCommand:
         from cablewright.apps.compilation import TASKS, prepare
         from cablewright.kernels.cache import open_folder
 
-        begin = time.monotonic()
+        begin, folder = time.monotonic(), open_folder()
+        if folder is None or not os.access(folder, os.W_OK):
+            raise EnvironmentFault(f"compiled kernels cannot be kept: {folder or 'no folder'} cannot be written to")
         prepare(tuple(TASKS), tell_compiling)
-        folder = open_folder()
-        return answer(Warmed(tuple(TASKS), time.monotonic() - begin, folder), self.as_json)
+        return answer(Warmed(tuple(TASKS), time.monotonic() - begin, str(folder)), self.as_json)
 
 
 @dataclass(frozen=True)
@@ -153,25 +154,14 @@ class Warmed(Result):
     """Kernels that are compiled."""
 
     FIGURES: ClassVar = (
-        Figure("status", "", "warm; not-kept where there is no folder for compiled kernels."),
         Figure("kernels", "", "What is compiled."),
         Figure("seconds", "s", "Time that it took.", digits=2),
-        Figure("folder", "", "Where it is kept; null if nowhere.", lambda found: found.folder and str(found.folder)),
+        Figure("folder", "", "Where it is kept."),
     )
 
     kernels: tuple[str, ...]
     seconds: float
-    folder: Path | None
-
-    @property
-    def status(self) -> str:
-        """Whether the kernels are kept."""
-        return "warm" if self.folder is not None else "not-kept"
-
-    @property
-    def refusal(self) -> str:
-        """Why the answer is no."""
-        return "" if self.folder is not None else "compiled kernels cannot be kept: see the line above"
+    folder: str
 
 
 def _asked(question: str, default: str, read: Callable[[str], Any]) -> Any:
