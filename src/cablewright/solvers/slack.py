@@ -19,7 +19,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -356,6 +355,8 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     if not math.isfinite(angle):
         raise InputError(f"angle = {angle}: a finite number is expected, rad")
     row, name = model.packed.lines[i], model.robot.lines[i].name
+    from scipy.optimize import brentq  # takes a third of a second to load, and few ask for an angle
+
     limit, _ended_by = max_excess(model, at, i)
 
     def beyond(excess: float) -> float:
