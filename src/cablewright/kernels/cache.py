@@ -72,6 +72,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
     def load_overload(self, signature: Any, target: Any) -> CompileResult | None:
         """Return the kernel compiled for *signature* by an earlier process; None if there is no valid one."""
+        target.refresh()
         if KernelCompiler.depth:  # a part: the folder has none
             return None
         folder = open_folder()
