@@ -98,6 +98,17 @@ def test_it_is_prepared_once(monkeypatch) -> None:
     assert asked == [1]
 
 
+def test_a_process_ends_with_whoever_asked_it_even_while_it_compiles(tmp_path: Path) -> None:
+    environment = os.environ | {cache.DIRECTORY: str(tmp_path)}
+    begin = (
+        "import signal; from cablewright.apps.compilation import TASKS, main; TASKS['x'] = (signal.pause, 1.0); main()"
+    )
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    worker = subprocess.Popen([sys.executable, "-c", begin], env=environment, text=True, **pipes)
+    assert worker.communicate("x\n", timeout=100) == ("", None)
+    assert worker.returncode == 0
+
+
 @pytest.mark.slow
 def test_after_warm_nothing_is_left_to_compile(tmp_path: Path) -> None:
     def ran(*arguments: str) -> str:

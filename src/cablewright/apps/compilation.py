@@ -16,6 +16,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Final
 
 from cablewright.errors import AnswerError
@@ -203,10 +204,19 @@ def _fed(worker: subprocess.Popen[str], work: _Work) -> None:
 
 
 def main() -> None:
-    """Do the tasks that are read until there are no more."""
+    """Do the tasks that are read, and end with the input even in the middle of one."""
+    asked: SimpleQueue[str] = SimpleQueue()
+    threading.Thread(target=_listen, args=(asked,), daemon=True).start()
+    while True:
+        name = asked.get()
+        TASKS[name][0]()
+        print(name, flush=True)
+
+
+def _listen(asked: SimpleQueue[str]) -> None:
     for line in sys.stdin:
-        TASKS[line.strip()][0]()
-        print(line.strip(), flush=True)
+        asked.put(line.strip())
+    os._exit(0)  # whoever asked has ended, or needs no more
 
 
 if __name__ == "__main__":
