@@ -17,6 +17,7 @@ from cablewright.kernels.statics.line import guess, settle
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
+from cablewright.solvers.batches import run
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
@@ -96,7 +97,7 @@ def solver(model: Model, lengths: Array, held: Equilibrium, start: int, *, paral
     def solve(which: slice) -> None:
         poses[which], states[which] = held.pose[which], held.states[which]
         if parallel:
-            batches.forward_sweep(packed, *arrays, start)
+            run(batches.forward_rows, count, packed, *arrays, start)
         else:
             first, last, _ = which.indices(count)
             batches.forward_rows(packed, *arrays, start, first, last)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from unittest.mock import patch
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog
@@ -66,13 +66,10 @@ def rows(size: Size) -> Iterator[Row]:
 
 def volume_row(model: Model, criterion: str, size: Size) -> Row:
     """Time of a volume whose error is within the tolerance, relative, on one thread."""
-    threads, tolerance = numba.get_num_threads(), size.tolerance
-    numba.set_num_threads(1)
-    try:
+    tolerance = size.tolerance
+    with patch("cablewright.solvers.batches.thread_count", lambda: 1):
         found = workspace(model, criterion, tolerance=tolerance)
         seconds = best(lambda: workspace(model, criterion, tolerance=tolerance), size.volumes)
-    finally:
-        numba.set_num_threads(threads)
     known = found.converged and found.volume_error <= tolerance * found.volume
     name = f"{model.robot.name}: volume to {100 * tolerance:g} %, {criterion}"
     return Row(name, seconds, "s", f"<= {VOLUME_AIM:g}", known and seconds <= VOLUME_AIM)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from cablewright import kernels
 from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyQuestion
+from cablewright.kernels.compiler import KernelDispatcher
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Eyelet, Robot, Swivel, UniversalJoint, load
@@ -168,7 +169,7 @@ def assert_one_signature_per_kernel() -> None:
     for path in tree.rglob("[!_]*.py"):
         module = import_module(".".join(("cablewright.kernels", *path.relative_to(tree).with_suffix("").parts)))
         for each in vars(module).values():
-            if hasattr(each, "signatures"):
+            if isinstance(each, KernelDispatcher):
                 kinds = {tuple(map(unliteral, signature)) for signature in each.signatures}
                 plain = {kind for kind in kinds if "none" in str(kind)}
                 assert len(plain) <= 1, f"{each.__name__}: {plain}"

@@ -19,7 +19,7 @@ from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import run
+from cablewright.solvers.batches import run
 from cablewright.solvers.inverse import solve_inverse
 
 KINDS = ("line", "platform", "frame", "part")
@@ -296,7 +296,7 @@ def distances(
         when[:] = now
     found = np.empty((rows, 4)), np.empty((rows, 4, 2), np.int64), np.empty((rows, 4, 3)), np.empty(rows)
     given = equilibria.packed, poses, states, _surroundings(equilibria.model.robot, settings), solid.solid, when
-    run(kernel.clearance_rows, kernel.clearance_sweep, rows, *given, equilibria.model.n == 3, *found)
+    run(kernel.clearance_rows, rows, *given, equilibria.model.n == 3, *found)
     margins, pairs, places, bounds = found
     return Interference(equilibria, settings, solid, margins, bounds, pairs, places, clearance)
 

@@ -10,16 +10,14 @@ import numba
 from numba.core import config
 
 from cablewright.kernels.cache import KernelCache, is_stamped
+from cablewright.kernels.compiler import KernelCompiler, KernelDispatcher
 
-__all__ = ["is_compiled", "jit", "prange"]
-
-prange = numba.prange
+__all__ = ["compile_for", "is_compiled", "jit", "thread_count"]
 
 
 def jit(
     function: Callable[..., Any] | None = None,
     *,
-    parallel: bool = False,
     allocates: bool = False,
     inline: bool = False,
 ) -> Any:
@@ -30,10 +28,13 @@ def jit(
     short ones on views of arrays, of which a call copies each size and stride: LLVM sees that cost only in part.
     """
     if function is None:
-        return lambda inner: jit(inner, parallel=parallel, allocates=allocates, inline=inline)
-    options: dict[str, Any] = {"nopython": True, "error_model": "numpy", "parallel": parallel, "nogil": True}
-    dispatcher = numba.jit(_nrt=allocates or parallel, forceinline=inline, **options)(function)
-    if not config.DISABLE_JIT and is_stamped(function):
+        return lambda inner: jit(inner, allocates=allocates, inline=inline)
+    if config.DISABLE_JIT:
+        return function
+    options: dict[str, Any] = {"nopython": True, "error_model": "numpy", "nogil": True, "boundscheck": None}
+    options |= {"_nrt": allocates, "forceinline": inline, "no_cfunc_wrapper": True}
+    dispatcher = KernelDispatcher(function, targetoptions=options, pipeline_class=KernelCompiler)
+    if is_stamped(function):
         dispatcher._cache = KernelCache(function)
     return dispatcher
 
@@ -46,6 +47,17 @@ def is_compiled(function: Any, *arguments: Any) -> bool:
     if config.DISABLE_JIT:
         return True
     signature = tuple(map(numba.typeof, arguments))
-    if signature in function.overloads:
+    if signature in function.overloads and not function.is_only_part(signature):
         return True
     return isinstance(function._cache, KernelCache) and function._cache.holds(signature, function.targetctx.codegen())
+
+
+def thread_count() -> int:
+    """How many threads a batch may take: `NUMBA_NUM_THREADS`, by default one for each processor."""
+    return int(config.NUMBA_NUM_THREADS)
+
+
+def compile_for(function: Any, *arguments: Any) -> None:
+    """Compile *function*, made by `jit`, for the types of *arguments*, or read what an earlier process compiled."""
+    if not config.DISABLE_JIT:
+        function.compile(tuple(map(numba.typeof, arguments)))

@@ -1,15 +1,16 @@
-"""Batches of forward, inverse, linearise and certify problems: parallel loops over chunks of rows, a code per row.
+"""Batches of forward, inverse, linearise and certify problems: rows *first* to *last* of one, a code per row.
 
-One thread solves the rows of a chunk in order, so that results do not depend on the number of threads.
+They hold no lock of Python's, so that several threads can share a batch. A row depends at most on those before it in
+its chunk, so that results depend neither on the number of threads nor on what each of them was given.
 """
 
 import numpy as np
 
-from cablewright.kernels import jit, prange
+from cablewright.kernels import jit
 from cablewright.kernels.certificates.krawczyk import certify, levers
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
-from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, STATE, robot_of
-from cablewright.kernels.newton import largest
+from cablewright.kernels.layout import CHUNK, NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, STATE, robot_of
+from cablewright.kernels.newton import copy, copy_rows, largest
 from cablewright.kernels.rotation import between, compose, matrix
 from cablewright.kernels.statics.equilibrium import draw_straight, evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
@@ -21,15 +22,19 @@ from cablewright.kernels.statics.linearise import linearise, tension_changes
 from cablewright.kernels.statics.underactuated import solve_hanging
 from cablewright.kernels.statics.wrench import place
 
-CHUNK = 64  # rows per task
 MAX_DEVIATION = 0.05  # m, rad: between the expected and the solved pose of a row that continues its neighbour's path
 NO_SOLUTION = (NOT_CONVERGED, SINGULAR, NOT_FINITE)
-COLD, NEAR, WARM, CHAIN = 0, 1, 2, 3  # what a forward solve starts from; see `forward_sweep`
+COLD, NEAR, WARM, CHAIN = 0, 1, 2, 3  # what a forward solve starts from; see `forward_rows`
 
 
 @jit(allocates=True)
 def forward_rows(packed, lengths, poses, states, codes, iterations, residuals, start, first, last):
-    """Solve rows *first* to *last* of a batch of forward problems in place; see `forward_sweep`."""
+    """Solve a batch of forward problems in place.
+
+    *packed* has one row or N; lengths (N, m), m. poses (N, n) and states (N, m, 6) hold the guesses that *start*
+    selects (COLD: none, NEAR: poses, WARM: poses and states, CHAIN: poses and the row before) and receive the
+    solutions; codes, iterations and residuals (N,), m, are written.
+    """
     work = workspace(robot_of(packed, first))
     guess, shift = np.zeros(packed.freedoms), np.zeros(packed.freedoms)
     for j in range(first, last):
@@ -38,12 +43,12 @@ def forward_rows(packed, lengths, poses, states, codes, iterations, residuals, s
             result = solve_cold(own, lengths[j], poses[j], states[j], work)
         elif start == WARM:
             result = solve_warm(own, lengths[j], poses[j], states[j], work)
-        elif start == NEAR or j == first or codes[j - 1] != OK:
-            guess[:] = poses[j]
+        elif start == NEAR or j == first or j % CHUNK == 0 or codes[j - 1] != OK:
+            copy(poses[j], guess)
             result = solve_near(own, lengths[j], poses[j], states[j], work)
             between(guess, poses[j], shift)
         else:
-            guess[:] = poses[j]
+            copy(poses[j], guess)
             result = _follow(own, lengths[j], poses[j], states[j], states[j - 1], shift, work)
             between(guess, poses[j], shift)
         codes[j], iterations[j], residuals[j] = result
@@ -63,74 +68,41 @@ def _follow(packed, lengths, pose, states, neighbour, shift, work):
     if packed.freedoms == 6:
         compose(shift[3], shift[4], shift[5], pose[3:])
     expected, moved = pose.copy(), np.zeros(packed.freedoms)
-    states[:, :] = neighbour
+    copy_rows(neighbour, states)
     result = solve_warm(packed, lengths, pose, states, work)
     between(expected, pose, moved)
     if result[0] != OK or (packed.freedoms == 6 and largest(moved, 6) > MAX_DEVIATION):
-        pose[:] = begin
+        copy(begin, pose)
         result = solve_near(packed, lengths, pose, states, work)
     return result
 
 
-@jit(parallel=True)
-def forward_sweep(packed, lengths, poses, states, codes, iterations, residuals, start):
-    """Solve a batch of forward problems in place.
-
-    *packed* has one row or N; lengths (N, m), m. poses (N, n) and states (N, m, 6) hold the guesses that *start*
-    selects (COLD: none, NEAR: poses, WARM: poses and states, CHAIN: poses and the row before) and receive the
-    solutions; codes, iterations and residuals (N,), m, are written.
-    """
-    rows = lengths.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        last = min(rows, first + CHUNK)
-        forward_rows(packed, lengths, poses, states, codes, iterations, residuals, start, first, last)
-
-
 @jit(allocates=True)
 def inverse_rows(packed, poses, states, lengths, codes, violations, chain, first, last):
-    """Solve rows *first* to *last* of a batch of inverse problems in place; see `inverse_sweep`."""
+    """Solve inverse problems: poses (N, n) to states (N, m, 6), lengths (N, m), codes and violations (N,).
+
+    *chain*: neighbouring rows are neighbours on a path, so that each row starts from the one before.
+    """
     work = inverse_workspace(robot_of(packed, first))
     for j in range(first, last):
         own = robot_of(packed, j)
-        known = chain and j > first and codes[j - 1] == OK
+        known = chain and j > first and j % CHUNK != 0 and codes[j - 1] == OK
         if known:
-            states[j] = states[j - 1]
+            copy_rows(states[j - 1], states[j])
         codes[j], violations[j] = solve_inverse(own, poses[j], states[j], work, known)
         if known and codes[j] != OK:
             codes[j], violations[j] = solve_inverse(own, poses[j], states[j], work, False)
         lengths_of(own, states[j], lengths[j])
 
 
-@jit(parallel=True)
-def inverse_sweep(packed, poses, states, lengths, codes, violations, chain):
-    """Solve inverse problems: poses (N, n) to states (N, m, 6), lengths (N, m), codes and violations (N,).
-
-    *chain*: neighbouring rows are neighbours on a path, so that each row starts from the one before.
-    """
-    rows = poses.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        inverse_rows(packed, poses, states, lengths, codes, violations, chain, first, min(rows, first + CHUNK))
-
-
 @jit(allocates=True)
 def hanging_rows(packed, poses, states, lengths, codes, violations, first, last):
-    """Solve rows *first* to *last* of inverse problems with fewer lines than freedoms; see `hanging_sweep`."""
+    """As `inverse_rows`, with fewer lines than freedoms: free entries of a pose are NaN on entry and are written."""
     work = inverse_workspace(robot_of(packed, first))
     for j in range(first, last):
         own = robot_of(packed, j)
         codes[j], violations[j] = solve_hanging(own, poses[j], states[j], work)
         lengths_of(own, states[j], lengths[j])
-
-
-@jit(parallel=True)
-def hanging_sweep(packed, poses, states, lengths, codes, violations):
-    """As `inverse_sweep`, with fewer lines than freedoms: free entries of a pose are NaN on entry and are written."""
-    rows = poses.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        hanging_rows(packed, poses, states, lengths, codes, violations, first, min(rows, first + CHUNK))
 
 
 @jit(allocates=True)
@@ -152,19 +124,10 @@ def straight_rows(packed, poses, tension, lengths):
 
 @jit(allocates=True)
 def linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, last):
-    """Linearise rows *first* to *last*; see `linearise_sweep`."""
+    """Tangent stiffness (N, n, n) and motion (N, n, m, 10) at solved equilibria; see `linearise.linearise`."""
     work = workspace(robot_of(packed, first))
     for j in range(first, last):
         codes[j] = linearise(robot_of(packed, j), lengths[j], poses[j], states[j], work, stiffness[j], motion[j])
-
-
-@jit(parallel=True)
-def linearise_sweep(packed, lengths, poses, states, stiffness, motion, codes):
-    """Tangent stiffness (N, n, n) and motion (N, n, m, 10) at solved equilibria; see `linearise.linearise`."""
-    rows = lengths.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        linearise_rows(packed, lengths, poses, states, stiffness, motion, codes, first, min(rows, first + CHUNK))
 
 
 @jit(allocates=True)
@@ -185,7 +148,10 @@ def start_rows(packed, lengths, poses, heads, pull, states, started):
 
 @jit(allocates=True)
 def certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes, signs, first, last):
-    """Certify rows *first* to *last*; see `certify_sweep`."""
+    """Certify solved rows: codes and lever signs (N,), bound and box of the pose (N, n), m and rad.
+
+    *tolerance* (m, rad) is the largest bound of the pose that is certified. See `krawczyk.certify`.
+    """
     own = robot_of(packed, first)
     work = unfold(own, certificate_pool(own))
     at = work.offsets[-1]
@@ -193,21 +159,8 @@ def certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes
         own = robot_of(packed, j)
         codes[j] = certify(own, lengths[j], poses[j], states[j], tolerance, work)
         signs[j] = levers(own, work)
-        bounds[j] = work.bound[at:]
-        boxes[j] = work.radius[at:]
-
-
-@jit(parallel=True)
-def certify_sweep(packed, lengths, poses, states, tolerance, codes, bounds, boxes, signs):
-    """Certify solved rows: codes and lever signs (N,), bound and box of the pose (N, n), m and rad.
-
-    *tolerance* (m, rad) is the largest bound of the pose that is certified. See `krawczyk.certify`.
-    """
-    rows = lengths.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        last = min(rows, first + CHUNK)
-        certify_rows(packed, lengths, poses, states, tolerance, codes, bounds, boxes, signs, first, last)
+        copy(work.bound[at:], bounds[j])
+        copy(work.radius[at:], boxes[j])
 
 
 @jit(allocates=True)

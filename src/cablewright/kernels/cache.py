@@ -31,6 +31,8 @@ from numba.core.errors import NumbaWarning
 from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
 
+from cablewright.kernels.compiler import KernelCompiler, Part
+
 DIRECTORY = "CABLEWRIGHT_CACHE_DIR"
 """Environment variable with the cache folder (default: the user's cache folder)."""
 _CHECKSUM = hashlib.sha256().digest_size
@@ -71,6 +73,8 @@ class KernelCache(NullCache):  # type: ignore[misc]
     def load_overload(self, signature: Any, target: Any) -> CompileResult | None:
         """Return the kernel compiled for *signature* by an earlier process; None if there is no valid one."""
         target.refresh()
+        if KernelCompiler.depth:  # a part: the folder has none
+            return None
         folder = open_folder()
         if folder is None:
             return None
@@ -80,6 +84,8 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
     def save_overload(self, signature: Any, result: CompileResult) -> None:
         """Save *result* for later processes, unless the sources have changed since this process read them."""
+        if isinstance(result.entry_point, Part):
+            return
         if result.library.has_dynamic_globals or not all(lifted.can_cache for lifted in result.lifted):
             warnings.warn(f"{self._name} cannot be cached: it holds addresses of this process", NumbaWarning, 2)
             return

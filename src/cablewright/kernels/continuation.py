@@ -21,7 +21,7 @@ from cablewright.kernels.layout import (
     UNKNOWNS,
     WEIGHT,
 )
-from cablewright.kernels.newton import largest, min_pivot
+from cablewright.kernels.newton import copy, copy_rows, largest, min_pivot
 from cablewright.kernels.rotation import between
 from cablewright.kernels.statics.equilibrium import condense, evaluate, judge, judge_pivot, newton_step, refine
 
@@ -42,7 +42,8 @@ def follow(packed, before, lengths, pose, states, jump, fold, tolerance, work, p
     part_lengths = np.empty_like(lengths)
     code = JUMPED
     for parts in SUBSTEPS:
-        pose[:], states[:, :] = start, shape
+        copy(start, pose)
+        copy_rows(shape, states)
         for part in range(1, parts + 1):
             for i in range(lengths.shape[0]):
                 part_lengths[i] = before[i] + (lengths[i] - before[i]) * part / parts

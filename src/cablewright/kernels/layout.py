@@ -92,6 +92,8 @@ NORMAL = 12  # 12..14: unit vector across the plane, world
 PLANE_DISTANCE = 15  # distance of the plane from the world's origin along its normal, m
 PLATFORM = 16
 
+CHUNK = 64  # rows of a batch, from a multiple of it on, that may depend on each other
+
 
 class Packed(NamedTuple):
     """A robot under one fidelity, as arrays: the first argument of most kernels.

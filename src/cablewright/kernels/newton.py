@@ -13,6 +13,17 @@ def copy(source, target):
 
 
 @jit
+def copy_rows(source, target):
+    """Copy the table *source* to *target*.
+
+    Numba's assignment of one array to another also looks whether they overlap or fit, with much more code.
+    """
+    for j in range(target.shape[0]):
+        for k in range(target.shape[1]):
+            target[j, k] = source[j, k]
+
+
+@jit
 def solve(matrix, rhs, n, columns):
     """Solve matrix[:n, :n] X = rhs[:n, :columns] in place (LU with row pivoting). False if singular."""
     for k in range(n):

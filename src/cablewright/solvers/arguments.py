@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 import logging
-import os
-import threading
-from collections.abc import Callable
-from functools import cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.kernels import is_compiled
-from cablewright.kernels.layout import Packed
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.plane import projected
 from cablewright.models.rotation import shortest
@@ -28,25 +21,6 @@ log = logging.getLogger(__name__)
 
 CARRIED = 1e-9  # of the load: part in the plane under which the plane carries the whole load
 ROUNDING = 4e-16  # of a coordinate
-SERIAL_BELOW = 64  # number of rows below which one thread is faster than several
-
-
-class _Threads:
-    """The threads of parallel kernels. Those that a process has begun are lost in its forked children."""
-
-    lock = threading.Lock()  # one of Numba's threading layers kills the process when two threads sweep at once
-    begun = False
-    lost = False
-
-    @classmethod
-    def forked(cls) -> None:
-        """Take note that this process is a forked child: GNU OpenMP would kill it, or wait for ever."""
-        cls.lock = threading.Lock()
-        cls.lost = cls.lost or cls.begun
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_Threads.forked)
 
 
 def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[Array, bool]:
@@ -206,34 +180,3 @@ def given_numbers(values: ArrayLike | None, rows: int, what: str, unit: str) -> 
     if values is None:
         return None
     return given_rows(np.atleast_1d(np.asarray(values))[..., None], rows, 1, what, unit)[:, 0].copy()
-
-
-@cache
-def _say_compiling() -> None:
-    """Log once per process that kernels are compiled."""
-    log.info("compiling kernels (once, up to a minute)")
-
-
-_ready: set[tuple[Any, bool | None]] = set()  # kernels of which this process knows that they are compiled, by variant
-
-
-def run(rows_kernel: Callable[..., None], sweep_kernel: Callable[..., None], rows: int, *arguments: Any) -> None:
-    """Run the serial kernel on few rows, the parallel one on many, and nothing on none.
-
-    A child that was forked after its parent's first parallel kernel runs the serial one; results are the same.
-    """
-    if not rows:
-        return
-    serial = rows < SERIAL_BELOW or _Threads.lost
-    kernel, given = (rows_kernel, (*arguments, 0, rows)) if serial else (sweep_kernel, arguments)
-    variant = kernel, next((each.general for each in arguments if isinstance(each, Packed)), None)
-    if variant not in _ready:
-        if not is_compiled(kernel, *given):
-            _say_compiling()
-        _ready.add(variant)
-    if serial:
-        kernel(*given)
-        return
-    with _Threads.lock:
-        _Threads.begun = True
-        kernel(*given)

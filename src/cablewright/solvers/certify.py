@@ -16,7 +16,7 @@ from cablewright.kernels.statics.wrench import NO_PLANE
 from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
 from cablewright.results import Figure, Result
-from cablewright.solvers.arguments import run
+from cablewright.solvers.batches import run
 
 TOLERANCE = 1e-9  # default tolerance of a certificate, m and rad
 
@@ -108,7 +108,7 @@ def certify(equilibrium: Equilibrium, tolerance: float = TOLERANCE) -> Certifica
     if model.robot.platform.plane is not None:
         found = Certificate(np.full(rows, IN_PLANE), bounds, boxes, signs)
         return found[0] if equilibrium.single else found
-    run(batches.certify_rows, batches.certify_sweep, rows, equilibrium.packed, *arrays)
+    run(batches.certify_rows, rows, equilibrium.packed, *arrays)
     unproved = np.isin(codes, (kernel.UNBOUNDED, kernel.NOT_CONTRACTING))
     codes[unproved & _straight_down(equilibrium)] = STRAIGHT_DOWN
     failed = (codes != kernel.CERTIFIED) & (codes != kernel.IMPRECISE)

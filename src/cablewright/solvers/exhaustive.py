@@ -14,7 +14,7 @@ from cablewright.errors import InputError
 from cablewright.kernels.certificates import exclusion
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.progress import Progress, silent
-from cablewright.solvers.arguments import run
+from cablewright.solvers.batches import run
 from cablewright.solvers.certify import certify
 from cablewright.solvers.equilibria import (
     FOUND,
@@ -29,7 +29,7 @@ from cablewright.solvers.equilibria import (
 from cablewright.solvers.line_cover import OutOfTime, atlases, refuse_unfit
 from cablewright.solvers.uniqueness import EVERYWHERE
 
-BLOCK = 512  # boxes judged between two checks of the time limit
+BLOCK, CHUNK = 512, 16  # boxes judged between two checks of the time limit, and by a thread at a time
 MIN_SIZES = (0.02, 0.01, 0.005)
 """Side of a box, m, below which it stays undecided, by level; each next level has finer leaves and retries them."""
 STARTS = 64  # boxes per level in which more equilibria are searched for
@@ -142,7 +142,7 @@ def _judge(known: exclusion.Atlases, search: ExhaustiveSearch) -> ExhaustiveSear
     """Judge the last boxes of the list and halve those that stay open."""
     block, rest = search.open[-BLOCK:], search.open[:-BLOCK]
     codes, reasons = np.full(len(block), exclusion.OPEN), np.zeros(len(block), dtype=np.int64)
-    run(exclusion.judge_rows, exclusion.judge_sweep, len(block), np.ascontiguousarray(block), known, codes, reasons)
+    run(exclusion.judge_rows, len(block), np.ascontiguousarray(block), known, codes, reasons, chunk=CHUNK)
     left, why = block[codes == exclusion.OPEN], reasons[codes == exclusion.OPEN]
     sides = left[:, 1::2] - left[:, ::2]
     small = sides.max(axis=1, initial=0.0) < MIN_SIZES[search.level]

@@ -15,7 +15,8 @@ from cablewright.models.parameters import varied
 from cablewright.models.rows import rows_of
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, parameters_of
-from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, run
+from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows
+from cablewright.solvers.batches import run
 
 
 def forward(
@@ -101,5 +102,5 @@ def _solve(model: Model, packed: Packed, lengths: Array, pose: Array, states: Ar
     rows = len(lengths)
     codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
     arrays = (lengths, pose, states, codes, iterations, np.zeros(rows))
-    run(batches.forward_rows, batches.forward_sweep, rows, packed, *arrays, start)
+    run(batches.forward_rows, rows, packed, *arrays, start)
     return Equilibrium(model, packed, pose, lengths, states, codes, np.zeros(rows), iterations)

@@ -12,7 +12,8 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, require_a_load, run
+from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, require_a_load
+from cablewright.solvers.batches import run
 
 
 def inverse(
@@ -71,9 +72,9 @@ def solve_inverse(
     violations = np.zeros(rows)
     arrays = (packed, pose, states, lengths, codes, violations)
     if model.m < model.freedoms:
-        run(batches.hanging_rows, batches.hanging_sweep, rows, *arrays)
+        run(batches.hanging_rows, rows, *arrays)
     else:
-        run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, path)
+        run(batches.inverse_rows, rows, *arrays, path)
     if model.fidelity.cable is CableLaw.RIGID:
         _draw_straight(model, packed, pose, lengths)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))

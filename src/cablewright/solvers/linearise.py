@@ -14,7 +14,7 @@ from cablewright.kernels import batches
 from cablewright.kernels.layout import EXIT, LENGTH, MODULUS, PARAMETERS, POINT, SHEAVE, WEIGHT_FACTOR
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium
-from cablewright.solvers.arguments import run
+from cablewright.solvers.batches import run
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,7 +96,7 @@ def linearise_where_regular(equilibrium: Equilibrium) -> tuple[Linearisation, ND
     motion = np.zeros((rows, model.n, model.m, PARAMETERS))
     codes = np.zeros(rows, dtype=np.int64)
     solved = equilibrium.solved_arrays()
-    run(batches.linearise_rows, batches.linearise_sweep, rows, equilibrium.packed, *solved, stiffness, motion, codes)
+    run(batches.linearise_rows, rows, equilibrium.packed, *solved, stiffness, motion, codes)
     free = model.free_directions
     return Linearisation(stiffness, motion, None if free is None else np.repeat(free[None], rows, axis=0)), codes
 

@@ -19,7 +19,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -36,7 +35,8 @@ from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNum
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, as_rows, run
+from cablewright.solvers.arguments import as_poses, as_rows
+from cablewright.solvers.batches import run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
     TAUT,
@@ -177,7 +177,7 @@ def _hold(
     found, paid = blank_states(rows, len(taut)), np.zeros((rows, len(taut)))
     codes, violations = np.zeros(rows, dtype=np.int64), np.zeros(rows)
     arrays = (packed._replace(lines=lines, platform=platform.array), pose, found, paid, codes, violations)
-    run(batches.inverse_rows, batches.inverse_sweep, rows, *arrays, False)
+    run(batches.inverse_rows, rows, *arrays, False)
     states[:, taut], lengths[:, taut] = found, paid
     return codes, violations
 
@@ -355,6 +355,8 @@ def excess_from_angle(model: Model, pose: ArrayLike, line: LineKey, distance: fl
     if not math.isfinite(angle):
         raise InputError(f"angle = {angle}: a finite number is expected, rad")
     row, name = model.packed.lines[i], model.robot.lines[i].name
+    from scipy.optimize import brentq  # takes a third of a second to load, and few ask for an angle
+
     limit, _ended_by = max_excess(model, at, i)
 
     def beyond(excess: float) -> float:

@@ -22,7 +22,8 @@ from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load, run
+from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
+from cablewright.solvers.batches import run
 
 Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) and codes (N,)
 METHODS = {
@@ -262,7 +263,7 @@ def capacity(
     rows = len(given)
     margins, ranks, codes = np.zeros(rows), np.zeros(rows, np.int64), np.zeros(rows, np.int64)
     arrays = (packed, given, half, float(length), margins, ranks, codes)
-    run(capacity_margin.capacity_rows, capacity_margin.capacity_sweep, rows, *arrays)
+    run(capacity_margin.capacity_rows, rows, *arrays)
     found = Capacity(float(length), given, margins, ranks, codes)
     return found[0] if single else found
 
@@ -319,7 +320,7 @@ def _swept(packed: Packed, poses: Array, method: int, curvature: Array, bias: Ar
     rows, m = len(poses), packed.lines.shape[1]
     tensions, margins, codes = np.zeros((rows, m)), np.zeros(rows), np.zeros(rows, np.int64)
     arrays = (packed, poses, method, curvature, bias, tensions, margins, codes)
-    run(distribution.distribute_rows, distribution.distribute_sweep, rows, *arrays)
+    run(distribution.distribute_rows, rows, *arrays)
     return tensions, margins, codes
 
 

@@ -28,6 +28,7 @@ from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.checks.result import Check
 from cablewright.toml_input import read_bytes
 
+GROUP: Final = 65536  # rows of a file that are made at a time
 MANIFEST: Final = "manifest.json"
 _MAX_MANIFEST: Final = 1 << 20  # bytes
 
@@ -113,16 +114,8 @@ def write_check(
     *robot*: library name or file. *options*: those that changed the answer. *uncertainty*: its file, if one was given.
     """
     names = [line.name for line in check.robot.lines]
-    table = _table(check, names)
-    floats = [field.name for field in table.schema if pa.types.is_floating(field.type)]
-    whole = [field.name for field in table.schema if field.name not in floats]
-    with pa.OSFile(str(folder / "samples.parquet"), "wb") as sink:
-        pa.parquet.write_table(table, sink, compression="zstd", use_dictionary=whole, use_byte_stream_split=floats)
-    columns: dict[str, NDArray[Any]] = {"time": np.round(check.law.time, 6)}
-    columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
-    columns |= _turns(check)
-    columns |= {"laid": np.round(_laid(check), 6), "layer": check.samples.layer}
-    pa.csv.write_csv(pa.table(columns), str(folder / "lengths.csv"))
+    _write_samples(check, names, folder / "samples.parquet")
+    _write_lengths(check, names, folder / "lengths.csv")
     inputs = {"robot": robot_hash(robot)} | job_hashes(job, check.job)
     if uncertainty is not None:
         inputs["uncertainty"] = file_hash(uncertainty)
@@ -146,6 +139,37 @@ def _laid(check: Check) -> Array:
     """Return the length of strand (k,), m, laid until each sample."""
     pieces = np.diff(check.samples.distance) * check.samples.extruding[1:]
     return np.concatenate([[0.0], np.cumsum(pieces)])
+def _write_samples(check: Check, names: list[str], file: Path) -> None:
+    """Write all samples, some at a time."""
+    schema = _table(check, names, slice(0, 1)).schema
+    floats = [field.name for field in schema if pa.types.is_floating(field.type)]
+    whole = [field.name for field in schema if field.name not in floats]
+    with (
+        pa.OSFile(str(file), "wb") as sink,
+        pa.parquet.ParquetWriter(
+            sink, schema, compression="zstd", use_dictionary=whole, use_byte_stream_split=floats
+        ) as out,
+    ):
+        for at in _groups(check):
+            out.write_table(_table(check, names, at))
+
+
+def _write_lengths(check: Check, names: list[str], file: Path) -> None:
+    """Write what the winches pay out over time, some samples at a time."""
+    columns: dict[str, NDArray[Any]] = {"time": np.round(check.law.time, 6)}
+    columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
+    columns |= _turns(check)
+    columns |= {"laid": np.round(_laid(check), 6), "layer": check.samples.layer}
+    schema = pa.table({name: values[:1] for name, values in columns.items()}).schema
+    with pa.csv.CSVWriter(str(file), schema) as out:
+        for at in _groups(check):
+            out.write_table(pa.table({name: values[at] for name, values in columns.items()}, schema=schema))
+
+
+def _groups(check: Check) -> Iterator[slice]:
+    """Rows of the files of a check that are made at a time."""
+    for first in range(0, len(check.samples), GROUP):
+        yield slice(first, first + GROUP)
 
 
 def job_hashes(path: Path, job: Job) -> dict[str, str]:
@@ -207,34 +231,35 @@ def file_hash(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _table(check: Check, names: list[str]) -> pa.Table:
-    """One row per sample, one column per quantity and line, SI."""
+def _table(check: Check, names: list[str], at: slice) -> pa.Table:
+    """One row for each of some samples, one column per quantity and line, SI."""
     samples = check.samples
     columns: dict[str, object] = {
-        "time": check.law.time,
-        "speed": check.law.speed,
-        "distance": samples.distance,
-        "layer": samples.layer,
-        "gcode_line": samples.line,
-        "extruding": samples.extruding,
-        "status": check.codes,
+        "time": check.law.time[at],
+        "speed": check.law.speed[at],
+        "distance": samples.distance[at],
+        "layer": samples.layer[at],
+        "gcode_line": samples.line[at],
+        "extruding": samples.extruding[at],
+        "status": check.codes[at],
     }
     reached = ("uncompensated", "elastic_only", "compensated")
-    nozzles = {f"{name}_": check.nozzle(getattr(check.statics, name)) for name in reached}
-    columns |= _by_axis({"": samples.positions} | nozzles)
+    nozzles = {f"{name}_": check.nozzle(getattr(check.statics, name)[at]) for name in reached}
+    columns |= _by_axis({"": samples.positions[at]} | nozzles)
     if check.robot.n == 6:
-        columns |= _by_axis({"rotation_": check.poses[:, 3:]})
-        columns |= {"turned_uncompensated": check.turn_uncompensated, "turned_compensated": check.turn_compensated}
-    columns["acceleration_displacement"] = check.statics.displacement
+        columns |= _by_axis({"rotation_": check.poses[at, 3:]})
+        columns["turned_uncompensated"] = check.turn_uncompensated[at]
+        columns["turned_compensated"] = check.turn_compensated[at]
+    columns["acceleration_displacement"] = check.statics.displacement[at]
     if check.expected is not None:
-        columns["expected_error_rms"] = check.expected.rms
+        columns["expected_error_rms"] = check.expected.rms[at]
     if check.distances is not None:
-        columns["clearance"] = check.distances.smallest
+        columns["clearance"] = check.distances.smallest[at]
     if check.retraction is not None:
-        columns["retraction"] = check.retraction
+        columns["retraction"] = check.retraction[at]
     statics, lines = check.statics, check.statics.lines
     by_line = {"rigid_lengths": statics.rigid_lengths, "lengths": check.lengths, "tensions": statics.tensions}
     by_line |= {"cable_speed": lines.winch_speed, "torque": lines.winch_torque}
     for quantity, values in (by_line | {"swing": lines.swing, "lever": lines.lever}).items():
-        columns |= {f"{quantity} {name}": values[:, i] for i, name in enumerate(names)}
+        columns |= {f"{quantity} {name}": values[at, i] for i, name in enumerate(names)}
     return pa.table(columns)

@@ -205,7 +205,7 @@ class AccuracyCommand:
         ranges = self.uncertain.ranges(self.machine)
         with (
             nullcontext() if folder is None else store.run_folder(folder) as part,
-            progress() as show,
+            progress("inverse", "linearise", "forward") as show,
         ):
             found = accuracy.accuracy(self.machine, where, ranges, **self._question(show))
             if part is not None:

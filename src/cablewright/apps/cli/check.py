@@ -63,7 +63,7 @@ class CheckCommand:
         wanted = {"interference": self.interference, "expected-error": self.expected_error}
         skipped = tuple(name for name, kept in wanted.items() if not kept)
         folder = self.out or Path("runs") / store.folder_name("check", machine.name, self.job.stem)
-        with store.run_folder(folder) as part, progress() as show:
+        with store.run_folder(folder) as part, progress(*self.kernels) as show:
             found = check(
                 machine,
                 job,
@@ -86,3 +86,9 @@ class CheckCommand:
             store.write_check(found, part, self.robot.robot, self.job, options, self.uncertainty)
             report.write(found, part, layer_table(found.samples, found.law))
         return answer(found, self.as_json, report=folder / "report.html", lengths=folder / "lengths.csv")
+
+    @property
+    def kernels(self) -> tuple[str, ...]:
+        """What is compiled for it: from the first on by this process, from the last on by others."""
+        distances = ("distances",) if self.interference else ()
+        return ("inverse", "residuals", "tension changes", "linearise", "line shapes", *distances, "forward")

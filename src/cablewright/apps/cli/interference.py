@@ -72,7 +72,7 @@ class InterferenceCommand:
         if part is not None and not part.is_closed:
             tell("note: the mesh is not closed: what is inside is not known; distances are from its faces")
         where = numbers(self.at, "--at", free=True) if self.job is None else load_job(self.job)
-        with progress() as show:
+        with progress("inverse", "distances") as show:
             found = interference(
                 model,
                 where,

@@ -75,6 +75,7 @@ COMMANDS = {
         "export": ("exchange.export.ExportCommand", "A robot, and a job, as files of another program."),
         "machines": ("simulate.MachinesCommand", "Simulated machines of the library, or the file of one."),
         "schema": ("robots.SchemaCommand", "JSON Schema of robot, job, machine and other files, for editors."),
+        "warm": ("robots.WarmCommand", "Compile kernels now, rather than when a command needs them."),
         "curves": ("curves.CurvesCommand", "Random closed curves to print, ranked by how well they cover an area."),
     },
 }

@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -121,6 +121,10 @@ class _Plain:
     def __init__(self) -> None:
         self.stage, self.begin, self.last = "", 0.0, 0.0
 
+    def restart(self) -> None:
+        """Count the time of the present stage from now on."""
+        self.begin = self.last = time.monotonic()
+
     def __call__(self, stage: str, done: int, total: int) -> None:
         now = time.monotonic()
         if stage != self.stage:
@@ -149,6 +153,11 @@ class _Bar:
         self.bar = shown.Progress(*columns, console=Console(stderr=True), transient=True)
         self.tasks: dict[str, Any] = {}
 
+    def restart(self) -> None:
+        """Count the time of the stages from now on."""
+        for task in self.bar.tasks:
+            self.bar.reset(task.id, completed=int(task.completed))
+
     def __call__(self, stage: str, done: int, total: int) -> None:
         if stage not in self.tasks:
             self.tasks[stage] = self.bar.add_task(stage, total=total, rate="")
@@ -158,11 +167,41 @@ class _Bar:
 
 
 @contextmanager
-def progress() -> Iterator[Progress]:
-    """A callback that shows rate and time left: a bar in a terminal, lines in a log."""
+def progress(*kernels: str) -> Iterator[Progress]:
+    """A callback that shows rate and time left: a bar in a terminal, lines in a log.
+
+    Times are those of the work: *kernels*, tasks of `apps.compilation`, are compiled apart from it, where they are not.
+    """
     if not sys.stderr.isatty():
-        yield _Plain()
+        plain = _Plain()
+        with compiling(*kernels, then=plain.restart):
+            yield plain
         return
     shown = _Bar()
-    with shown.bar:
+    with shown.bar, compiling(*kernels, then=shown.restart):
         yield shown
+
+
+@contextmanager
+def compiling(*kernels: str, then: Callable[[], None] | None = None) -> Iterator[None]:
+    """Compile *kernels*, tasks of `apps.compilation`, when the first kernel inside is needed and nobody compiled it."""
+    from cablewright.solvers.batches import before_compiling
+
+    def prepare() -> None:
+        from cablewright.apps import compilation
+
+        compilation.prepare(kernels, tell_compiling)
+        if then is not None:
+            then()
+
+    if not kernels:
+        yield
+        return
+    with before_compiling(prepare):
+        yield
+
+
+def tell_compiling(done: int, count: int, seconds: float) -> None:
+    """Say that so many kernels of *count* are compiled, and how long the others may take."""
+    if done < count:
+        tell(f"compiling kernels (once): {done + 1} of {count}, about {max(1.0, seconds):.0f} s")

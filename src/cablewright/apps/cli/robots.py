@@ -1,9 +1,11 @@
-"""`robots`, `new` and `schema`: the library of robots, the files of one's own, and the JSON Schema of files."""
+"""`robots`, `new`, `schema` and `warm`: the library of robots, files of one's own, their schema, compiled kernels."""
 
 from __future__ import annotations
 
 import json
+import os
 import sys
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -11,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, tell_compiling
 from cablewright.apps.cli.parsing import numbers
 from cablewright.choices import CableName, FileKind, LayoutName
-from cablewright.errors import InputError, suggestion
+from cablewright.errors import EnvironmentFault, InputError, suggestion
 from cablewright.results import Figure, Result
 
 if TYPE_CHECKING:
@@ -121,6 +123,45 @@ class SchemaCommand:
 
         typer.echo(json.dumps(json_schema(self.kind), indent=2))
         return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class WarmCommand:
+    """Compiles what most commands need, which the first of them would otherwise wait for, with several processes.
+
+    What is kept depends on the version of cablewright, of Python and Numba, and on the processor.
+    """
+
+    EXAMPLE: ClassVar = "warm"
+    ANSWERS: ClassVar = ("apps.cli.robots:Warmed",)
+
+    as_json: AsJson = False
+
+    def run(self) -> int:
+        """Compile, and print where it is kept."""
+        from cablewright.apps.compilation import TASKS, prepare
+        from cablewright.kernels.cache import open_folder
+
+        begin, folder = time.monotonic(), open_folder()
+        if folder is None or not os.access(folder, os.W_OK):
+            raise EnvironmentFault(f"compiled kernels cannot be kept: {folder or 'no folder'} cannot be written to")
+        prepare(tuple(TASKS), tell_compiling)
+        return answer(Warmed(tuple(TASKS), time.monotonic() - begin, str(folder)), self.as_json)
+
+
+@dataclass(frozen=True)
+class Warmed(Result):
+    """Kernels that are compiled."""
+
+    FIGURES: ClassVar = (
+        Figure("kernels", "", "What is compiled."),
+        Figure("seconds", "s", "Time that it took.", digits=2),
+        Figure("folder", "", "Where it is kept."),
+    )
+
+    kernels: tuple[str, ...]
+    seconds: float
+    folder: str
 
 
 def _asked(question: str, default: str, read: Callable[[str], Any]) -> Any:

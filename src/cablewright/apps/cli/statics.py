@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, LawOptions, LengthsOrLog, Pose, Retraction, RobotOptions, SheaveChoice
-from cablewright.apps.cli.output import answer, progress
+from cablewright.apps.cli.output import answer, compiling, progress
 from cablewright.apps.cli.parsing import numbers, slack_excess
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
@@ -49,7 +49,8 @@ class InverseCommand:
 
     def run(self) -> int:
         """Solve and print."""
-        return answer(self.found(), self.as_json)
+        with compiling("inverse", "residuals"):
+            return answer(self.found(), self.as_json)
 
     def found(self) -> Result:
         """The requested solution, judged by all limits of the machine. Raises `InputError`."""
@@ -114,7 +115,12 @@ class ForwardCommand:
     as_json: AsJson = False
 
     def run(self) -> int:
-        """Solve, prove what is requested, and print."""
+        """Solve and print."""
+        with compiling("forward", "residuals", *(["certify"] if self.certify else [])):
+            return answer(self.found(), self.as_json)
+
+    def found(self) -> Result:
+        """The solution, with the proofs that are requested. Raises `InputError`."""
         from cablewright.models.statics import Model
         from cablewright.solvers.certify import certify
         from cablewright.solvers.forward import solve_forward
@@ -132,10 +138,10 @@ class ForwardCommand:
         )
         proof = certify(found) if self.certify else None
         box = self._pose_box(found) if self.length_error is not None and found.ok else None
-        return answer(SolvedPose(found, certificate=proof, pose_box=box), self.as_json)
+        return SolvedPose(found, certificate=proof, pose_box=box)
 
-    def _logged(self, model: Model) -> int:
-        """Solve a file of lengths, and print."""
+    def _logged(self, model: Model) -> Result:
+        """Solve a file of lengths."""
         from cablewright.exchange.length_log import forward_log, read_lengths
 
         options = {
@@ -150,7 +156,7 @@ class ForwardCommand:
             raise InputError("--certify: is for one set of lengths, not for a file")
         model.refuse_rigid()
         log = read_lengths(Path(self.lengths), model.robot)
-        return answer(forward_log(model, log, numbers(self.guess, "--guess")), self.as_json)
+        return forward_log(model, log, numbers(self.guess, "--guess"))
 
     def _pose_box(self, found: Equilibrium) -> PoseBox:
         """Where the pose is for all lengths within their error."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import jit, prange
+from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import add, cos, div, exp, intersect, mul, point, sin, sub
 from cablewright.kernels.certificates.line_cell import (
     BEND,
@@ -42,7 +42,6 @@ KINDS = 3
 MAX_DIRECTIONS = 96  # along which forces are summed
 SIDES = 16  # of the polygons that enclose forces
 NARROW = 0.1  # min cosine of a wedge of directions
-CHUNK = 16
 COSINES = tuple(float_cos(2.0 * pi * k / SIDES) for k in range(SIDES))
 SINES = tuple(float_sin(2.0 * pi * k / SIDES) for k in range(SIDES))
 UP, DOWN, BACK = SIDES // 4, 3 * SIDES // 4, SIDES // 2
@@ -125,19 +124,10 @@ def judge(box, atlases, work):
 
 @jit(allocates=True)
 def judge_rows(boxes, atlases, codes, reasons, first, last):
-    """Judge boxes *first* to *last* of (N, 6); see `judge`."""
+    """Judge boxes (N, 6); codes and reasons (N,) are written."""
     work = place_work(atlases.exits.shape[0])
     for j in range(first, last):
         codes[j], reasons[j] = judge(boxes[j], atlases, work)
-
-
-@jit(parallel=True)
-def judge_sweep(boxes, atlases, codes, reasons):
-    """Judge boxes (N, 6); codes and reasons (N,) are written."""
-    rows = boxes.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        judge_rows(boxes, atlases, codes, reasons, first, min(rows, first + CHUNK))
 
 
 @jit

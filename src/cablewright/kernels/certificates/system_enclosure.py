@@ -62,6 +62,12 @@ def certificate_pool(packed):
     return np.zeros(5 * size * size + 7 * size + STATE * (2 * STATE + 6) + 2 * n * n + 48)
 
 
+@jit
+def _frame(block, first, last, left, right):
+    """Write where a block of the system begins and ends."""
+    block[0], block[1], block[2], block[3] = first, last, left, right
+
+
 @jit(allocates=True)
 def unfold(packed, pool):
     """Scratch that fits *packed*, in the memory of *pool*: one array is passed from Python faster than many."""
@@ -72,10 +78,10 @@ def unfold(packed, pool):
     first, size = offsets[m], offsets[m] + n
     for i in range(m):  # a line's own block, two of its rows by the platform, and the platform's rows by three unknowns
         start, end = offsets[i], offsets[i + 1]
-        blocks[3 * i] = (start, end, start, end)
-        blocks[3 * i + 1] = (start, start + 2, first, size)
-        blocks[3 * i + 2] = (first, size, start, start + 3)
-    blocks[3 * m] = (first, size, first, size)
+        _frame(blocks[3 * i], start, end, start, end)
+        _frame(blocks[3 * i + 1], start, start + 2, first, size)
+        _frame(blocks[3 * i + 2], first, size, start, start + 3)
+    _frame(blocks[3 * m], first, size, first, size)
     square = size * size
     matrices = pool[: 5 * square].reshape((5, size, size))
     rest = pool[5 * square :]

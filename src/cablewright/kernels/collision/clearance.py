@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import jit, prange
+from cablewright.kernels import jit
 from cablewright.kernels.collision.distance import (
     clipped,
     depth_in_box,
@@ -17,6 +17,7 @@ from cablewright.kernels.collision.distance import (
 )
 from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline, span_plane
 from cablewright.kernels.layout import STATE
+from cablewright.kernels.newton import copy_rows
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.guides import GUIDE_SIZE
 from cablewright.kernels.statics.wrench import place
@@ -27,7 +28,6 @@ SHARED_EXIT, SHARED_POINT = 1, 2
 BEADS, TRIANGLES = 0, 1
 PIECE = 12  # numbers of a piece of a solid
 STACK = 64
-CHUNK = 32  # rows per task
 
 
 class PartTree(NamedTuple):
@@ -98,7 +98,13 @@ def clearing_scratch(m):
 
 @jit(allocates=True)
 def clearance_rows(packed, poses, states, around, solid, now, skip_part, margins, pairs, places, bounds, first, last):
-    """Clearances of rows *first* to *last* of solved poses, in place; see `clearance_sweep`."""
+    """Smallest distance of the lines from each kind of obstacle at each pose.
+
+    *solid* is the part, taken at *now* (N,); *skip_part*: the part is not compared with the `ends` of the lines at the
+    platform. Writes margins (N, KINDS), m: less the radii, inf where there is no obstacle of a kind, NaN where a row is
+    not solved; pairs (N, KINDS, 2), the line and the index of the nearest obstacle; places (N, KINDS, 3), the nearest
+    point on the line's axis, world; bounds (N,), a bound of the distance between any line and its polyline, m.
+    """
     m = packed.lines.shape[1]
     work = clearing_scratch(m)
     for j in range(first, last):
@@ -119,32 +125,15 @@ def clearance_rows(packed, poses, states, around, solid, now, skip_part, margins
                 _from_part(i, around.radii[i], solid, now[j], skip_part, work, margins[j], pairs[j], places[j])
 
 
-@jit(parallel=True)
-def clearance_sweep(packed, poses, states, around, solid, now, skip_part, margins, pairs, places, bounds):
-    """Smallest distance of the lines from each kind of obstacle at each pose.
-
-    *solid* is the part, taken at *now* (N,); *skip_part*: the part is not compared with the `ends` of the lines at the
-    platform. Writes margins (N, KINDS), m: less the radii, inf where there is no obstacle of a kind, NaN where a row is
-    not solved; pairs (N, KINDS, 2), the line and the index of the nearest obstacle; places (N, KINDS, 3), the nearest
-    point on the line's axis, world; bounds (N,), a bound of the distance between any line and its polyline, m.
-    """
-    rows = poses.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        last = min(rows, first + CHUNK)
-        clearance_rows(
-            packed, poses, states, around, solid, now, skip_part, margins, pairs, places, bounds, first, last
-        )
-
-
 @jit(allocates=True)
 def drawn_lines(packed, poses, states, around, points, counts):
     """Write the polylines of the lines of the first row: points (m, MAX_POINTS, 3), world, and their counts (m,)."""
     work = clearing_scratch(packed.lines.shape[1])
     counts[:] = 0
     if _drawn(packed.lines[0], poses[0], states[0], around, work):
-        points[:] = work.points
-        counts[:] = work.counts
+        for i in range(counts.shape[0]):
+            copy_rows(work.points[i], points[i])
+            counts[i] = work.counts[i]
 
 
 @jit

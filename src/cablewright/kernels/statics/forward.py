@@ -12,6 +12,7 @@ from cablewright.kernels.layout import (
     OK,
     OVERSTRETCHED,
 )
+from cablewright.kernels.newton import copy, copy_rows
 from cablewright.kernels.rotation import angle_of, matrix
 from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
 from cablewright.kernels.statics.equilibrium import (
@@ -129,10 +130,12 @@ def solve_cold(packed, lengths, pose, states, work):
         better = angle < min_angle if code == OK and answer == OK else code == OK
         if better or start == 0 or (answer == NOT_CONVERGED and code != OK):
             answer, left, min_angle = code, residual, angle
-            best[:], best_states[:] = pose, states
+            copy(pose, best)
+            copy_rows(states, best_states)
         if answer == OK and min_angle < UPRIGHT:
             break
-    pose[:], states[:] = best, best_states
+    copy(best, pose)
+    copy_rows(best_states, states)
     return answer, total, left
 
 
@@ -166,11 +169,11 @@ def _solve_from_springs(packed, lengths, pose, states, work):
     code, iterations, residual = _solve_at(packed, lengths, pose, states, work)
     if _is_found(packed, code) or packed.platform[MASSLESS] > 0.0:
         return code, iterations, residual
-    pose[:] = begin
+    copy(begin, pose)
     code, more, residual = solve_by_homotopy(packed, lengths, pose, states, work)
     if _is_found(packed, code):
         return code, iterations + more, residual
-    pose[:] = begin
+    copy(begin, pose)
     if guess_states(packed, lengths, pose, states, work, 1.0):
         descend(packed, lengths, pose, states, work, SETTLED, ROUGH, packed.freedoms)
         code, last, residual = solve_warm(packed, lengths, pose, states, work)
@@ -186,7 +189,7 @@ def _solve_at(packed, lengths, pose, states, work):
     begin = pose.copy()
     code, total, residual = NOT_CONVERGED, 0, 0.0
     for pull in LEVER_PULLS:
-        pose[:] = begin
+        copy(begin, pose)
         if not guess_states(packed, lengths, pose, states, work, pull):
             return NOT_CONVERGED, total, residual
         code, iterations, residual = solve_warm(packed, lengths, pose, states, work)
@@ -225,7 +228,8 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
             done = share
             step *= 2.0
             continue
-        pose[:], states[:] = held, held_states
+        copy(held, pose)
+        copy_rows(held_states, states)
         step *= 0.5
         if step < MIN_STEP:
             return code, total, residual

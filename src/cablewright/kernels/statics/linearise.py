@@ -31,7 +31,7 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WEIGHT_FACTOR,
 )
-from cablewright.kernels.newton import solve
+from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.statics.catenary import span
 from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack
 from cablewright.kernels.statics.line import force_change, system
@@ -56,7 +56,8 @@ def linearise(packed, lengths, pose, states, work, stiffness, motion):
     evaluate(packed, lengths, pose, states, work)
     if not condense(packed, states, work):
         return SINGULAR
-    stiffness[:, :] = work.stiffness[:n, :n]
+    for k in range(n):
+        copy(work.stiffness[k], stiffness[k])
     keep_free_part(packed, stiffness)
     changes = np.zeros((STATE, len(OWN)))
     right = motion.reshape((n, m * PARAMETERS))

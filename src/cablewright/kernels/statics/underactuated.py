@@ -22,7 +22,7 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WRENCH,
 )
-from cablewright.kernels.newton import largest, largest_of_column, solve
+from cablewright.kernels.newton import copy, copy_rows, largest, largest_of_column, solve
 from cablewright.kernels.rotation import angle_of, left_jacobian, matrix
 from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
 from cablewright.kernels.statics.equilibrium import judge
@@ -65,12 +65,15 @@ def solve_hanging(packed, pose, states, work):
             better = _rank(code) > _rank(answer)
         if better:
             answer, violation, min_angle = code, beyond, angle
-            best[:], best_states[:] = pose, states
+            copy(pose, best)
+            copy_rows(states, best_states)
         if (answer == OK and min_angle < UPRIGHT) or (answer == NEEDS_PUSH and start >= MAX_PUSHING):
             break
-    pose[:], states[:] = best, best_states
+    copy(best, pose)
+    copy_rows(best_states, states)
     if answer in (NOT_CONVERGED, NEEDS_PUSH):
-        pose[:], states[:, :] = given, nan
+        copy(given, pose)
+        states[:, :] = nan
     return (INFEASIBLE if answer == NEEDS_PUSH else answer), violation
 
 

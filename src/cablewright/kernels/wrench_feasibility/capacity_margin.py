@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import jit, prange
+from cablewright.kernels import jit
 from cablewright.kernels.layout import INFEASIBLE, OK, TENSION_MAX, TENSION_MIN
 from cablewright.kernels.statics.plane import free_rows, free_side
-from cablewright.kernels.wrench_feasibility.distribution import CHUNK, robot_view
+from cablewright.kernels.wrench_feasibility.distribution import robot_view
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
     ASIDE,
     StructureScratch,
@@ -250,7 +250,11 @@ def _distance(packed, n, m, held, work):
 
 @jit(allocates=True)
 def capacity_rows(packed, poses, half, length, margins, ranks, codes, first, last):
-    """Capacity margins of rows *first* to *last* in place; see `capacity_sweep`."""
+    """Write margins, ranks and codes (N,) of poses (N, n); see `capacity_at`.
+
+    *half* (n,): half sides of the box of wrenches about the platform's own, N and N m. Lines and platform of *packed*
+    have one row or N each.
+    """
     work = facet_scratch(packed)
     _capacity_each(packed, poses, half, length, margins, ranks, codes, first, last, work)
 
@@ -259,16 +263,3 @@ def capacity_rows(packed, poses, half, length, margins, ranks, codes, first, las
 def _capacity_each(packed, poses, half, length, margins, ranks, codes, first, last, work):
     for j in range(first, last):
         codes[j], margins[j], ranks[j] = capacity_at(robot_view(packed, j), poses[j], half, length, work)
-
-
-@jit(parallel=True)
-def capacity_sweep(packed, poses, half, length, margins, ranks, codes):
-    """Write margins, ranks and codes (N,) of poses (N, n); see `capacity_at`.
-
-    *half* (n,): half sides of the box of wrenches about the platform's own, N and N m. Lines and platform of *packed*
-    have one row or N each.
-    """
-    rows = poses.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        capacity_rows(packed, poses, half, length, margins, ranks, codes, first, min(rows, first + CHUNK))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.kernels import jit, prange
+from cablewright.kernels import jit
 from cablewright.kernels.layout import INFEASIBLE, NOT_CONVERGED, OK, SINGULAR, TENSION_MAX, TENSION_MIN, Packed
 from cablewright.kernels.newton import cholesky
 from cablewright.kernels.statics.plane import free_rows, keep_free, keep_free_columns
@@ -25,7 +25,6 @@ from cablewright.kernels.wrench_feasibility.structure_matrix import (
 from cablewright.kernels.wrench_feasibility.tension_margin import Exchange, exchange_scratch, min_slack, widest
 
 CLOSED, IMPROVED, LEAST, WIDEST, CLOSURE = 0, 1, 2, 3, 4
-CHUNK = 256  # rows per task: large, since each task allocates scratch
 HELD = 1e-12  # squared norm of a line's row of the null space basis under which its tension is not free
 CLOSED_BY = 1e-9  # of the mean tension: min entry of a null vector that counts as positive
 UNBOUNDED = 1e3  # of the mean tension: upper limit of a null vector's entries for CLOSURE
@@ -254,7 +253,13 @@ def _closure(n, m, work):
 
 @jit(allocates=True)
 def distribute_rows(packed, poses, method, curvature, bias, tensions, margins, codes, first, last):
-    """Distribute tensions at rows *first* to *last* in place; see `distribute_sweep`."""
+    """Write tensions (N, m), margins (N,) and codes (N,) of poses (N, n) by *method*.
+
+    A margin is the smallest distance of a tension from its limits, N; negative: the largest violation; -inf: no
+    tensions of any size balance the load. *curvature* and *bias* (m,) are the objective of LEAST. CLOSURE writes
+    the null vector of mean 1 with the largest min entry, which is its margin. Lines and platform of *packed* have
+    one row or N each.
+    """
     work = distributing_scratch(packed)
     _distribute_each(packed, poses, method, curvature, bias, tensions, margins, codes, first, last, work)
 
@@ -296,22 +301,6 @@ def _distribute_each(packed, poses, method, curvature, bias, tensions, margins, 
         codes[j], margins[j] = code, margin
         for i in range(m):
             tensions[j, order[i]] = middle[i] + shift[i] if margin > -np.inf else np.nan
-
-
-@jit(parallel=True)
-def distribute_sweep(packed, poses, method, curvature, bias, tensions, margins, codes):
-    """Write tensions (N, m), margins (N,) and codes (N,) of poses (N, n) by *method*.
-
-    A margin is the smallest distance of a tension from its limits, N; negative: the largest violation; -inf: no
-    tensions of any size balance the load. *curvature* and *bias* (m,) are the objective of LEAST. CLOSURE writes
-    the null vector of mean 1 with the largest min entry, which is its margin. Lines and platform of *packed* have
-    one row or N each.
-    """
-    rows = poses.shape[0]
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        last = min(rows, first + CHUNK)
-        distribute_rows(packed, poses, method, curvature, bias, tensions, margins, codes, first, last)
 
 
 @jit(allocates=True)

@@ -61,7 +61,8 @@ class JobPath:
         motion, rows = self.job.motion, len(self.poses)
         corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation)
         arms = drum_arms(full.robot)
-        blocks, drop, rise = [], np.zeros(full.m), np.zeros(full.m)
+        solved: PathStatics | None = None
+        drop, rise = np.zeros(full.m), np.zeros(full.m)
         for first in range(0, rows, BLOCK):
             report("solving", first, rows)
             block = slice(first, first + BLOCK)
@@ -70,14 +71,16 @@ class JobPath:
             regular, linear = _linearised(held)
             moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
             effects = inertia_effects(held[regular], linear, moved)
-            blocks.append(PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, arms))
+            found = PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, arms)
+            solved = _room(found, rows) if solved is None else solved
+            _write(found, solved, first)
             drop, rise = _largest(drop, rise, effects)
             if distances is not None:
                 distances.take(held, first)
             if search is not None:
                 search.take(first + np.flatnonzero(regular), held[regular], linear)
         report("solving", rows, rows)
-        solved: PathStatics = _joined(blocks)
+        assert solved is not None
         speed = _cable_speed(solved.lengths, self.samples, self.law)
         lines = replace(solved.lines, winch_speed=speed, cable_length=solved.lengths)
         return Walked(replace(solved, lines=lines), drop, rise, distances, search)
@@ -113,12 +116,20 @@ def _largest(drop: Array, rise: Array, effects: InertiaEffects) -> tuple[Array, 
     return np.maximum(drop, most_drop), np.maximum(rise, np.max(effects.tension_rise, axis=0, initial=0.0))
 
 
-def _joined(blocks: Sequence[Any]) -> Any:
-    """Concatenate the values of blocks: arrays, or dataclasses of arrays."""
-    first = blocks[0]
-    if isinstance(first, np.ndarray):
-        return np.concatenate(blocks)
-    return type(first)(*(_joined([getattr(block, each.name) for block in blocks]) for each in fields(first)))
+def _room(block: Any, rows: int) -> Any:
+    """Room for so many rows of what a block has: an array, or a dataclass of arrays. Blocks joined would take two."""
+    if isinstance(block, np.ndarray):
+        return np.empty((rows, *block.shape[1:]), block.dtype)
+    return type(block)(*(_room(getattr(block, each.name), rows) for each in fields(block)))
+
+
+def _write(block: Any, room: Any, first: int) -> None:
+    """Write the rows of a block to their *room*, from the row *first* on."""
+    if isinstance(block, np.ndarray):
+        room[first : first + len(block)] = block
+        return
+    for each in fields(block):
+        _write(getattr(block, each.name), getattr(room, each.name), first)
 
 
 def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:

@@ -1,0 +1,153 @@
+"""How kernels are compiled: what Python calls, with all that it calls in turn, is optimised and assembled at once.
+
+Numba does both for every function, and again for each of its callers. Here a function that another kernel calls stays
+as it was lowered, a part, until the kernel that Python calls is complete. `docs/decisions/0019-kernels-at-once.md` has
+the measurements, and what of Numba this relies on.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import register_pass
+from numba.core.environment import lookup_environment
+from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
+from numba.core.typed_passes import NativeLowering
+
+_ENVIRONMENT = "_ZN08NumbaEnv"  # begins the names of what Numba needs to raise errors
+
+
+class Part:
+    """Stands for the entry point of a function that has none: only kernels call it."""
+
+
+class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Code of one function as it was lowered, and the libraries of those that it calls."""
+
+    is_part = False
+    _shared_module: Any
+
+    def add_linking_library(self, library: Any) -> None:
+        """Take note of a library that is called; a part remains as it is."""
+        if _is_part(library):
+            self._linking_libraries.append(library)
+        else:
+            super().add_linking_library(library)
+
+    def finalize(self) -> None:
+        """Optimise and assemble the function with all that it calls."""
+        self._linking_libraries = _callees(self)
+        super().finalize()
+        for variable in self._final_module.global_variables:
+            environment = lookup_environment(variable.name) if variable.name.startswith(_ENVIRONMENT) else None
+            if environment is not None:
+                self.codegen.set_env(variable.name, environment)
+
+    def _optimize_final_module(self) -> None:
+        """Optimise functions as those of nobody else: LLVM then spares calls, and arguments that are not used."""
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage.name == "linkonce_odr":
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+    def _get_module_for_linking(self) -> Any:
+        if not self.is_part:
+            return super()._get_module_for_linking()
+        module = self._shared_module
+        if module is None:
+            self._shared_module = module = self._final_module.clone()
+            for function in module.functions:
+                if not function.is_declaration and function.linkage.name == "external":
+                    function.linkage = "linkonce_odr"
+        return module
+
+
+def _is_part(library: Any) -> bool:
+    return isinstance(library, KernelLibrary) and library.is_part
+
+
+def _callees(library: KernelLibrary) -> list[Any]:
+    """Libraries of all that is called, callers first: LLVM leaves out what nothing has asked for yet."""
+    seen: set[Any] = set()
+    found: list[Any] = []
+
+    def visit(libraries: list[Any]) -> None:
+        for each in reversed(libraries):
+            if each not in seen:
+                seen.add(each)
+                if _is_part(each):
+                    visit(each._linking_libraries)
+                found.append(each)
+
+    visit(library._linking_libraries)
+    return found[::-1]
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _Lowering(NativeLowering):  # type: ignore[misc]
+    """Numba's own lowering into a `KernelLibrary`; that of a part has neither a wrapper for Python nor an address."""
+
+    _name = "kernel_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower one function."""
+        library = KernelLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        library.enable_object_caching()
+        library.is_part = state.flags.no_compile = state.flags.no_cpython_wrapper = KernelCompiler.depth > 1
+        state.library = library
+        super().run_pass(state)
+        if library.is_part:
+            state.cr = state.cr._replace(cfunc=Part())
+            state.targetctx.insert_user_function(state.cr.cfunc, state.cr.fndesc, [library])
+        return True
+
+
+class KernelCompiler(Compiler):  # type: ignore[misc]
+    """Numba's pipeline with a lowering of its own. It runs under Numba's lock, one thread at a time."""
+
+    depth = 0
+    """Kernels that are being compiled, each asked for by the one before; 1: it was Python that asked."""
+
+    def define_pipelines(self) -> Any:
+        """Return the only pipeline."""
+        (manager,) = super().define_pipelines()
+        manager.passes = [(_Lowering if each is NativeLowering else each, text) for each, text in manager.passes]
+        manager._finalized = False
+        manager.finalize()
+        return [manager]
+
+    def compile_extra(self, function: Any) -> Any:
+        """Compile *function*."""
+        KernelCompiler.depth += 1
+        try:
+            return super().compile_extra(function)
+        finally:
+            KernelCompiler.depth -= 1
+
+
+class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
+    """A kernel. What was compiled as a part only is compiled anew when Python calls it."""
+
+    def add_overload(self, result: Any) -> None:
+        """Keep what was compiled; a part cannot be called from Python."""
+        if isinstance(result.entry_point, Part):
+            self.overloads[tuple(result.signature.args)] = result
+        else:
+            super().add_overload(result)
+
+    def compile(self, signature: Any) -> Any:
+        """Compile for *signature*, or read what an earlier process compiled."""
+        with global_compiler_lock:
+            arguments = tuple(normalize_signature(signature)[0])
+            if not KernelCompiler.depth and self.is_only_part(arguments):
+                del self.overloads[arguments]
+            return super().compile(signature)
+
+    def is_only_part(self, arguments: tuple[Any, ...]) -> bool:
+        """Whether the kernel was compiled for these types of arguments, but for other kernels alone."""
+        known = self.overloads.get(arguments)
+        return known is not None and isinstance(known.entry_point, Part)
