@@ -155,6 +155,14 @@ class Tensions:
     tensions: Array  # (m,) N, at the sheaves; NaN: not measured
 
 
+@dataclass(frozen=True, eq=False)
+class BeamLength:
+    """Measured length of a platform that retracts."""
+
+    time: float  # s
+    length: float  # m
+
+
 class DriveState(StrEnum):
     """State of a winch's drive."""
 
@@ -188,7 +196,7 @@ class Inputs:
     brakes_closed: tuple[bool, ...]  # (m,) as the brakes' own contacts say; none without such contacts
 
 
-Reading = Encoders | Inertial | LineAngles | Distance | Climate | Barrier | Scan | Tensions | Drives | Inputs
+Reading = BeamLength | Encoders | Inertial | LineAngles | Distance | Climate | Barrier | Scan | Tensions | Drives | Inputs
 
 
 @dataclass(frozen=True, eq=False)

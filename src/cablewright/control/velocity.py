@@ -1,9 +1,12 @@
-"""Velocity control of a point platform: winch speeds from target and estimate.
+"""Velocity control: winch speeds from target and estimate.
 
-Two laws. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path error, times the inverse
+Two laws of a point platform. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path error, times the inverse
 Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the same velocity; in the null
 space of the lengths (with more lines than freedoms), each line is controlled to the excess or stretch that the full
 model gives it at the chosen tensions.
+
+A rigid platform has the law ``model``, with its twist in place of the velocity. In the null space it is the estimated
+tensions that are controlled: by the lengths alone, or as load cells correct them, whichever the estimate is made of.
 """
 
 from __future__ import annotations
@@ -17,12 +20,14 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.choices import LawName
 from cablewright.control.guide import Target
+from cablewright.control.internal_tensions import held_at, internal_rates
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.errors import InputError, UnknownName, require_positive
+from cablewright.models.rotation import turn_between
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import Taut, taut_at
+from cablewright.solvers.taut import Taut, taut_at, taut_of_body
 
 LAWS: Final = get_args(LawName)
 
@@ -32,7 +37,7 @@ class VelocitySettings:
     """Law, gains and limits.
 
     ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
-    ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
+    ``max_turn``: rad/s, of the correction of a rotation. ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
     one line is slack on purpose; otherwise all lines have the model's tensions.
     """
 
@@ -41,6 +46,7 @@ class VelocitySettings:
     law: LawName = "paper"
     gain: float = 0.5
     max_correction: float = 0.02
+    max_turn: float = 0.02
     internal_gain: float = 0.5
     manage_slack: bool = True
     slack: SlackSettings = field(default_factory=SlackSettings)
@@ -49,10 +55,10 @@ class VelocitySettings:
         """Raise `InputError` for unknown laws, rigid platforms and numbers that are not positive and finite."""
         if self.law not in LAWS:
             raise UnknownName("law", self.law, LAWS)
-        if self.model.n != 3:
-            raise InputError(f"robot {self.model.robot.name!r}: velocity control needs a point platform")
+        if self.model.n != 3 and self.law != "model":
+            raise InputError(f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid")
         self.model.robot.require_plain("velocity control")
-        names = ("gain", "max_correction", "internal_gain", "max_drum_speed")
+        names = ("gain", "max_correction", "max_turn", "internal_gain", "max_drum_speed")
         require_positive(**{name: getattr(self, name) for name in names})
 
 
@@ -69,12 +75,22 @@ def start(settings: VelocitySettings) -> VelocityState:
     return VelocityState(np.zeros(settings.model.m))
 
 
-def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, target: Target, dt: float) -> Array:
+def step(
+    settings: VelocitySettings,
+    state: VelocityState,
+    estimate: Estimate,
+    target: Target,
+    dt: float,
+    tensions: Array | None = None,
+) -> Array:
     """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
-    If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or
+    *tensions* (m,): estimated, N, which a rigid platform is controlled by; None: unknown. If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or
     a line without a tangent there.
     """
+    if settings.model.n == 6:
+        rates = _rates_of_body(settings, estimate, target, dt, tensions)
+        return np.zeros(settings.model.m) if rates is None else _within(settings, rates / estimate.radii)
     taut = taut_at(settings.model, estimate.position)
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
         return np.zeros(settings.model.m)
@@ -88,9 +104,39 @@ def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, t
         rates += _slack_term(settings, taut, estimate, dt)
     else:
         rates += _internal_rates(settings, state, taut, estimate, target, dt)
-    speeds = rates / estimate.radii
+    return _within(settings, rates / estimate.radii)
+
+
+def _within(settings: VelocitySettings, speeds: Array) -> Array:
+    """Scale *speeds* (m,), rad/s, so that none exceeds the limit."""
     largest = float(np.abs(speeds).max())
     return speeds * (settings.max_drum_speed / largest) if largest > settings.max_drum_speed else speeds
+
+
+def _rates_of_body(
+    settings: VelocitySettings, estimate: Estimate, target: Target, dt: float, tensions: Array | None
+) -> Array | None:
+    """Return rates (m,), m/s, of the lengths of a rigid platform; None where a line has no tangent."""
+    model, gain = settings.model, min(settings.gain, 0.5 / dt)
+    lines = model.packed.lines if math.isnan(target.retraction) else model.rows(retraction=np.array([target.retraction])).lines[0]
+    taut = taut_of_body(lines, np.concatenate([estimate.position, estimate.rotation]))
+    if not (np.isfinite(taut.per_motion).all() and np.isfinite(estimate.lengths).all()):
+        return None
+    twist = np.empty(6)
+    twist[:3] = target.velocity + _bounded(gain * (target.position - estimate.position), settings.max_correction)
+    twist[3:] = target.rate + _bounded(gain * turn_between(estimate.rotation, target.rotation), settings.max_turn)
+    rates = taut.per_motion @ twist
+    held = held_at(model, np.concatenate([target.position, target.rotation]), target.retraction)
+    if held is not None and tensions is not None and np.isfinite(tensions).all():
+        internal = internal_rates(taut.per_motion, held, tensions, min(settings.internal_gain, 0.5 / dt))
+        rates += _bounded(internal, settings.max_correction)
+    return np.asarray(rates)
+
+
+def _bounded(vector: Array, most: float) -> Array:
+    """Return *vector*, shortened to a length of *most*."""
+    size = math.sqrt(float(vector @ vector))
+    return vector if size <= most else vector * (most / size)
 
 
 def _slack_term(settings: VelocitySettings, taut: Taut, estimate: Estimate, dt: float) -> Array:

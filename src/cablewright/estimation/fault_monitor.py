@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from cablewright.signals import (
     Barrier,
+    BeamLength,
     Climate,
     Distance,
     Drives,
@@ -25,6 +26,7 @@ _Kind = TypeVar("_Kind", bound=Reading)
 
 _SOURCES: dict[type, str] = {
     Barrier: "barrier",
+    BeamLength: "retraction",
     Climate: "climate",
     Distance: "distance",
     Drives: "drives",

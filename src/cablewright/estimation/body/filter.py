@@ -1,0 +1,130 @@
+"""Pose of a rigid platform: the equilibrium of its lines' lengths, which load cells and inertial unit correct.
+
+Encoders say what was paid out since home; the pose is the equilibrium of the lengths, with sag and slack. What is not
+known of the machine (home lengths, drum radii, exit points, zeros and gains of cells, the mounting of the unit, the
+load) is a state of constants with sigmas. Load cells and accelerometer measure combinations of them: a Kalman filter of
+the constants, linearised at each equilibrium.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.estimation.body import counts, diagnosis, measurement
+from cablewright.estimation.body.measurement import Slopes
+from cablewright.estimation.body.settings import BodySettings
+from cablewright.estimation.body.state import BodyState, follow, set_load
+from cablewright.models.rotation import turn_between
+from cablewright.signals import BeamLength, Encoders, Estimate, Inertial, SensorFrame, Tensions, frozen
+from cablewright.solvers.taut import taut_of_body
+
+_SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
+_CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do not show
+
+
+def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estimate:
+    """Return the estimate after one frame; *state* changes in place. No frame raises an error."""
+    dt = frame.time - state.time
+    if not dt > 0.0:
+        state.monitor.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
+        state.window.begin, dt = math.nan, math.inf
+    state.time, before = frame.time, state.pose
+    for beam in state.monitor.accepted(frame.of(BeamLength), frame.time):
+        _read_beam(settings, state, beam.length)
+    for encoders in state.monitor.accepted(frame.of(Encoders), frame.time):
+        counts.read(settings, state, encoders)
+    state.lengths = state.home_lengths + state.paid + state.gradients @ state.unknowns
+    found = follow(settings, state)
+    _smooth_velocity(settings, state, before, dt)
+    _read_forces(settings, state, frame)
+    slopes = None
+    if frame.time - state.window.begin >= settings.interval - 1e-9 and found:
+        slopes = _measure(settings, state)
+    elif math.isnan(state.window.begin):
+        state.window.begin, state.window.velocity = frame.time, state.velocity.copy()
+    state.monitor.check_timeouts(frame.time)
+    return _estimate(settings, state, slopes, found)
+
+
+def _read_beam(settings: BodySettings, state: BodyState, length: float) -> None:
+    """Take the measured length of a platform that retracts."""
+    own = settings.model.robot.retraction
+    if own is None or not math.isfinite(length):
+        return
+    state.retraction = min(max(length, own.least), own.most)
+    set_load(state, settings.model)
+
+
+def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt: float) -> None:
+    if not math.isfinite(dt):
+        state.velocity = np.zeros(6)
+        return
+    moved = np.concatenate([state.pose[:3] - before[:3], turn_between(before[3:], state.pose[3:])])
+    state.velocity = state.velocity + min(1.0, dt / settings.smoothing_time) * (moved / dt - state.velocity)
+
+
+def _read_forces(settings: BodySettings, state: BodyState, frame: SensorFrame) -> None:
+    """Add the readings of load cells and inertial unit to the window, less what is predicted of them."""
+    unknowns, layout = state.unknowns, state.layout
+    if settings.cells is not None:
+        predicted = (1.0 + unknowns[layout.gain]) * state.tensions + unknowns[layout.zero]
+        for reading in state.monitor.accepted(frame.of(Tensions), frame.time):
+            if reading.source == settings.cells.source and len(reading.tensions) == layout.m:
+                state.window.tensions.append(reading.tensions - predicted)
+                diagnosis.read(settings, state, reading.tensions)
+    if settings.tilt is not None:
+        expected = measurement.predicted_tilt(state.pose) + unknowns[layout.tilt]
+        for unit in state.monitor.accepted(frame.of(Inertial), frame.time):
+            size = math.sqrt(float(unit.acceleration @ unit.acceleration))
+            if size > 0.0:
+                state.window.tilts.append(unit.acceleration[:2] / size - expected)
+
+
+def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
+    """Close the window: correct the unknowns by its readings, or doubt them."""
+    window, passed = state.window, state.time - state.window.begin
+    begun = state.velocity if window.velocity is None else window.velocity
+    change = (state.velocity - begun)[:3] / max(passed, 1e-9)
+    acceleration = math.sqrt(float(change @ change)) + _CALM
+    measurement.set_gradients(state)
+    slopes = measurement.slopes_of(state)
+    if slopes is not None:
+        measured = measurement.measurement_of(settings, state, slopes, acceleration)
+        if measured is not None and diagnosis.fits(settings, state, measured):
+            measurement.update(state, measured)
+            set_load(state, settings.model)
+    window.begin, window.velocity = state.time, state.velocity.copy()
+    window.tensions.clear()
+    window.tilts.clear()
+    return slopes
+
+
+def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, found: bool) -> Estimate:
+    pose = state.pose
+    if slopes is not None:
+        state.pose_covariance = measurement.pose_covariance(state, slopes)
+    covariance = np.zeros((9, 9))
+    covariance[np.ix_(_POSE, _POSE)] = state.pose_covariance
+    covariance[range(3, 6), range(3, 6)] = _SPEED_SIGMA**2
+    excess = state.lengths - taut_of_body(state.tracker.packed.lines, pose).lengths
+    return Estimate(
+        state.time,
+        frozen(pose[:3]),
+        frozen(state.velocity[:3]),
+        frozen(pose[3:]),
+        frozen(state.lengths),
+        frozen(excess),
+        excess > settings.slack_threshold,
+        frozen(counts.radii(settings, state)),
+        covariance=frozen(covariance),
+        faults=state.monitor.faults,
+        valid=found and state.home_counts is not None and not state.monitor.is_active("encoders", "quiet"),
+        consistency=state.consistency,
+    )
+
+
+_POSE: Final = (0, 1, 2, 6, 7, 8)
