@@ -10,7 +10,8 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
-from cablewright.kernels.plant import dynamics, machine_step, winding
+from cablewright.kernels.plant import beam, dynamics, machine_step, winding
+from cablewright.kernels.rotation import between
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.machine.simulated.rig import Rig
@@ -37,7 +38,7 @@ class Plant(Protocol):
 
 
 class DynamicPlant:
-    """The drum swings; the lines hang as in statics at each time, with a vibration of their first mode added."""
+    """Drum or body swings; lines hang as in statics at each time, with a vibration of their first mode added."""
 
     def __init__(self, rig: Rig) -> None:
         """Raises `InputError` unless a whole number of substeps fills the period."""
@@ -58,13 +59,14 @@ class DynamicPlant:
         rig, winches = self.rig, self.rig.winches
         code = machine_step.advance(
             rig.packed,
-            rig.drum,
+            rig.body,
             winches.state,
             winches.motor,
             winches.radii,
             winches.wound,
             winches.sideways,
             speeds,
+            rig.retraction.drive,
             rig.vibration,
             self._random.standard_normal((self._count, len(speeds))),
             self.period / self._count,
@@ -88,7 +90,7 @@ class DynamicPlant:
 
 
 class QuasiStaticPlant:
-    """Each period ends in the equilibrium followed from the last one. The drum hangs upright and turns only in yaw."""
+    """Each period ends in the equilibrium followed from the last one. A drum hangs upright and turns only in yaw."""
 
     def __init__(self, rig: Rig) -> None:
         """Start from the state of *rig*."""
@@ -96,7 +98,7 @@ class QuasiStaticPlant:
         self.period = rig.settings.simulation.quasi_static_period
         self._lengths_after = np.zeros(rig.robot.m)
         self._solved = rig.lengths.copy()
-        self._pose = rig.motion[:3].copy()
+        self._pose = rig.pose
         self._work = workspace(rig.packed)
         self._pool = certificate_pool(rig.packed)
         self._bounds = (TrackerSettings().jump, TrackerSettings().fold, 0.0)
@@ -106,25 +108,25 @@ class QuasiStaticPlant:
         rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
-        pose, states = self._pose.copy(), rig.states.copy()
+        self._retract()
+        pose, states, notices = self._pose.copy(), rig.states.copy(), list[Notice]()
         code, _ = continuation.follow(
             rig.packed, self._solved, after, pose, states, *self._bounds, self._work, self._pool
         )
         if code != 0:
             pose[:] = self._pose
             code, _, _ = forward.solve_near(rig.packed, after, pose, states, self._work)
+            notices = [Notice(Condition.BRANCH_END)] if rig.robot.n == 6 else []
         rig.lengths[:] = after
         if code != 0:
-            rig.motion[3:6] = 0.0
+            rig.motion[3:6] = rig.motion[9:12] = 0.0
             return [Notice(Condition.NO_EQUILIBRIUM)]
-        rig.motion[3:6] = (pose - self._pose) / self.period
-        rig.motion[:3] = self._pose = pose
-        self._turn()
+        self._move(pose)
         rig.states[:] = states
         rig.work.planes[:] = self._work.planes
         self._solved[:] = after
         rig.tensions[:] = LineStates(states).tension
-        return []
+        return notices
 
     def archive_state(self, archive: Archive) -> None:
         """As `Plant`."""
@@ -132,8 +134,23 @@ class QuasiStaticPlant:
             archive.array(name, live)
         archive.scratch("work", self._work)
 
-    def _turn(self) -> None:
-        """Turn the drum to the yaw where the lines are untwisted."""
-        rest = self.rig.drum[dynamics.YAW_REST]
-        self.rig.motion[11] = (rest - self.rig.motion[8]) / self.period
-        self.rig.motion[8] = rest
+    def _retract(self) -> None:
+        """Move the retraction, against the pull at the last equilibrium."""
+        rig = self.rig
+        if rig.retraction.has_drive:
+            drive, work = rig.retraction.drive, self._work
+            given = (rig.packed, rig.body, drive.beam, drive.moved, rig.states, work.planes, work.rotation)
+            rig.retraction.move(rig.packed.lines, beam.pull_along(*given), self.period)
+
+    def _move(self, pose: Array) -> None:
+        """Move the platform to *pose* (n,); a drum turns to the yaw where its lines are untwisted."""
+        motion, shift = self.rig.motion, np.zeros(len(pose))
+        between(self._pose, pose, shift)
+        motion[3:6] = shift[:3] / self.period
+        motion[:3], self._pose = pose[:3], pose
+        if len(pose) == 6:
+            motion[9:12], motion[6:9] = shift[3:] / self.period, pose[3:]
+            return
+        rest = self.rig.body[dynamics.YAW_REST]
+        motion[11] = (rest - motion[8]) / self.period
+        motion[8] = rest

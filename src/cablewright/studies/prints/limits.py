@@ -56,7 +56,7 @@ def planned(
         manage_slack=model.m > model.n and settings.line_angles is not None,
     )
     over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
-    drum = settings.drum
+    drum = settings.carrier
     return PrintPlan(
         path,
         velocity,

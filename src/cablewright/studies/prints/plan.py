@@ -97,7 +97,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         if not 1e-3 <= choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: must be from 1 ms to 60 s")
         settings = settings.with_simulation(quasi_static_period=choices.period)
-    nozzle = 0.0 if owner.extrusion is None else owner.drum.valve  # a strand's path is the nozzle's
+    nozzle = 0.0 if owner.extrusion is None else owner.point_drum.valve  # a strand's path is the nozzle's
     path = TimedPath.of(job, choices.layers, nozzle)
     settings = _intruded(settings, choices, path.duration)
     return MachineTwin(robot, settings, choices, choices.estimator or _best_estimator(owner, choices), path)

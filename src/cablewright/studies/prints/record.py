@@ -136,7 +136,7 @@ class Recorder:
             return
         estimate, expected = entry.estimate, np.full(self.head.robot.m, np.nan)
         if estimate is not None and estimate.valid:
-            mass = self.head.settings.drum.empty_mass + max(self._table.left, 0.0)
+            mass = self.head.settings.carrier.empty_mass + max(self._table.left, 0.0)
             expected = self._tensions.frequencies(estimate, mass)
         if complete:
             self._vibration.close(self._table.temperature, 0.5 * (self._expected + expected))
@@ -188,7 +188,7 @@ class Recorder:
         """Return the record. *true_structure*: at the end, if known; *notes*: the log's."""
         self._flush()
         rows = self._rows.rows.view(row_type(self.head.robot.m)).ravel()
-        masses = self.head.settings.drum.empty_mass + np.maximum(rows["left"], 0.0)
+        masses = self.head.settings.carrier.empty_mass + np.maximum(rows["left"], 0.0)
         rows["taut"], rows["estimated_tensions"] = self._tensions.series(rows, masses)
         vibration, spools = self._vibration.result(), self._lines.spools()
         tensions = rows["estimated_tensions"][in_state(rows, PrintState.PRINTING)]
@@ -196,7 +196,7 @@ class Recorder:
         true = self._true.result()
         settings = self.head.settings
         extrusion = settings.extrusion
-        density = settings.drum.powder_density if extrusion is None else extrusion.density
+        density = settings.carrier.powder_density if extrusion is None else extrusion.density
         bead = None if extrusion is None else extrusion.bead
         return PrintRecord(
             head=self.head,
