@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.models.rotation import matrices, turn_between
+from cablewright.models.rotation import matrix_of, motion_between
 from cablewright.printing.schedule import Schedule, ScheduleStep
 
 
@@ -45,11 +45,11 @@ class Attitude:
 
     def origin(self, nozzle: Array, rotation: Array) -> Array:
         """Return the place (3,), m, of the platform's origin with its *nozzle* (3,), m, there."""
-        return np.asarray(nozzle - matrices(rotation) @ self.nozzle)
+        return np.asarray(nozzle - matrix_of(rotation) @ self.nozzle)
 
     def nozzle_at(self, position: Array, rotation: Array) -> Array:
         """Return the place (3,), m, of the nozzle, with the origin at *position*."""
-        return np.asarray(position + matrices(rotation) @ self.nozzle)
+        return np.asarray(position + matrix_of(rotation) @ self.nozzle)
 
     def carried(self, here: Array, there: Array, turned: Array, then: Array, dt: float) -> Carried:
         """Return the platform's mean motion over *dt*, s, of its nozzle from *here* to *there*, m.
@@ -58,4 +58,5 @@ class Attitude:
         """
         begin = self.origin(here, turned)
         end = begin + (there - here) if np.array_equal(turned, then) else self.origin(there, then)
-        return Carried(begin, (end - begin) / dt, turned, turn_between(turned, then) / dt)
+        twist = motion_between(np.concatenate([begin, turned]), np.concatenate([end, then])) / dt
+        return Carried(begin, twist[:3], turned, twist[3:])

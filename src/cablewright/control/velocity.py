@@ -23,7 +23,7 @@ from cablewright.control.guide import Target
 from cablewright.control.internal_tensions import held_at, internal_rates
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.errors import InputError, UnknownName, require_positive
-from cablewright.models.rotation import turn_between
+from cablewright.models.rotation import motion_between
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
@@ -119,14 +119,15 @@ def _rates_of_body(
     """Return rates (m,), m/s, of the lengths of a rigid platform; None where a line has no tangent."""
     model, gain = settings.model, min(settings.gain, 0.5 / dt)
     lines = model.packed.lines if math.isnan(target.retraction) else model.rows(retraction=np.array([target.retraction])).lines[0]
-    taut = taut_of_body(lines, np.concatenate([estimate.position, estimate.rotation]))
+    pose, goal = (np.concatenate([each.position, each.rotation]) for each in (estimate, target))
+    taut, error = taut_of_body(lines, pose), motion_between(pose, goal)
     if not (np.isfinite(taut.per_motion).all() and np.isfinite(estimate.lengths).all()):
         return None
-    twist = np.empty(6)
-    twist[:3] = target.velocity + _bounded(gain * (target.position - estimate.position), settings.max_correction)
-    twist[3:] = target.rate + _bounded(gain * turn_between(estimate.rotation, target.rotation), settings.max_turn)
-    rates = taut.per_motion @ twist
-    held = held_at(model, np.concatenate([target.position, target.rotation]), target.retraction)
+    rates = taut.per_motion @ np.concatenate([
+        target.velocity + _bounded(gain * error[:3], settings.max_correction),
+        target.rate + _bounded(gain * error[3:], settings.max_turn),
+    ])
+    held = held_at(model, goal, target.retraction)
     if held is not None and tensions is not None and np.isfinite(tensions).all():
         internal = internal_rates(taut.per_motion, held, tensions, min(settings.internal_gain, 0.5 / dt))
         rates += _bounded(internal, settings.max_correction)

@@ -9,7 +9,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.kernels.statics import taut
 from cablewright.models.packed_views import LineNumbers, blank_states
-from cablewright.models.rotation import matrices
+from cablewright.models.rotation import matrix_of
 from cablewright.models.statics import Model
 from cablewright.solvers.one_line import TAUT
 
@@ -50,7 +50,7 @@ def taut_of_body(lines: Array, pose: Array) -> Taut:
 
 def _draw_of_body(lines: Array, pose: Array, scratch: Array, found: Array, planes: Array, toward: Array) -> Array:
     """Draw each line to its own platform point; return the lengths' gradients (m, 6) by the body's motion."""
-    arms = LineNumbers(lines).platform_point @ matrices(pose[3:]).T
+    arms = LineNumbers(lines).platform_point @ matrix_of(pose[3:]).T
     for i, place in enumerate(pose[:3] + arms):
         own = slice(i, i + 1)
         taut.draw(lines[own], place, TAUT, scratch, found[own], planes[own], toward[own])

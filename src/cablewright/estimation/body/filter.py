@@ -18,7 +18,7 @@ from cablewright.estimation.body import counts, diagnosis, measurement
 from cablewright.estimation.body.measurement import Slopes
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, follow, set_load
-from cablewright.models.rotation import turn_between
+from cablewright.models.rotation import motion_between
 from cablewright.signals import BeamLength, Encoders, Estimate, Inertial, SensorFrame, Tensions, frozen
 from cablewright.solvers.taut import taut_of_body
 
@@ -63,8 +63,8 @@ def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt
     if not math.isfinite(dt):
         state.velocity = np.zeros(6)
         return
-    moved = np.concatenate([state.pose[:3] - before[:3], turn_between(before[3:], state.pose[3:])])
-    state.velocity = state.velocity + min(1.0, dt / settings.smoothing_time) * (moved / dt - state.velocity)
+    moved = motion_between(before, state.pose) / dt
+    state.velocity = state.velocity + min(1.0, dt / settings.smoothing_time) * (moved - state.velocity)
 
 
 def _read_forces(settings: BodySettings, state: BodyState, frame: SensorFrame) -> None:

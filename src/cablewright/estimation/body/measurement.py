@@ -15,7 +15,7 @@ from cablewright.arrays import Array
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
 from cablewright.estimation.body.unknowns import length_gradients
-from cablewright.models.rotation import matrices
+from cablewright.models.rotation import matrix_of
 from cablewright.solvers.linearise import linearise_where_regular, tension_changes
 from cablewright.solvers.taut import taut_of_body
 
@@ -63,7 +63,7 @@ def set_gradients(state: BodyState) -> None:
 
 def predicted_tilt(pose: Array) -> Array:
     """Return the two components (2,) of the upward unit vector along the platform's own x and y."""
-    return np.asarray(matrices(pose[3:])[2, :2])
+    return np.asarray(matrix_of(pose[3:])[2, :2])
 
 
 def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acceleration: float) -> Measurement | None:
@@ -89,7 +89,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
         noises.append(each * np.eye(len(cells)) + force @ force.T)
     if window.tilts and settings.tilt is not None:
         parts.append(_middle(np.array(window.tilts)))
-        R = matrices(state.pose[3:])
+        R = matrix_of(state.pose[3:])
         by_turn = R.T @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
         gradients = by_turn[:2] @ slopes.pose[3:] @ state.gradients
         gradients[:, layout.tilt] = np.eye(2)
