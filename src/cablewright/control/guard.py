@@ -51,12 +51,13 @@ _CONDITIONS: Final = {
 class GuardSettings:
     """Limits of m lines and winches; None: not judged.
 
-    ``max_tensions``: (m,) N at the sheaves. ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of
+    ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints. ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of
     a winch drum. ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
     drum; None: speeds are judged by the drives alone. ``timeouts``: s without a reading, by source.
     """
 
     max_tensions: Array
+    min_tensions: Array | None = None
     max_torques: Array | None = None
     max_drum_speed: float | None = None
     max_following_error: float | None = None
@@ -107,11 +108,17 @@ def take_note(state: GuardState, now: float, *, closed: bool) -> None:
 
 
 def judge(
-    settings: GuardSettings, state: GuardState, frame: SensorFrame, inferred: Array | None = None
+    settings: GuardSettings,
+    state: GuardState,
+    frame: SensorFrame,
+    inferred: Array | None = None,
+    *,
+    lowest: bool = False,
 ) -> Cause | None:
     """Return the cause to stop now, the most urgent one; None: nothing is wrong. *state* changes in place.
 
-    *inferred* (m,): tensions by the lengths, N; None, or NaN: not known.
+    *inferred* (m,): tensions by the lengths, N; None, or NaN: not known. *lowest*: whether tensions are to be over
+    their minimum now.
     """
     state.start_time = min(state.start_time, frame.time)
     for reading in frame.readings:
@@ -123,6 +130,8 @@ def judge(
         found += causes
     if inferred is not None:
         found += _inferred_tensions(settings, inferred)
+        if lowest and settings.min_tensions is not None:
+            found += _lost_tensions(settings.min_tensions, inferred)
     return max(found, key=lambda cause: cause.kind) if found else None
 
 
@@ -191,6 +200,14 @@ def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[Cause]:
         return []
     worst = max(over, key=lambda i: float(now[i] / limits[i]))
     return [Cause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)]
+
+
+def _lost_tensions(least: Array, inferred: Array) -> list[Cause]:
+    lost = np.flatnonzero(inferred < least)
+    if not len(lost):
+        return []
+    i = int(lost[np.argmin(inferred[lost] / least[lost])])
+    return [Cause(f"line {i + 1} pulls {inferred[i]:.3g} N; at least {least[i]:.3g} is needed", StopKind.HOLD)]
 
 
 def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[Cause]:

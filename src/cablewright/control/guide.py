@@ -50,7 +50,8 @@ class Target(NamedTuple):
     finished: bool  # at the end of the path
     rotation: Array = _STILL  # (3,) rad, of a rigid platform
     rate: Array = _STILL  # (3,) rad/s, world, mean over the next step
-    retraction: float = math.nan  # m, at the end of the next step; NaN: as it is
+    retraction: float = math.nan  # m; NaN: as it is
+    retraction_rate: float = 0.0  # m/s, mean over the next step
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +92,21 @@ class TimedPath:
         limits = (job.motion.acceleration, job.motion.travel_speed, job.motion.print_speed)
         attitude = None if nozzle is None else Attitude.of(job.schedule, nozzle)
         return cls(track, start, law.time, law.speed, *limits, attitude)
+
+    @property
+    def start_pose(self) -> Array:
+        """The pose (n,) of the platform where the path begins, m and rad."""
+        begin = self.track.at(0.0).position
+        if self.attitude is None:
+            return begin
+        rotation = self.attitude.rotation(float(begin[2]))
+        return np.concatenate([self.attitude.origin(begin, rotation), rotation])
+
+    @property
+    def start_retraction(self) -> float:
+        """Retraction length where the path begins, m; NaN: the schedule has none."""
+        begin = float(self.track.at(0.0).position[2])
+        return math.nan if self.attitude is None else self.attitude.retraction(begin)
 
     def printing_point(self, position: Array, rotation: Array) -> Array:
         """Return the point (3,), m, that is to be on the track, with the platform at *position* and *rotation*."""
@@ -166,13 +182,14 @@ def _carrying(
 ) -> Target:
     """Return the target of the platform that carries the nozzle from *here* to *there*."""
     motion = attitude.carried(here, there, turned, goal, dt)
-    retraction = attitude.retraction(float(there[2]))
+    retraction, then = attitude.retraction(float(here[2])), attitude.retraction(float(there[2]))
     return target._replace(
         position=motion.position,
         velocity=motion.velocity,
         rotation=motion.rotation,
         rate=motion.rate,
         retraction=retraction,
+        retraction_rate=0.0 if math.isnan(then) else (then - retraction) / dt,
     )
 
 

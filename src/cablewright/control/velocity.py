@@ -19,11 +19,12 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.choices import LawName
+from cablewright.control.beam import Beam
 from cablewright.control.guide import Target
 from cablewright.control.internal_tensions import held_at, internal_rates
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.errors import InputError, UnknownName, require_positive
-from cablewright.models.rotation import motion_between
+from cablewright.models.rotation import matrix_of, motion_between
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
@@ -56,7 +57,9 @@ class VelocitySettings:
         if self.law not in LAWS:
             raise UnknownName("law", self.law, LAWS)
         if self.model.n != 3 and self.law != "model":
-            raise InputError(f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid")
+            raise InputError(
+                f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid"
+            )
         self.model.robot.require_plain("velocity control")
         names = ("gain", "max_correction", "max_turn", "internal_gain", "max_drum_speed")
         require_positive(**{name: getattr(self, name) for name in names})
@@ -82,14 +85,16 @@ def step(
     target: Target,
     dt: float,
     tensions: Array | None = None,
+    beam: Beam | None = None,
 ) -> Array:
     """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
-    *tensions* (m,): estimated, N, which a rigid platform is controlled by; None: unknown. If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or
+    *tensions* (m,): estimated, N, which a rigid platform is controlled by; None: unknown. *beam*: of a platform that
+    retracts. If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or
     a line without a tangent there.
     """
     if settings.model.n == 6:
-        rates = _rates_of_body(settings, estimate, target, dt, tensions)
+        rates = _rates_of_body(settings, estimate, target, dt, tensions, beam)
         return np.zeros(settings.model.m) if rates is None else _within(settings, rates / estimate.radii)
     taut = taut_at(settings.model, estimate.position)
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
@@ -114,20 +119,29 @@ def _within(settings: VelocitySettings, speeds: Array) -> Array:
 
 
 def _rates_of_body(
-    settings: VelocitySettings, estimate: Estimate, target: Target, dt: float, tensions: Array | None
+    settings: VelocitySettings,
+    estimate: Estimate,
+    target: Target,
+    dt: float,
+    tensions: Array | None,
+    beam: Beam | None,
 ) -> Array | None:
     """Return rates (m,), m/s, of the lengths of a rigid platform; None where a line has no tangent."""
     model, gain = settings.model, min(settings.gain, 0.5 / dt)
-    lines = model.packed.lines if math.isnan(target.retraction) else model.rows(retraction=np.array([target.retraction])).lines[0]
+    lines = model.packed.lines if beam is None else model.rows(retraction=np.array([beam.length])).lines[0]
     pose, goal = (np.concatenate([each.position, each.rotation]) for each in (estimate, target))
     taut, error = taut_of_body(lines, pose), motion_between(pose, goal)
     if not (np.isfinite(taut.per_motion).all() and np.isfinite(estimate.lengths).all()):
         return None
-    rates = taut.per_motion @ np.concatenate([
-        target.velocity + _bounded(gain * error[:3], settings.max_correction),
-        target.rate + _bounded(gain * error[3:], settings.max_turn),
-    ])
-    held = held_at(model, goal, target.retraction)
+    rates = taut.per_motion @ np.concatenate(
+        [
+            target.velocity + _bounded(gain * error[:3], settings.max_correction),
+            target.rate + _bounded(gain * error[3:], settings.max_turn),
+        ]
+    )
+    if beam is not None:
+        rates += beam.speed * (taut.toward @ (matrix_of(estimate.rotation) @ beam.along)) * beam.moved
+    held = held_at(model, goal, math.nan if beam is None else beam.length)
     if held is not None and tensions is not None and np.isfinite(tensions).all():
         internal = internal_rates(taut.per_motion, held, tensions, min(settings.internal_gain, 0.5 / dt))
         rates += _bounded(internal, settings.max_correction)

@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError
+from cablewright.machine.accuracy import Accuracy
 from cablewright.machine.carriers import Body, Drum, RetractionDrive
 from cablewright.machine.drives.settings import DriveSettings
 from cablewright.machine.quantities import Delay, Factor, Share, Span, Time, Width
@@ -141,6 +142,7 @@ class MachineSettings(FileDescription):
     drum: Drum | None = None
     body: Body | None = None
     retraction: RetractionDrive | None = None
+    accuracy: Accuracy | None = None
     extrusion: Extrusion | None = None
     winch: WinchSettings
     room: RoomSettings

@@ -117,9 +117,7 @@ class Tracker:
         """The equilibrium as a batch of one row."""
         batch = self._packed._replace(lines=self._packed.lines[None], platform=self._packed.platform[None])
         code, none = np.zeros(1, dtype=np.int64), np.zeros(1)
-        return Equilibrium(
-            self.model, batch, self.pose[None], self._lengths[None], self.states[None], code, none, code
-        )
+        return Equilibrium(self.model, batch, self.pose[None], self._lengths[None], self.states[None], code, none, code)
 
     def _follow(self, lengths: Array, pose: Array, states: Array) -> tuple[int, float]:
         """Code and margin of one step; *pose* and *states* are updated in place."""

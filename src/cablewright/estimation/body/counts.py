@@ -25,8 +25,11 @@ def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
     if len(reading.counts) != state.layout.m:
         state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} lines: not used")
         return
-    if state.home_counts is None or state.last_counts is None:
-        state.home_counts, state.last_counts = reading.counts.copy(), (reading.time, reading.counts)
+    if state.home_counts is None:
+        state.home_counts = reading.counts.copy()
+    if state.last_counts is None:
+        state.last_counts = reading.time, reading.counts
+        _unwind(settings, state, reading.counts - state.home_counts)
         return
     dt = reading.time - state.last_counts[0]
     jumped = _jumps(settings, reading.counts - state.last_counts[1], dt)

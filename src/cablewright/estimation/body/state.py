@@ -74,9 +74,7 @@ class BodyState:
         return np.asarray(LineStates(self.tracker.states).tension)
 
 
-def start(
-    settings: BodySettings, pose: Array, retraction: float = math.nan, lengths: Array | None = None
-) -> BodyState:
+def start(settings: BodySettings, pose: Array, retraction: float = math.nan, lengths: Array | None = None) -> BodyState:
     """Return the state with the platform at *pose* (6,), homed there with a *retraction*, m (NaN: the robot's).
 
     *lengths* (m,), m: at which an estimate had left it; None: those that hold it. Raises `AnswerError`.
@@ -86,7 +84,9 @@ def start(
         lengths = solve_inverse(model, pose).checked().lengths
     tracker = _tracker_near(model, lengths, pose)
     layout = Layout(model.m)
-    wound = [coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)]
+    wound = [
+        coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
+    ]
     toward = taut_of_body(model.packed.lines, tracker.pose).toward
     variances = prior(settings, layout)
     return BodyState(

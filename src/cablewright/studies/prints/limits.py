@@ -23,6 +23,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.estimator_settings import with_drum_mass
+from cablewright.studies.prints import body_limits
 from cablewright.studies.prints.loop import PrintPlan
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
@@ -47,10 +48,17 @@ def planned(
     or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
     """
     model = Model(with_drum_mass(robot, settings))
-    _check_path(model, path)
+    if path.attitude is None:
+        _check_path(model, path)
+        narrow = model
+    else:
+        body_limits.require_lines(model, path)
+        body_limits.check_held(model, path)
+        body_limits.check_speeds(model, path, settings)
+        narrow = body_limits.with_margin(model, path)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
-        model,
+        narrow,
         settings.winch.max_speed,
         law,
         manage_slack=model.m > model.n and settings.line_angles is not None,
@@ -67,6 +75,7 @@ def planned(
         drum.flow if drum.capacity else 0.0,
         drum.powder if drum.capacity else math.inf,
         frozenset({"encoders"}),
+        beam=body_limits.beam_of(robot, settings),
     )
 
 
@@ -106,6 +115,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
             timeouts[source] = max(0.5, 2.5 / sensor.rate, 2.5 * period)
     return GuardSettings(
         _max_tensions(robot),
+        body_limits.least_tensions(robot) if path.attitude is not None else None,
         max_drum_speed=_DRUM_SPEED * winch.max_speed,
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         timeouts=timeouts,
