@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.models.rotation import matrix_of, motion_between
+from cablewright.models.rotation import matrices, matrix_of, motion_between
 from cablewright.printing.schedule import Schedule, ScheduleStep
 
 
@@ -33,6 +33,14 @@ class Attitude:
     def of(cls, steps: tuple[ScheduleStep, ...], nozzle: tuple[float, float, float]) -> Attitude:
         """Return the attitude by the *steps* of a job of a platform with its *nozzle* there, m."""
         return cls(Schedule(steps), np.array(nozzle))
+
+    def rotations(self, heights: Array) -> Array:
+        """Return the rotations (k, 3), rad, with the nozzle at *heights* (k,), m."""
+        return self.schedule.rotations(heights) if self.schedule.turns else np.zeros((len(heights), 3))
+
+    def nozzles_at(self, positions: Array, rotations: Array) -> Array:
+        """Return the places (k, 3), m, of the nozzle, with the origin at *positions* (k, 3)."""
+        return np.asarray(positions + matrices(rotations) @ self.nozzle)
 
     def rotation(self, height: float) -> Array:
         """Return the rotation (3,), rad, with the nozzle at a *height*, m."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from typing import Final
 
 import numpy as np
@@ -11,10 +10,10 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.body import filter as of_body
-from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Tilt
+from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Swivelling, Tilt
 from cablewright.estimation.body.state import start
 from cablewright.machine.coils import coil_of
-from cablewright.machine.sensors import InertialSensor, TensionSensor
+from cablewright.machine.sensors import InertialSensor, SwivelSensor, TensionSensor
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.statics import Model
@@ -24,6 +23,7 @@ from cablewright.studies.body_archive import archive_state
 from cablewright.studies.estimator_settings import with_drum_mass
 
 _LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
+_LEAST_UNEVEN: Final = 1e-4  # m
 _LEAST_ZERO: Final = 0.1  # N: ... nor its zero
 
 
@@ -45,11 +45,26 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
         tuple(coil_of(line, winch) for line in robot.lines),
         winch.held,
         winch.max_speed,
-        Deviations(**asdict(Deviations()) if settings.accuracy is None else settings.accuracy.model_dump()),
+        _deviations(robot, settings),
         None if cells is None or not sensors else _cells(source, cells),
         None if unit is None or not sensors else _tilt(unit),
+        None if settings.swivels is None or not sensors else _swivelling(settings.swivels),
         timeouts,
     )
+
+
+def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
+    """What the owner knows of the machine's accuracy, and how unevenly cable lies on the drums."""
+    winch = settings.winch
+    radius = min(line.winch.drum_radius or math.inf for line in robot.lines)
+    length = min(winch.radius_turns * math.tau * radius, 10.0)
+    uneven = max(0.5 * winch.radius_deviation / radius * length, _LEAST_UNEVEN)
+    known = {} if settings.accuracy is None else settings.accuracy.model_dump()
+    return Deviations(uneven=uneven, uneven_length=length, **known)
+
+
+def _swivelling(swivels: SwivelSensor) -> Swivelling:
+    return Swivelling(max(swivels.deviation, 1e-5), max(swivels.bias, 1e-5))
 
 
 def _cells(source: str, cells: TensionSensor) -> Cells:

@@ -173,5 +173,6 @@ def _left(measured: Measurement, inverse: Array, here: Array, after: Array) -> A
     """What is left (k,) of the contradiction where tensions and tilt (m + 2) were *after* (k, m + 2), not *here*."""
     change = after - here
     columns = [*measured.cells.tolist(), *([-2, -1] if measured.tilted else [])]
-    rest = measured.innovation - change[:, columns]
+    rest = np.repeat(measured.innovation[None], len(change), axis=0)
+    rest[:, : len(columns)] -= change[:, columns]
     return np.asarray(np.einsum("ki,ij,kj->k", rest, inverse, rest))

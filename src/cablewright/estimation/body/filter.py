@@ -12,15 +12,16 @@ import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.estimation.body import counts, diagnosis, measurement
+from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.measurement import Slopes
 from cablewright.estimation.body.settings import BodySettings
-from cablewright.estimation.body.state import BodyState, follow, set_load
+from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
 from cablewright.models.rotation import motion_between
-from cablewright.signals import BeamLength, Encoders, Estimate, Inertial, SensorFrame, Tensions, frozen
-from cablewright.solvers.taut import taut_of_body
+from cablewright.signals import BeamLength, Encoders, Estimate, Inertial, SensorFrame, Swivels, Tensions, frozen
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
 _CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do not show
@@ -37,8 +38,9 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         _read_beam(settings, state, beam.length)
     for encoders in state.monitor.accepted(frame.of(Encoders), frame.time):
         counts.read(settings, state, encoders)
-    state.lengths = state.home_lengths + state.paid + state.gradients @ state.unknowns
-    found = follow(settings, state)
+    state.gradients[_by_radius(state)] = state.paid
+    state.lengths = corrected(state)
+    found = follow(state)
     _smooth_velocity(settings, state, before, dt)
     _read_forces(settings, state, frame)
     slopes = None
@@ -48,6 +50,12 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         state.window.begin, state.window.velocity = frame.time, state.velocity.copy()
     state.monitor.check_timeouts(frame.time)
     return _estimate(settings, state, slopes, found)
+
+
+def _by_radius(state: BodyState) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Where the gradients of the lengths by the drums' radii are."""
+    lines = np.arange(state.layout.m)
+    return lines, state.layout.radius.start + lines
 
 
 def _read_beam(settings: BodySettings, state: BodyState, length: float) -> None:
@@ -68,38 +76,34 @@ def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt
 
 
 def _read_forces(settings: BodySettings, state: BodyState, frame: SensorFrame) -> None:
-    """Add the readings of load cells and inertial unit to the window, less what is predicted of them."""
-    unknowns, layout = state.unknowns, state.layout
+    """Add the readings of load cells, inertial unit and swivels to the window, less what is predicted of them."""
+    expected, m = measurement.predictions(state), state.layout.m
     if settings.cells is not None:
-        predicted = (1.0 + unknowns[layout.gain]) * state.tensions + unknowns[layout.zero]
         for reading in state.monitor.accepted(frame.of(Tensions), frame.time):
-            if reading.source == settings.cells.source and len(reading.tensions) == layout.m:
-                state.window.tensions.append(reading.tensions - predicted)
+            if reading.source == settings.cells.source and len(reading.tensions) == m:
+                state.window.tensions.append(reading.tensions - expected[:m])
                 diagnosis.read(settings, state, reading.tensions)
     if settings.tilt is not None:
-        expected = measurement.predicted_tilt(state.pose) + unknowns[layout.tilt]
         for unit in state.monitor.accepted(frame.of(Inertial), frame.time):
             size = math.sqrt(float(unit.acceleration @ unit.acceleration))
             if size > 0.0:
-                state.window.tilts.append(unit.acceleration[:2] / size - expected)
+                state.window.tilts.append(unit.acceleration[:2] / size - expected[m : m + 2])
+    if settings.swivels is not None:
+        for turned in state.monitor.accepted(frame.of(Swivels), frame.time):
+            if len(turned.angles) == m:
+                off = turned.angles - expected[m + 2 :]
+                state.window.swivels.append(np.arctan2(np.sin(off), np.cos(off)))
 
 
 def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
-    """Close the window: correct the unknowns by its readings, or doubt them."""
+    """Close the window: correct the unknowns by its readings."""
     window, passed = state.window, state.time - state.window.begin
     begun = state.velocity if window.velocity is None else window.velocity
     change = (state.velocity - begun)[:3] / max(passed, 1e-9)
-    acceleration = math.sqrt(float(change @ change)) + _CALM
-    measurement.set_gradients(state)
-    slopes = measurement.slopes_of(state)
-    if slopes is not None:
-        measured = measurement.measurement_of(settings, state, slopes, acceleration)
-        if measured is not None and diagnosis.fits(settings, state, measured):
-            measurement.update(state, measured)
-            set_load(state, settings.model)
+    slopes = correct(settings, state, math.sqrt(float(change @ change)) + _CALM)
     window.begin, window.velocity = state.time, state.velocity.copy()
-    window.tensions.clear()
-    window.tilts.clear()
+    for each in (window.tensions, window.tilts, window.swivels):
+        each.clear()
     return slopes
 
 
@@ -110,7 +114,7 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
     covariance = np.zeros((9, 9))
     covariance[np.ix_(_POSE, _POSE)] = state.pose_covariance
     covariance[range(3, 6), range(3, 6)] = _SPEED_SIGMA**2
-    excess = state.lengths - taut_of_body(state.tracker.packed.lines, pose).lengths
+    excess = state.lengths - state.taut.lengths
     return Estimate(
         state.time,
         frozen(pose[:3]),

@@ -7,7 +7,7 @@ none they are not moved by it, and these weigh most.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,14 @@ from cablewright.arrays import Array
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
 from cablewright.estimation.body.unknowns import length_gradients
+from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import matrix_of
 from cablewright.solvers.linearise import linearise_where_regular, tension_changes
-from cablewright.solvers.taut import taut_of_body
+
+
+_OF_MEDIAN: Final = 1.6  # variance of a median over that of a mean, of normal numbers
+_UPWARD: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+"""What a turn in space does to the upward unit vector as the platform sees it, in world axes."""
 
 
 class Slopes(NamedTuple):
@@ -35,8 +40,9 @@ class Measurement(NamedTuple):
     innovation: Array
     gradients: Array
     noise: Array
+    rows: Array  # (k,) of each innovation in `predictions`
     cells: Array  # (c,) index of the line of each of the first c innovations
-    tilted: bool  # whether the last two are of the accelerometer
+    tilted: bool  # whether the next two are of the accelerometer
 
 
 def slopes_of(state: BodyState) -> Slopes | None:
@@ -56,7 +62,7 @@ def slopes_of(state: BodyState) -> Slopes | None:
 
 def set_gradients(state: BodyState) -> None:
     """Compute anew what the unknowns do to the lengths."""
-    toward = taut_of_body(state.tracker.packed.lines, state.pose).toward
+    toward = state.taut.toward
     if np.isfinite(toward).all():
         state.gradients = length_gradients(state.layout, state.paid, toward, state.home_toward)
 
@@ -66,43 +72,82 @@ def predicted_tilt(pose: Array) -> Array:
     return np.asarray(matrix_of(pose[3:])[2, :2])
 
 
+class _Part(NamedTuple):
+    """One kind of sensors' innovations, gradients and noise."""
+
+    innovation: Array
+    gradients: Array
+    noise: Array
+    rows: Array
+
+
 def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acceleration: float) -> Measurement | None:
     """Return the measurement of the window's readings; None without any. *acceleration*: m/s^2, of the platform."""
-    layout, window = state.layout, state.window
-    parts, rows, noises = [], [], []
-    mass = settings.model.robot.platform.mass
-    gravity = settings.model.robot.scene.gravity
+    window, parts = state.window, []
     cells = np.zeros(0, dtype=np.int64)
     if window.tensions and settings.cells is not None:
-        read = np.array(window.tensions)
-        known = state.cells_used & np.isfinite(read).any(axis=0)
+        known = state.cells_used & np.isfinite(np.array(window.tensions)).any(axis=0)
         cells = np.flatnonzero(known)
-        parts.append(_middle(read[:, cells]))
-        gradients = slopes.tensions @ state.gradients
-        lines = np.arange(layout.m)
-        gradients[lines, layout.gain.start + lines] = state.tensions
-        gradients[lines, layout.zero.start + lines] = 1.0
-        gradients[:, layout.load] = slopes.tensions_by_wrench
-        rows.append(gradients[cells])
-        each = settings.cells.deviation**2 * 1.6 / len(read) + settings.deviations.model**2
-        force = slopes.tensions_by_wrench[cells, :3] * (mass * acceleration)
-        noises.append(each * np.eye(len(cells)) + force @ force.T)
-    if window.tilts and settings.tilt is not None:
-        parts.append(_middle(np.array(window.tilts)))
-        R = matrix_of(state.pose[3:])
-        by_turn = R.T @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-        gradients = by_turn[:2] @ slopes.pose[3:] @ state.gradients
-        gradients[:, layout.tilt] = np.eye(2)
-        gradients[:, layout.load] = by_turn[:2] @ slopes.pose_by_wrench[3:]
-        rows.append(gradients)
-        each = (settings.tilt.deviation / gravity) ** 2 * 1.6 / len(window.tilts) + (acceleration / gravity) ** 2
-        noises.append(each * np.eye(2))
+        parts.append(_of_cells(settings, state, slopes, cells, acceleration))
+    tilted = bool(window.tilts) and settings.tilt is not None
+    if tilted:
+        parts.append(_of_tilt(settings, state, slopes, acceleration))
+    if window.swivels and settings.swivels is not None:
+        parts.append(_of_swivels(settings, state, slopes))
     if not parts:
         return None
-    noise = noises[0] if len(noises) == 1 else _blocks(*noises)
-    innovation = np.concatenate(parts)
-    tilted = bool(window.tilts) and settings.tilt is not None
-    return Measurement(innovation, np.concatenate(rows), noise, cells, tilted)
+    innovation, gradients = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
+    noise, at = np.zeros((len(innovation),) * 2), 0
+    for part in parts:
+        own = slice(at, at + len(part.innovation))
+        noise[own, own] = part.noise
+        at = own.stop
+    rows = np.concatenate([part.rows for part in parts])
+    return Measurement(innovation, gradients, noise, rows, cells, tilted)
+
+
+def _of_cells(settings: BodySettings, state: BodyState, slopes: Slopes, cells: Array, acceleration: float) -> _Part:
+    assert settings.cells is not None
+    layout, lines = state.layout, np.arange(state.layout.m)
+    read = np.array(state.window.tensions)
+    gradients = slopes.tensions @ state.gradients
+    gradients[lines, layout.gain.start + lines] = state.tensions
+    gradients[lines, layout.zero.start + lines] = 1.0
+    gradients[:, layout.load] = slopes.tensions_by_wrench
+    each = settings.cells.deviation**2 * _OF_MEDIAN / len(read) + settings.deviations.model**2
+    force = slopes.tensions_by_wrench[cells, :3] * (settings.model.robot.platform.mass * acceleration)
+    return _Part(_middle(read[:, cells]), gradients[cells], each * np.eye(len(cells)) + force @ force.T, cells)
+
+
+def _of_tilt(settings: BodySettings, state: BodyState, slopes: Slopes, acceleration: float) -> _Part:
+    assert settings.tilt is not None
+    layout, gravity = state.layout, settings.model.robot.scene.gravity
+    read = np.array(state.window.tilts)
+    by_turn = (matrix_of(state.pose[3:]).T @ _UPWARD)[:2]
+    gradients = by_turn @ slopes.pose[3:] @ state.gradients
+    gradients[:, layout.tilt] = np.eye(2)
+    gradients[:, layout.load] = by_turn @ slopes.pose_by_wrench[3:]
+    each = ((settings.tilt.deviation**2) * _OF_MEDIAN / len(read) + acceleration**2) / gravity**2
+    return _Part(_middle(read), gradients, each * np.eye(2), layout.m + np.arange(2))
+
+
+def _of_swivels(settings: BodySettings, state: BodyState, slopes: Slopes) -> _Part:
+    """Angles of the lines' planes: they turn as the platform points move across them."""
+    assert settings.swivels is not None
+    layout, planes = state.layout, state.taut.planes
+    read = np.array(state.window.swivels)
+    lines = np.flatnonzero(np.isfinite(read).any(axis=0))
+    across = np.stack([-planes[:, 1], planes[:, 0], np.zeros(layout.m)], axis=1) / planes[:, 2:3]
+    arms = LineNumbers(state.tracker.packed.lines).platform_point @ matrix_of(state.pose[3:]).T
+    by_motion = np.concatenate([across, np.cross(arms, across)], axis=1)
+    gradients = by_motion @ slopes.pose @ state.gradients
+    gradients[:, layout.load] = by_motion @ slopes.pose_by_wrench
+    each, places = np.arange(layout.m), layout.exit.start + 3 * np.arange(layout.m)
+    gradients[each, layout.swivel.start + each] = 1.0
+    for axis in range(3):
+        gradients[each, places + axis] -= across[:, axis]
+    noise = settings.swivels.deviation**2 * _OF_MEDIAN / len(read)
+    return _Part(_middle(read[:, lines]), gradients[lines], noise * np.eye(len(lines)), layout.m + 2 + lines)
 
 
 def _middle(rows: Array) -> Array:
@@ -114,21 +159,23 @@ def _middle(rows: Array) -> Array:
     return np.asarray(np.nanmedian(rows, axis=0))
 
 
-def _blocks(first: Array, second: Array) -> Array:
-    found = np.zeros((len(first) + len(second),) * 2)
-    found[: len(first), : len(first)], found[len(first) :, len(first) :] = first, second
-    return found
+def predictions(state: BodyState) -> Array:
+    """Return what cells (m), accelerometer (2) and swivels (m) would read at the present unknowns."""
+    unknowns, layout = state.unknowns, state.layout
+    cells = (1.0 + unknowns[layout.gain]) * state.tensions + unknowns[layout.zero]
+    tilt = predicted_tilt(state.pose) + unknowns[layout.tilt]
+    planes, exits = state.taut.planes, unknowns[layout.exit].reshape(-1, 3)
+    by_exit = (planes[:, 1] * exits[:, 0] - planes[:, 0] * exits[:, 1]) / planes[:, 2]
+    swivels = np.arctan2(planes[:, 1], planes[:, 0]) + by_exit + unknowns[layout.swivel]
+    return np.concatenate([cells, tilt, swivels])
 
 
-def update(state: BodyState, measured: Measurement) -> None:
-    """Correct the unknowns by a measurement; *state* changes in place."""
-    P, H = state.covariance, measured.gradients
-    PH = P @ H.T
-    S = H @ PH + measured.noise
-    K = np.linalg.solve(S, PH.T).T
-    state.unknowns = state.unknowns + K @ measured.innovation
-    P = P - K @ PH.T
-    state.covariance = 0.5 * (P + P.T)
+def gain_of(covariance: Array, measured: Measurement) -> tuple[Array, Array]:
+    """Return the Kalman gain (size, k), and the covariance after the measurement."""
+    PH = covariance @ measured.gradients.T
+    gain = np.linalg.solve(measured.gradients @ PH + measured.noise, PH.T).T
+    after = covariance - gain @ PH.T
+    return gain, 0.5 * (after + after.T)
 
 
 def pose_covariance(state: BodyState, slopes: Slopes) -> Array:

@@ -15,7 +15,8 @@ class Deviations:
 
     ``home_length``: m, of each line's length where the machine was homed. ``drum_radius``: share of each drum's.
     ``exit_point``: m, of each coordinate. ``mass``: share of the platform's; ``centre``: m, of each coordinate of its
-    centre of mass. ``model``: N, of a tension that a perfect description would predict, for what no model has.
+    centre of mass. ``uneven``: m, of a length for how the cable lies on its drum, which changes over ``uneven_length``,
+    m, of cable. ``model``: N, of a tension that a perfect description would predict, for what no model has.
     """
 
     home_length: float = 2e-3
@@ -23,6 +24,8 @@ class Deviations:
     exit_point: float = 1e-3
     mass: float = 5e-3
     centre: float = 2e-3
+    uneven: float = 2e-4
+    uneven_length: float = 2.0
     model: float = 0.5
 
     def __post_init__(self) -> None:
@@ -57,12 +60,24 @@ class Tilt:
         require_positive(**vars(self))
 
 
+@dataclass(frozen=True)
+class Swivelling:
+    """Encoders of the swivelling sheaves: noise and zero, rad, standard deviations."""
+
+    deviation: float
+    zero: float
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for numbers that are not positive and finite."""
+        require_positive(**vars(self))
+
+
 @dataclass(frozen=True, eq=False)
 class BodySettings:
     """The machine as described.
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
-    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``cells``, ``tilt``: None
+    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``cells``, ``tilt``, ``swivels``: None
     where there are none, or where they are not to be used. ``interval``: s of readings that are one measurement.
     ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
     """
@@ -75,6 +90,7 @@ class BodySettings:
     deviations: Deviations = field(default_factory=Deviations)
     cells: Cells | None = None
     tilt: Tilt | None = None
+    swivels: Swivelling | None = None
     timeouts: dict[str, float] = field(default_factory=lambda: {"encoders": 0.5})
     interval: float = 0.1
     smoothing_time: float = 0.2

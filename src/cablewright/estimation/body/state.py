@@ -19,7 +19,7 @@ from cablewright.models.statics import Model
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import taut_of_body
+from cablewright.solvers.taut import Taut, taut_of_body
 
 
 @dataclass(eq=False)
@@ -29,6 +29,7 @@ class Window:
     begin: float = math.nan  # s
     tensions: list[Array] = field(default_factory=list)  # (m,) N each
     tilts: list[Array] = field(default_factory=list)  # (2,) each
+    swivels: list[Array] = field(default_factory=list)  # (m,) rad each
     velocity: Array | None = None  # (3,) m/s, at its begin
 
 
@@ -43,12 +44,14 @@ class BodyState:
     home_lengths: Array  # (m,) m
     home_angles: Array  # (m,) rad, wound on each drum at home
     home_toward: Array  # (m, 3)
+    taut: Taut
     monitor: FaultMonitor
     gradients: Array  # (m, size) of the lengths by the unknowns
     cells_used: Mask  # (m,)
     paid: Array  # (m,) m since home, by the encoders
     angles: Array  # (m,) rad, wound
     lengths: Array  # (m,) m, corrected
+    measured_at: Array  # (m,) m paid out at the last measurement
     velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
     home_counts: NDArray[np.int64] | None = None
     last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
@@ -87,7 +90,7 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
     wound = [
         coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
     ]
-    toward = taut_of_body(model.packed.lines, tracker.pose).toward
+    taut = taut_of_body(model.packed.lines, tracker.pose)
     variances = prior(settings, layout)
     return BodyState(
         layout,
@@ -96,13 +99,15 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
         np.diag(variances),
         lengths.copy(),
         np.array(wound),
-        toward,
+        taut.toward,
+        taut,
         FaultMonitor(dict(settings.timeouts)),
         np.eye(model.m, layout.size),
         np.ones(model.m, dtype=bool),
         np.zeros(model.m),
         np.array(wound),
         lengths.copy(),
+        np.zeros(model.m),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
     )
 
@@ -118,13 +123,17 @@ def _tracker_near(model: Model, lengths: Array, pose: Array) -> Tracker:
     return Tracker(model, lengths, TrackerSettings(certify=False), begin=near)
 
 
-def follow(settings: BodySettings, state: BodyState) -> bool:
+def corrected(state: BodyState) -> Array:
+    """Return the lengths (m,), m, by the encoders and what is known of the unknowns."""
+    return np.asarray(state.home_lengths + state.paid + state.gradients @ state.unknowns)
+
+
+def follow(state: BodyState) -> bool:
     """Let the platform follow the corrected lengths; whether an equilibrium was found."""
     status = state.tracker.step(state.lengths)
-    if status is Status.OK:
+    if status is Status.OK or state.tracker.restart(state.lengths):
         state.monitor.clear("encoders", "lost")
-        return True
-    if state.tracker.restart(state.lengths):
+        state.taut = taut_of_body(state.tracker.packed.lines, state.pose)
         return True
     state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
     return False

@@ -28,6 +28,7 @@ from cablewright.studies.prints.loop import PrintPlan
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
+_BEYOND: Final = 0.02  # m beyond the frame for a rigid platform, whose path may begin on the floor
 _DRUM_SPEED: Final = 1.2  # of a winch's own limit: where the machine stops
 _RAMP_TIMES: Final = (0.05, 0.5)  # s: shortest and longest ramp of a stop
 _LOAD_SHARE: Final = 0.5  # share of a line's breaking load at which the machine stops
@@ -95,9 +96,12 @@ def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estim
 def _limits(robot: Robot, settings: MachineSettings, path: TimedPath, period: float) -> SupervisorSettings:
     """The limits at which the machine stops, or waits."""
     fastest, barrier, scene = max(path.print_speed, path.travel_speed), settings.barrier, robot.scene
+    beyond = 0.0 if path.attitude is None else _BEYOND
+    x, y, z = scene.frame_min
+    far_x, far_y, far_z = scene.frame_max
     return SupervisorSettings(
-        scene.frame_min,
-        scene.frame_max,
+        (x - beyond, y - beyond, z - beyond),
+        (far_x + beyond, far_y + beyond, far_z + beyond),
         _SPEED_FACTOR * fastest + _SWING_SPEED,
         max_error=max(0.15, fastest),
         barrier_timeout=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * period),
