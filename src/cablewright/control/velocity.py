@@ -71,6 +71,7 @@ class VelocityState:
 
     planned_excess: Array  # (m,) m, of each line on purpose
     slack_line: int = -1  # index; -1: none chosen yet
+    tension_error: float = math.inf  # N, largest of a rigid platform's lines from those that the model chooses
 
 
 def start(settings: VelocitySettings) -> VelocityState:
@@ -94,7 +95,7 @@ def step(
     a line without a tangent there.
     """
     if settings.model.n == 6:
-        rates = _rates_of_body(settings, estimate, target, dt, tensions, beam)
+        rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam)
         return np.zeros(settings.model.m) if rates is None else _within(settings, rates / estimate.radii)
     taut = taut_at(settings.model, estimate.position)
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
@@ -120,6 +121,7 @@ def _within(settings: VelocitySettings, speeds: Array) -> Array:
 
 def _rates_of_body(
     settings: VelocitySettings,
+    state: VelocityState,
     estimate: Estimate,
     target: Target,
     dt: float,
@@ -145,6 +147,7 @@ def _rates_of_body(
     if held is not None and tensions is not None and np.isfinite(tensions).all():
         internal = internal_rates(taut.per_motion, held, tensions, min(settings.internal_gain, 0.5 / dt))
         rates += _bounded(internal, settings.max_correction)
+        state.tension_error = float(np.abs(tensions - held.tensions).max())
     return np.asarray(rates)
 
 

@@ -24,6 +24,8 @@ from cablewright.models.rotation import motion_between
 from cablewright.signals import BeamLength, Encoders, Estimate, Inertial, SensorFrame, Swivels, Tensions, frozen
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
+_SHAKING_TIME: Final = 1.0  # s over which the platform's swing is watched
+_SUDDEN: Final = 0.2  # share of one change of the specific force that counts at once
 _CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do not show
 
 
@@ -88,6 +90,7 @@ def _read_forces(settings: BodySettings, state: BodyState, frame: SensorFrame) -
             size = math.sqrt(float(unit.acceleration @ unit.acceleration))
             if size > 0.0:
                 state.window.tilts.append(unit.acceleration[:2] / size - expected[m : m + 2])
+                _shake(state, unit.acceleration, unit.time)
     if settings.swivels is not None:
         for turned in state.monitor.accepted(frame.of(Swivels), frame.time):
             if len(turned.angles) == m:
@@ -95,12 +98,25 @@ def _read_forces(settings: BodySettings, state: BodyState, frame: SensorFrame) -
                 state.window.swivels.append(np.arctan2(np.sin(off), np.cos(off)))
 
 
+def _shake(state: BodyState, force: Array, now: float) -> None:
+    """Follow the mean of the specific force, and how much it changes: a platform that swings."""
+    if state.specific_force is None:
+        state.specific_force, state.shaken_at = force.copy(), now
+        return
+    share = min(1.0, (now - state.shaken_at) / _SHAKING_TIME)
+    state.shaken_at = now
+    change = force - state.specific_force
+    state.specific_force = state.specific_force + share * change
+    size = float(change @ change)
+    state.shaking = max(state.shaking + share * (size - state.shaking), _SUDDEN * size)
+
+
 def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
     """Close the window: correct the unknowns by its readings."""
     window, passed = state.window, state.time - state.window.begin
     begun = state.velocity if window.velocity is None else window.velocity
     change = (state.velocity - begun)[:3] / max(passed, 1e-9)
-    slopes = correct(settings, state, math.sqrt(float(change @ change)) + _CALM)
+    slopes = correct(settings, state, math.sqrt(float(change @ change) + state.shaking) + _CALM)
     window.begin, window.velocity = state.time, state.velocity.copy()
     for each in (window.tensions, window.tilts, window.swivels):
         each.clear()

@@ -21,6 +21,7 @@ from cablewright.solvers.linearise import linearise_where_regular, tension_chang
 
 
 _OF_MEDIAN: Final = 1.6  # variance of a median over that of a mean, of normal numbers
+_ARM: Final = 0.3  # m: arm of the moment that goes with a platform's acceleration
 _UPWARD: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 """What a turn in space does to the upward unit vector as the platform sees it, in world axes."""
 
@@ -115,7 +116,8 @@ def _of_cells(settings: BodySettings, state: BodyState, slopes: Slopes, cells: A
     gradients[lines, layout.zero.start + lines] = 1.0
     gradients[:, layout.load] = slopes.tensions_by_wrench
     each = settings.cells.deviation**2 * _OF_MEDIAN / len(read) + settings.deviations.model**2
-    force = slopes.tensions_by_wrench[cells, :3] * (settings.model.robot.platform.mass * acceleration)
+    force = slopes.tensions_by_wrench[cells] * (settings.model.robot.platform.mass * acceleration)
+    force[:, 3:] *= _ARM
     return _Part(_middle(read[:, cells]), gradients[cells], each * np.eye(len(cells)) + force @ force.T, cells)
 
 

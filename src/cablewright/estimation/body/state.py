@@ -63,6 +63,9 @@ class BodyState:
     consistency: dict[str, float] = field(default_factory=dict)
     silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
     weak: NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, dtype=np.int64))  # readings in a row
+    specific_force: Array | None = None  # (3,) m/s^2, platform: its mean of late
+    shaken_at: float = math.nan  # s
+    shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
     doubts: int = 0  # measurements in a row that contradict the statics
     danger: str = ""  # why the machine is to stop
 

@@ -59,6 +59,8 @@ class Learning(Protocol):
         """Save or load its state."""
 
 
+_TENSIONED: Final = 0.1  # share of the least tension by which tensions may be off when a path begins ...
+_TENSIONING_TIME: Final = 30.0  # s: ... unless that takes longer
 _COLLECT_STEPS: Final = 100  # between garbage collections of a loop in real time
 _MAX_STEPS: Final = 100_000_000
 _SAFETY_TIMEOUT: Final = 0.5  # s without drives or inputs, of a machine that has them
@@ -264,7 +266,9 @@ class Printer:
 
     def _next_target(self, verdict: Verdict, dt: float) -> Target:
         if verdict.state is not PrintState.MANUAL:
-            return guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
+            target = guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
+            waits = verdict.state is PrintState.READY and not self._is_tensioned()
+            return target._replace(arrived=False) if waits else target
         motion = manual.step(self.plan.manual, self._manual, self.time, dt)
         if motion.done:
             supervisor.end_procedure(self.supervisor, self.time)
@@ -272,6 +276,14 @@ class Printer:
         layer = int(path.track.layer[path.track.piece(distance)])
         turned = self.last_pose[3:] if self.plan.path.attitude is not None else np.zeros(3)
         return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False, turned)
+
+    def _is_tensioned(self) -> bool:
+        """Whether the lines of a rigid platform have about the tensions that they are to have on the path."""
+        if self.plan.path.attitude is None or self.estimator.tensions is None:
+            return True
+        least = self.plan.velocity.model.lines.tension_min
+        waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
+        return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         now, m = frame.time, self.plan.velocity.model.m
