@@ -35,6 +35,9 @@ CONFIRMED: Final = 2
 BRAKE_TIME: Final = 0.5
 """Time that a brake has to close or open, s."""
 
+LOST_TIME: Final = 1.0
+"""Time for which a tension may be under its minimum, s."""
+
 _FALLS: Final = 0.01  # of the limit: by so much a tension has fallen that falls
 
 _CONDITIONS: Final = {
@@ -93,6 +96,7 @@ class GuardState:
     over: dict[str, dict[int, int]] = field(default_factory=dict)  # readings in a row, by limit and line
     last_tensions: dict[str, list[float]] = field(default_factory=dict)  # N, by source; the last known of each line
     last_counts: tuple[float, list[int]] | None = None  # s, and the counts of then
+    lost_since: float = math.nan  # s, since which a tension has been under its minimum
     closing_since: float = math.nan  # s, of the first command since which brakes are to be closed
     opening_since: float = math.nan  # s, since which they are to be open
 
@@ -131,7 +135,7 @@ def judge(
     if inferred is not None:
         found += _inferred_tensions(settings, inferred)
         if lowest and settings.min_tensions is not None:
-            found += _lost_tensions(settings.min_tensions, inferred)
+            found += _lost_tensions(settings.min_tensions, inferred, state, frame.time)
     return max(found, key=lambda cause: cause.kind) if found else None
 
 
@@ -202,9 +206,15 @@ def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[Cause]:
     return [Cause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)]
 
 
-def _lost_tensions(least: Array, inferred: Array) -> list[Cause]:
+def _lost_tensions(least: Array, inferred: Array, state: GuardState, now: float) -> list[Cause]:
+    """A line that is about to fall slack, for so long that the estimator could have said why."""
     lost = np.flatnonzero(inferred < least)
     if not len(lost):
+        state.lost_since = math.nan
+        return []
+    if math.isnan(state.lost_since):
+        state.lost_since = now
+    if now - state.lost_since < LOST_TIME:
         return []
     i = int(lost[np.argmin(inferred[lost] / least[lost])])
     return [Cause(f"line {i + 1} pulls {inferred[i]:.3g} N; at least {least[i]:.3g} is needed", StopKind.HOLD)]

@@ -5,8 +5,9 @@ Jacobian of the lines, and for slack lines a term that keeps them nearly taut. `
 space of the lengths (with more lines than freedoms), each line is controlled to the excess or stretch that the full
 model gives it at the chosen tensions.
 
-A rigid platform has the law ``model``, with its twist in place of the velocity. In the null space it is the estimated
-tensions that are controlled: by the lengths alone, or as load cells correct them, whichever the estimate is made of.
+A rigid platform has the law ``model`` for all lengths at once: they follow those that the full model gives for the
+target, so that pose and tensions follow it together. The estimated lengths are by the encoders alone, or as load cells
+and other sensors correct them, whichever the estimate is made of: the tensions are then closed on what is measured.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ from cablewright.arrays import Array
 from cablewright.choices import LawName
 from cablewright.control.beam import Beam
 from cablewright.control.guide import Target
-from cablewright.control.internal_tensions import held_at, internal_rates
+from cablewright.control.held_lengths import held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.errors import InputError, UnknownName, require_positive
-from cablewright.models.rotation import matrix_of, motion_between
+from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import Taut, taut_at, taut_of_body
+from cablewright.solvers.taut import Taut, taut_at
 
 LAWS: Final = get_args(LawName)
 
@@ -38,7 +39,7 @@ class VelocitySettings:
     """Law, gains and limits.
 
     ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
-    ``max_turn``: rad/s, of the correction of a rotation. ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
+    ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
     one line is slack on purpose; otherwise all lines have the model's tensions.
     """
 
@@ -47,7 +48,6 @@ class VelocitySettings:
     law: LawName = "paper"
     gain: float = 0.5
     max_correction: float = 0.02
-    max_turn: float = 0.02
     internal_gain: float = 0.5
     manage_slack: bool = True
     slack: SlackSettings = field(default_factory=SlackSettings)
@@ -61,7 +61,7 @@ class VelocitySettings:
                 f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid"
             )
         self.model.robot.require_plain("velocity control")
-        names = ("gain", "max_correction", "max_turn", "internal_gain", "max_drum_speed")
+        names = ("gain", "max_correction", "internal_gain", "max_drum_speed")
         require_positive(**{name: getattr(self, name) for name in names})
 
 
@@ -90,7 +90,7 @@ def step(
 ) -> Array:
     """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
-    *tensions* (m,): estimated, N, which a rigid platform is controlled by; None: unknown. *beam*: of a platform that
+    *tensions* (m,): estimated, N, of a rigid platform; None: unknown. *beam*: of a platform that
     retracts. If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or
     a line without a tangent there.
     """
@@ -128,27 +128,16 @@ def _rates_of_body(
     tensions: Array | None,
     beam: Beam | None,
 ) -> Array | None:
-    """Return rates (m,), m/s, of the lengths of a rigid platform; None where a line has no tangent."""
-    model, gain = settings.model, min(settings.gain, 0.5 / dt)
-    lines = model.packed.lines if beam is None else model.rows(retraction=np.array([beam.length])).lines[0]
-    pose, goal = (np.concatenate([each.position, each.rotation]) for each in (estimate, target))
-    taut, error = taut_of_body(lines, pose), motion_between(pose, goal)
-    if not (np.isfinite(taut.per_motion).all() and np.isfinite(estimate.lengths).all()):
+    """Return rates (m,), m/s, of the lengths of a rigid platform; None where no tensions hold it."""
+    here = np.concatenate([target.position, target.rotation])
+    there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
+    retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
+    held = held_at(settings.model, np.stack([here, there]), retraction)
+    if held is None or not np.isfinite(estimate.lengths).all():
         return None
-    rates = taut.per_motion @ np.concatenate(
-        [
-            target.velocity + _bounded(gain * error[:3], settings.max_correction),
-            target.rate + _bounded(gain * error[3:], settings.max_turn),
-        ]
-    )
-    if beam is not None:
-        rates += beam.speed * (taut.toward @ (matrix_of(estimate.rotation) @ beam.along)) * beam.moved
-    held = held_at(model, goal, math.nan if beam is None else beam.length)
-    if held is not None and tensions is not None and np.isfinite(tensions).all():
-        internal = internal_rates(taut.per_motion, held, tensions, min(settings.internal_gain, 0.5 / dt))
-        rates += _bounded(internal, settings.max_correction)
-        state.tension_error = float(np.abs(tensions - held.tensions).max())
-    return np.asarray(rates)
+    state.tension_error = math.inf if tensions is None else float(np.abs(tensions - held.tensions[0]).max())
+    correction = min(settings.gain, 0.5 / dt) * (held.lengths[0] - estimate.lengths)
+    return np.asarray((held.lengths[1] - held.lengths[0]) / dt + _bounded(correction, settings.max_correction))
 
 
 def _bounded(vector: Array, most: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
-from cablewright.kernels.rotation import between, matrix
+from cablewright.kernels.rotation import between, compose, matrix
 
 
 def matrices(vectors: ArrayLike) -> Array:
@@ -34,6 +34,14 @@ def motion_between(start: Array, end: Array) -> Array:
     """Return the translation, m, and the rotation in space, rad, (6,), that move pose *start* (6,) to *end*."""
     found = np.empty(6)
     between(start, end, found)
+    return found
+
+
+def moved(pose: Array, motion: Array) -> Array:
+    """Return the pose (6,) to which a translation, m, and a rotation in space, rad, (6,), move *pose* (6,)."""
+    found = pose + motion
+    found[3:] = pose[3:]
+    compose(motion[3], motion[4], motion[5], found[3:])
     return found
 
 

@@ -11,7 +11,17 @@ from cablewright.machine.simulated.snapshot import Archive
 
 def archive_state(settings: BodySettings, state: BodyState, archive: Archive) -> None:
     """Save or load what the next estimates depend on; windows and doubts begin anew."""
-    for name in ("unknowns", "covariance", "home_lengths", "home_angles", "home_toward", "paid", "angles", "lengths", "measured_at"):
+    for name in (
+        "unknowns",
+        "covariance",
+        "home_lengths",
+        "home_angles",
+        "home_toward",
+        "paid",
+        "angles",
+        "lengths",
+        "measured_at",
+    ):
         archive.array(name, getattr(state, name))
     for name in ("gradients", "pose_covariance"):
         archive.array(name, getattr(state, name))

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.errors import InputError
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -21,8 +20,8 @@ class Hanging(NamedTuple):
     tensions: Array  # (m,) N; 0 of the broken line
 
 
-def hanging_without(robot: Robot, lengths: Array, line: int, pose: Array, retraction: float) -> Hanging | None:
-    """Return where the platform of *robot* hangs near *pose* (6,) without that *line*; None: no equilibrium is found.
+def hanging_without(robot: Robot, lengths: Array, line: int, pose: Array, retraction: float) -> list[Hanging]:
+    """Return where the platform of *robot* may hang without that *line*: near *pose* (6,), and as from far.
 
     *lengths* (m,), m; *retraction*: m, NaN for a platform that does not retract.
     """
@@ -31,14 +30,11 @@ def hanging_without(robot: Robot, lengths: Array, line: int, pose: Array, retrac
     platform = there.platform
     if there.retraction is not None:  # it stands; the broken line may be one that moves with it
         platform = platform.model_copy(update={"retraction": None})
-    try:
-        rest = Model(there.model_copy(update={"lines": lines, "platform": platform}))
-        found = solve_forward(rest, np.delete(lengths, line), guess=pose)
-    except InputError:
-        return None
-    if not np.isfinite(found.pose).all():
-        return None
-    return Hanging(found.pose, np.insert(found.tensions, line, 0.0))
+    rest = Model(there.model_copy(update={"lines": lines, "platform": platform}))
+    left = np.delete(lengths, line)
+    solved = (solve_forward(rest, left, guess=pose), solve_forward(rest, left))
+    hangs = (Hanging(each.pose, np.insert(each.tensions, line, 0.0)) for each in solved)
+    return [each for each in hangs if np.isfinite(each.pose).all()]
 
 
 def sentence(robot: Robot, line: int, pose: Array, found: Hanging | None) -> str:

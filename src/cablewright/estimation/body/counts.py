@@ -13,7 +13,7 @@ from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
 from cablewright.signals import Encoders
 
-_FASTER: Final = 3.0  # times the winches' largest speed: counts that change so fast have slipped ...
+_FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
 _LEAST: Final = 0.05  # rad: ... and by this much of a drum at least
 
 

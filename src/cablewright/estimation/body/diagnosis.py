@@ -14,10 +14,12 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.estimation.body import broken
+from cablewright.estimation.body.broken import Hanging
 from cablewright.estimation.body.measurement import Measurement, predicted_tilt
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
 from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.taut import taut_of_body
 
 _SIGMAS: Final = 5.5  # of a normal distribution: how unlikely readings must be
 _DOUBTS: Final = 2  # measurements in a row that contradict before a cause is named
@@ -31,12 +33,16 @@ _OWN_SIGMA: Final = 2e-3  # m, of a length that was found to be off
 
 
 class Cause(NamedTuple):
-    """A cause, by how much of the contradiction it leaves. ``shift``: m, of a line that is longer."""
+    """A cause, by how much of the contradiction it leaves.
+
+    ``shift``: m, of a line that is longer. ``hangs``: where the platform hangs without a line that broke.
+    """
 
     left: float
     kind: str  # cell, length or break
     line: int
     shift: float = 0.0
+    hangs: Hanging | None = None
 
 
 def read(settings: BodySettings, state: BodyState, tensions: Array) -> None:
@@ -100,9 +106,7 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, inver
         state.danger = what
         _shift(state, best.line, best.shift, _OWN_SIGMA)
     else:
-        retraction = state.retraction
-        found = broken.hanging_without(robot, state.lengths, best.line, state.pose, retraction)
-        state.danger = broken.sentence(robot, best.line, state.pose, found)
+        state.danger = broken.sentence(robot, best.line, state.pose, best.hangs)
         state.monitor.report("load_cells", f"broken {name}", state.danger)
         state.cells_used[best.line] = False
         _shift(state, best.line, _LOOSE, _OWN_SIGMA)
@@ -132,13 +136,13 @@ def _lines(settings: BodySettings, state: BodyState, measured: Measurement, inve
     shifted = state.lengths + np.kron(np.eye(m), _TRIED[:, None])
     left = _left(measured, inverse, here, _solved(settings, state, shifted)).reshape(m, -1)
     for i, row in enumerate(left):
-        k = int(np.nanargmin(row)) if np.isfinite(row).any() else 0
+        k = int(np.argmin(row))
         if np.isfinite(row[k]):
             found.append(_refined(settings, state, measured, inverse, here, i, k))
-        rest = broken.hanging_without(settings.model.robot, state.lengths, i, state.pose, state.retraction)
-        if rest is not None:
-            after = np.concatenate([rest.tensions, predicted_tilt(rest.pose)])[None]
-            found.append(Cause(float(_left(measured, inverse, here, after)[0]), "break", i))
+        for rest in broken.hanging_without(settings.model.robot, state.lengths, i, state.pose, state.retraction):
+            after = np.concatenate([rest.tensions, _shown(state, rest.pose)])
+            after[m + 2 + i] = np.nan  # nobody knows how a broken line hangs
+            found.append(Cause(float(_left(measured, inverse, here, after[None])[0]), "break", i, hangs=rest))
     return found
 
 
@@ -151,12 +155,12 @@ def _refined(
     rows = np.repeat(state.lengths[None], len(shifts), axis=0)
     rows[:, line] += shifts
     left = _left(measured, inverse, here, _solved(settings, state, rows))
-    best = int(np.nanargmin(left))
+    best = int(np.argmin(left))
     return Cause(float(left[best]), "length", line, float(shifts[best]))
 
 
 def _solved(settings: BodySettings, state: BodyState, lengths: Array) -> Array:
-    """Tensions and tilt (k, m + 2) at *lengths* (k, m), from the present pose; NaN where nothing is found."""
+    """Tensions, tilt and swivels (k, 2 m + 2) at *lengths* (k, m), from the present pose; NaN: nothing is found."""
     model, retraction = settings.model, None if math.isnan(state.retraction) else np.array([state.retraction])
     rows = len(lengths)
     found = solve_forward(
@@ -165,14 +169,23 @@ def _solved(settings: BodySettings, state: BodyState, lengths: Array) -> Array:
         guess=np.repeat(state.pose[None], rows, axis=0),
         retraction=None if retraction is None else np.repeat(retraction, rows),
     )
-    tilts = np.array([predicted_tilt(pose) for pose in found.pose])
-    return np.concatenate([found.tensions, tilts], axis=1)
+    return np.concatenate([found.tensions, np.array([_shown(state, pose) for pose in found.pose])], axis=1)
+
+
+def _shown(state: BodyState, pose: Array) -> Array:
+    """Tilt and swivels (m + 2) at a *pose* (6,)."""
+    planes = taut_of_body(state.tracker.packed.lines, pose).planes
+    return np.concatenate([predicted_tilt(pose), np.arctan2(planes[:, 1], planes[:, 0])])
 
 
 def _left(measured: Measurement, inverse: Array, here: Array, after: Array) -> Array:
-    """What is left (k,) of the contradiction where tensions and tilt (m + 2) were *after* (k, m + 2), not *here*."""
-    change = after - here
-    columns = [*measured.cells.tolist(), *([-2, -1] if measured.tilted else [])]
-    rest = np.repeat(measured.innovation[None], len(change), axis=0)
-    rest[:, : len(columns)] -= change[:, columns]
-    return np.asarray(np.einsum("ki,ij,kj->k", rest, inverse, rest))
+    """What is left (k,) of the contradiction where predictions were *after* (k, 2 m + 2), not *here* (1, 2 m + 2).
+
+    Where they are not known, nothing is left.
+    """
+    change = (after - here)[:, measured.rows]
+    rest = np.where(np.isnan(change), 0.0, measured.innovation - change)
+    rest[np.isnan(change).all(axis=1)] = np.inf
+    with np.errstate(invalid="ignore"):
+        left = np.einsum("ki,ij,kj->k", rest, inverse, rest)
+    return np.where(np.isfinite(left), left, np.inf)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -28,6 +29,7 @@ from cablewright.studies.prints.loop import PrintPlan
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
+_BODY_GAIN: Final = 4.0  # 1/s, of a rigid platform's errors: its estimate is by the lengths, and does not swing
 _BEYOND: Final = 0.02  # m beyond the frame for a rigid platform, whose path may begin on the floor
 _DRUM_SPEED: Final = 1.2  # of a winch's own limit: where the machine stops
 _RAMP_TIMES: Final = (0.05, 0.5)  # s: shortest and longest ramp of a stop
@@ -64,6 +66,8 @@ def planned(
         law,
         manage_slack=model.m > model.n and settings.line_angles is not None,
     )
+    if path.attitude is not None:
+        velocity = replace(velocity, gain=_BODY_GAIN)
     over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
     drum = settings.carrier
     return PrintPlan(
