@@ -54,8 +54,9 @@ _CONDITIONS: Final = {
 class GuardSettings:
     """Limits of m lines and winches; None: not judged.
 
-    ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints. ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of
-    a winch drum. ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
+    ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints.
+    ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of a winch drum.
+    ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
     drum; None: speeds are judged by the drives alone. ``timeouts``: s without a reading, by source.
     """
 

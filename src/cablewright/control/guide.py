@@ -76,7 +76,8 @@ class TimedPath:
     ) -> Self:
         """Return the timed path of the first *layers* of a *job*; None: all. *lift*: of the platform over the path, m.
 
-        *nozzle*: of a rigid platform, m, platform frame. Raises `InputError` for a path without material, and for more layers than it has.
+        *nozzle*: of a rigid platform, m, platform frame. Raises `InputError` for a path without material, and
+        for more layers than it has.
         """
         samples = job.samples(job.toolpath())
         numbers = np.unique(samples.layer[samples.extruding])

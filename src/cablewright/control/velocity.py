@@ -1,9 +1,9 @@
 """Velocity control: winch speeds from target and estimate.
 
-Two laws of a point platform. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path error, times the inverse
-Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the same velocity; in the null
-space of the lengths (with more lines than freedoms), each line is controlled to the excess or stretch that the full
-model gives it at the chosen tensions.
+Two laws of a point platform. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path
+error, times the inverse Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the
+same velocity; in the null space of the lengths (with more lines than freedoms), each line is controlled to the excess
+or stretch that the full model gives it at the chosen tensions.
 
 A rigid platform has the law ``model`` for all lengths at once: they follow those that the full model gives for the
 target, so that pose and tensions follow it together. The estimated lengths are by the encoders alone, or as load cells
@@ -90,9 +90,9 @@ def step(
 ) -> Array:
     """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
-    *tensions* (m,): estimated, N, of a rigid platform; None: unknown. *beam*: of a platform that
-    retracts. If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or
-    a line without a tangent there.
+    *tensions* (m,): estimated, N, of a rigid platform; None: unknown. *beam*: of a platform that retracts. If one
+    exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or a line
+    without a tangent there.
     """
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam)

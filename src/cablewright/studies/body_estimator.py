@@ -11,7 +11,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Swivelling, Tilt
-from cablewright.estimation.body.state import start
+from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.machine.coils import coil_of
 from cablewright.machine.sensors import InertialSensor, SwivelSensor, TensionSensor
 from cablewright.machine.settings import MachineSettings
@@ -19,7 +19,6 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
-from cablewright.studies.body_archive import archive_state
 from cablewright.studies.estimator_settings import with_drum_mass
 
 _LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
@@ -102,4 +101,39 @@ class BodyEstimator:
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load all that it has learnt."""
-        archive_state(self._settings, self._state, archive)
+        _archive_state(self._settings, self._state, archive)
+
+
+def _archive_state(settings: BodySettings, state: BodyState, archive: Archive) -> None:
+    """Save or load what the next estimates depend on; windows and doubts begin anew."""
+    for name in (
+        "unknowns",
+        "covariance",
+        "home_lengths",
+        "home_angles",
+        "home_toward",
+        "paid",
+        "angles",
+        "lengths",
+        "measured_at",
+    ):
+        archive.array(name, getattr(state, name))
+    for name in ("gradients", "pose_covariance"):
+        archive.array(name, getattr(state, name))
+    known = archive.count("homed", int(state.home_counts is not None))
+    counts = np.zeros(state.layout.m, dtype=np.int64) if state.home_counts is None else state.home_counts
+    archive.array("home_counts", counts)
+    used = state.cells_used.astype(np.float64)
+    archive.array("cells_used", used)
+    pose, states = state.tracker.pose.copy(), state.tracker.states.copy()
+    archive.array("pose", pose)
+    archive.array("states", states)
+    if not math.isnan(state.retraction):
+        state.retraction = archive.number("retraction", state.retraction)
+    if archive.loading:
+        state.home_counts = counts if known else None
+        state.cells_used = used > 0.5
+        state.last_counts = None
+        state.tracker.pose, state.tracker.states = pose, states
+        set_load(state, settings.model)
+        state.tracker.restart(state.lengths)

@@ -51,9 +51,9 @@ def estimator(
 ) -> Estimator:
     """Return the estimator of that *name* for the machine that *robot* and *settings* describe.
 
-    *place* (n,), m and rad: the platform's initial pose, which ``encoders`` uses, and that of a rigid platform. *lasers*: distances to walls that
-    an operator measured at the start. *radii* (m,), m: initial radii of the winch drums; 0: unknown. Raises
-    `UnknownName`, and `InputError` for a machine without the sensors that the estimator needs.
+    *place* (n,), m and rad: the platform's initial pose, which ``encoders`` uses, and those of a rigid one.
+    *lasers*: distances to walls that an operator measured at the start. *radii* (m,), m: initial radii of the winch
+    drums; 0: unknown. Raises `UnknownName`, and `InputError` for a machine without the sensors that it needs.
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)

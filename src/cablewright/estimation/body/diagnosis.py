@@ -1,8 +1,9 @@
 """Readings that contradict the statics: which cell is off, or which line is not as long as it should be, or broken.
 
-Each single cause predicts its own pattern of tensions and tilt. A cell that is off changes one number alone; a line that
-is longer or shorter than its encoder says changes all tensions at once, by the equilibrium of the changed length; a line
-that broke pulls nothing, and the others carry the platform. The cause that leaves least of the contradiction is named.
+Each single cause predicts its own pattern of tensions, tilt and swivels. A cell that is off changes one number alone; a
+line that is longer or shorter than its encoder says changes all tensions at once, by the equilibrium of the changed
+length; a line that broke pulls nothing, and the others carry the platform. The cause that leaves least of the
+contradiction is named.
 """
 
 from __future__ import annotations
@@ -63,7 +64,8 @@ def read(settings: BodySettings, state: BodyState, tensions: Array) -> None:
 
 def fits(settings: BodySettings, state: BodyState, measured: Measurement) -> bool:
     """Whether a measurement may be used; one that contradicts the statics is not, and after some a cause is named."""
-    inverse = np.linalg.inv(measured.gradients @ state.covariance @ measured.gradients.T + measured.noise)
+    spread = measured.gradients @ state.covariance @ measured.gradients.T + measured.noise
+    inverse = np.asarray(np.linalg.inv(spread))
     contradiction = float(measured.innovation @ inverse @ measured.innovation)
     count = len(measured.innovation)
     state.consistency = {"statics": contradiction / count}

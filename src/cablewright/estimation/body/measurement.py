@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.estimation.body.settings import BodySettings
@@ -19,7 +20,7 @@ from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import matrix_of
 from cablewright.solvers.linearise import linearise_where_regular, tension_changes
 
-
+_Rows = NDArray[np.int64]
 _OF_MEDIAN: Final = 1.6  # variance of a median over that of a mean, of normal numbers
 _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's acceleration
 _UPWARD: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
@@ -41,8 +42,8 @@ class Measurement(NamedTuple):
     innovation: Array
     gradients: Array
     noise: Array
-    rows: Array  # (k,) of each innovation in `predictions`
-    cells: Array  # (c,) index of the line of each of the first c innovations
+    rows: _Rows  # (k,) of each innovation in `predictions`
+    cells: _Rows  # (c,) index of the line of each of the first c innovations
     tilted: bool  # whether the next two are of the accelerometer
 
 
@@ -79,7 +80,7 @@ class _Part(NamedTuple):
     innovation: Array
     gradients: Array
     noise: Array
-    rows: Array
+    rows: _Rows
 
 
 def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acceleration: float) -> Measurement | None:
@@ -107,7 +108,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
     return Measurement(innovation, gradients, noise, rows, cells, tilted)
 
 
-def _of_cells(settings: BodySettings, state: BodyState, slopes: Slopes, cells: Array, acceleration: float) -> _Part:
+def _of_cells(settings: BodySettings, state: BodyState, slopes: Slopes, cells: _Rows, acceleration: float) -> _Part:
     assert settings.cells is not None
     layout, lines = state.layout, np.arange(state.layout.m)
     read = np.array(state.window.tensions)
@@ -177,7 +178,7 @@ def gain_of(covariance: Array, measured: Measurement) -> tuple[Array, Array]:
     PH = covariance @ measured.gradients.T
     gain = np.linalg.solve(measured.gradients @ PH + measured.noise, PH.T).T
     after = covariance - gain @ PH.T
-    return gain, 0.5 * (after + after.T)
+    return np.asarray(gain), np.asarray(0.5 * (after + after.T))
 
 
 def pose_covariance(state: BodyState, slopes: Slopes) -> Array:

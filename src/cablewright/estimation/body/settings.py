@@ -77,8 +77,9 @@ class BodySettings:
     """The machine as described.
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
-    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``cells``, ``tilt``, ``swivels``: None
-    where there are none, or where they are not to be used. ``interval``: s of readings that are one measurement.
+    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``cells``, ``tilt``,
+    ``swivels``: None where there are none, or where they are not to be used. ``interval``: s of readings that are one
+    measurement.
     ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
     """
 

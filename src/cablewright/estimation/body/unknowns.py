@@ -8,6 +8,8 @@ Only the length by which cable lies unevenly on a drum changes, with the cable t
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from cablewright.arrays import Array
@@ -20,7 +22,7 @@ class Layout:
     def __init__(self, m: int) -> None:
         """Home lengths first, then radii, exit points by line, uneven lengths, gains, zeros, tilt, load, swivels."""
         bounds = np.cumsum([0, m, m, 3 * m, m, m, m, 2, 6, m]).tolist()
-        parts = [slice(low, high) for low, high in zip(bounds, bounds[1:], strict=False)]
+        parts = [slice(low, high) for low, high in pairwise(bounds)]
         self.home, self.radius, self.exit, self.uneven, self.gain, self.zero, self.tilt, self.load, self.swivel = parts
         self.m, self.size = m, bounds[-1]
 
