@@ -10,6 +10,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
+from cablewright.kernels.layout import Code
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import between
 from cablewright.kernels.statics import forward
@@ -21,6 +22,7 @@ from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
 
 MAX_SUBSTEPS: Final = 1000
+_TOLERANCE: Final = 1e-6  # m and rad, to which equilibria of bodies are certified
 
 
 class Plant(Protocol):
@@ -101,7 +103,8 @@ class QuasiStaticPlant:
         self._pose = rig.pose
         self._work = workspace(rig.packed)
         self._pool = certificate_pool(rig.packed)
-        self._bounds = (TrackerSettings().jump, TrackerSettings().fold, 0.0)
+        tolerance = _TOLERANCE if rig.robot.n == 6 else 0.0
+        self._bounds = (TrackerSettings().jump, TrackerSettings().fold, tolerance)
 
     def advance(self, speeds: Array) -> list[Notice]:
         """As `Plant`."""
@@ -113,6 +116,8 @@ class QuasiStaticPlant:
         code, _ = continuation.follow(
             rig.packed, self._solved, after, pose, states, *self._bounds, self._work, self._pool
         )
+        if code == Code.UNCERTIFIED:
+            code, notices = 0, [Notice(Condition.UNCERTIFIED)]
         if code != 0:
             pose[:] = self._pose
             code, _, _ = forward.solve_near(rig.packed, after, pose, states, self._work)

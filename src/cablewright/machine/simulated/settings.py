@@ -229,8 +229,8 @@ class FaultPlan(Description):
     """A planned fault: a source, or one line's part of it, is silent or stuck from ``begin`` to ``end``.
 
     ``size`` is of a ``slip``: m of cable that an encoder counts too much; of an ``offset``: N that a tension sensor
-    shows too much. The source ``line`` is the line itself: it is ``broken`` or, for good, ``off_sheave``, when its
-    sheave's radius is less by ``size``, m, or its eyelet lower.
+    shows too much. The source ``line`` is the line itself, for good: it is ``broken``, or ``off_sheave``: the cable
+    lies nearer to the sheave's axle by ``size``, m, or is held lower by so much than in its eyelet.
     """
 
     source: Literal[
