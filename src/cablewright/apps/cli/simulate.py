@@ -114,8 +114,8 @@ class FaultOptions:
             metavar="SOURCE,FROM,TO[,KIND[,SIZE]]",
             help="Sensor that is silent, or repeats its reading with `stuck`, between two times, s; may be repeated. "
             "line_angles:LINE is the sensor of one line, as is load_cells:LINE. encoders:LINE,5,100,slip,0.02 counts "
-            "20 mm too much, load_cells:LINE,5,100,offset,50 shows 50 N too much; line:LINE,5,100,broken breaks a line, "
-            "and off_sheave lets it fall off its sheave.",
+            "20 mm too much, load_cells:LINE,5,100,offset,50 shows 50 N too much; line:LINE,5,100,broken breaks a "
+            "line, and off_sheave lets it fall off its sheave.",
         ),
     ] = None
     wifi_gap: Annotated[

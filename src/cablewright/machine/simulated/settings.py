@@ -255,7 +255,7 @@ class FaultPlan(Description):
         if not sources and self.source == "line":
             raise refusal("kind", "of a line must be 'broken' or 'off_sheave'")
         if self.source == "encoders" and (self.kind == "slip") != (self.line is not None):
-            raise refusal("line", "is for a 'slip', and must then be given; otherwise a fault of encoders is not of a line")
+            raise refusal("line", "is for a 'slip', and must then be given; else encoders is not of a line")
         if self.source == "line" and self.line is None:
             raise refusal("line", "must be given: the name of the line")
         if (self.size is not None) != (self.kind in _SIZED) and not (self.size is None and self.kind == "off_sheave"):
