@@ -19,7 +19,7 @@ from cablewright.control.guard import GuardSettings, GuardState, judge
 from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line import settle
-from cablewright.machine.simulated.rig import drum_parameters
+from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
@@ -165,12 +165,12 @@ class Drop:
         self.model = Model(robot)
         held = solve_inverse(self.model, START).checked()
         self.lengths, self.states = held.lengths.copy(), held.states.copy()
-        self.drum = drum_parameters(settings, 0.0)
-        self.drum[dynamics.DRAG : dynamics.DRUM] = 0.0
+        self.drum = Masses(robot, settings).numbers(0.0, math.nan)
+        self.drum[dynamics.DRAG :] = 0.0
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[:3] = START
         self.motion[2] += DROP
-        self.work, self.swing = dynamics.moving_workspace(robot.m)
+        self.work, self.swing = dynamics.moving_workspace(3, robot.m)
 
     def midpoint(self, dt: float) -> None:
         """One step of the implicit midpoint rule."""

@@ -45,6 +45,7 @@ class Condition(StrEnum):
     SILENT = "nothing came over the wireless link for longer than it should"
     NO_EQUILIBRIUM = "the plant found no equilibrium and stayed where it was"
     BRANCH_END = "the equilibrium that the plant followed ended, and it went to another one nearby"
+    UNCERTIFIED = "the equilibrium that the plant followed could not be certified"
     CLOCK_BACK = "the clock jumped back; what was told meanwhile is left out"
     OVERRUN = "a step came later than it was due"
     DRIVE_FAULT = "a winch's drive reports a fault"

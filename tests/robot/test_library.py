@@ -6,7 +6,7 @@ import pytest
 
 from cablewright.robot import Eyelet, RigidPlatform, Swivel, UniversalJoint, library_names, library_text, load
 
-SIZES = {"cogiro": (8, 6), "grab-four-lines": (4, 6), "jung2020": (8, 6), "jung2020-table1": (8, 6)}
+SIZES = {"cogiro": (8, 6), "ipanema": (8, 6), "grab-four-lines": (4, 6), "jung2020": (8, 6), "jung2020-table1": (8, 6)}
 CORNERS = {(-1, -1), (1, -1), (1, 1), (-1, 1)}
 
 
@@ -15,6 +15,7 @@ def test_the_library_has_these_robots() -> None:
         "cogiro",
         "grab-four-lines",
         "house-printer",
+        "ipanema",
         "jung2020",
         "jung2020-table1",
         "merlet2023",

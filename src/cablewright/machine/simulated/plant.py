@@ -10,10 +10,12 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
+from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
-from cablewright.kernels.rotation import between
+from cablewright.kernels.rotation import between, matrix
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import workspace
+from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.packed_views import LineStates
@@ -21,6 +23,7 @@ from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
 
 MAX_SUBSTEPS: Final = 1000
+_TOLERANCE: Final = 1e-6  # m and rad, to which equilibria of bodies are certified
 
 
 class Plant(Protocol):
@@ -99,47 +102,76 @@ class QuasiStaticPlant:
         self._lengths_after = np.zeros(rig.robot.m)
         self._solved = rig.lengths.copy()
         self._pose = rig.pose
-        self._work = workspace(rig.packed)
-        self._pool = certificate_pool(rig.packed)
-        self._bounds = (TrackerSettings().jump, TrackerSettings().fold, 0.0)
+        self._whole = np.arange(rig.robot.m)
+        self._fit()
+        tolerance = _TOLERANCE if rig.robot.n == 6 else 0.0
+        self._bounds = (TrackerSettings().jump, TrackerSettings().fold, tolerance)
+
+    def _fit(self) -> None:
+        """Fit the scratch to the lines that have not broken."""
+        packed = self.rig.packed
+        self._kept = np.delete(self._whole, self.rig.line_faults.broken())
+        packed = packed._replace(lines=packed.lines[self._kept])
+        self._work, self._pool = workspace(packed), certificate_pool(packed)
 
     def advance(self, speeds: Array) -> list[Notice]:
         """As `Plant`."""
         rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
+        if rig.robot.m - len(rig.line_faults.broken()) < len(self._kept):
+            self._fit()
         self._retract()
-        pose, states, notices = self._pose.copy(), rig.states.copy(), list[Notice]()
-        code, _ = continuation.follow(
-            rig.packed, self._solved, after, pose, states, *self._bounds, self._work, self._pool
-        )
-        if code != 0:
-            pose[:] = self._pose
-            code, _, _ = forward.solve_near(rig.packed, after, pose, states, self._work)
-            notices = [Notice(Condition.BRANCH_END)] if rig.robot.n == 6 else []
+        kept = self._kept
+        packed = rig.packed if len(kept) == rig.robot.m else rig.packed._replace(lines=rig.packed.lines[kept])
+        pose, states = self._pose.copy(), rig.states[kept]
+        code, notices = self._follow(packed, self._solved[kept], after[kept], pose, states)
         rig.lengths[:] = after
         if code != 0:
             rig.motion[3:6] = rig.motion[9:12] = 0.0
             return [Notice(Condition.NO_EQUILIBRIUM)]
         self._move(pose)
-        rig.states[:] = states
-        rig.work.planes[:] = self._work.planes
+        rig.states[kept] = states
+        rig.work.planes[kept] = self._work.planes
         self._solved[:] = after
-        rig.tensions[:] = LineStates(states).tension
+        rig.tensions[:] = LineStates(rig.states).tension
         return notices
 
+    def _follow(
+        self, packed: Packed, before: Array, after: Array, pose: Array, states: Array
+    ) -> tuple[int, list[Notice]]:
+        """Follow the equilibrium in *pose* and *states*, updated in place, or find another one. Returns a code."""
+        start, shapes = pose.copy(), states.copy()
+        code, _ = continuation.follow(packed, before, after, pose, states, *self._bounds, self._work, self._pool)
+        if code == Code.UNCERTIFIED:
+            return 0, [Notice(Condition.UNCERTIFIED)]
+        if code == 0:
+            return 0, []
+        pose[:] = start
+        if self.rig.robot.n == 3:
+            code, _, _ = forward.solve_near(packed, after, pose, states, self._work)
+            return code, []
+        states[:] = shapes
+        if not settle(packed, self.rig.body, after, pose, states):
+            return code, []
+        code, _ = continuation.follow(packed, after, after, pose, states, *self._bounds, self._work, self._pool)
+        return (0 if code == Code.UNCERTIFIED else code), [Notice(Condition.BRANCH_END)]
+
     def archive_state(self, archive: Archive) -> None:
-        """As `Plant`."""
+        """As `Plant`; its rig is loaded before it."""
         for name, live in (("after", self._lengths_after), ("solved", self._solved), ("pose", self._pose)):
             archive.array(name, live)
+        if archive.loading:
+            self._fit()
         archive.scratch("work", self._work)
 
     def _retract(self) -> None:
         """Move the retraction, against the pull at the last equilibrium."""
         rig = self.rig
         if rig.retraction.has_drive:
-            drive, work = rig.retraction.drive, self._work
-            given = (rig.packed, rig.body, drive.beam, drive.moved, rig.states, work.planes, work.rotation)
+            drive, rotation = rig.retraction.drive, np.empty((3, 3))
+            matrix(rig.motion[6:9], rotation)
+            given = (rig.packed, rig.body, drive.beam, drive.moved, rig.states, rig.work.planes, rotation)
             rig.retraction.move(rig.packed.lines, beam.pull_along(*given), self.period)
 
     def _move(self, pose: Array) -> None:

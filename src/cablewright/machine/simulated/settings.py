@@ -229,8 +229,8 @@ class FaultPlan(Description):
     """A planned fault: a source, or one line's part of it, is silent or stuck from ``begin`` to ``end``.
 
     ``size`` is of a ``slip``: m of cable that an encoder counts too much; of an ``offset``: N that a tension sensor
-    shows too much. The source ``line`` is the line itself: it is ``broken`` or, for good, ``off_sheave``, when its
-    sheave's radius is less by ``size``, m, or its eyelet lower.
+    shows too much. The source ``line`` is the line itself, for good: it is ``broken``, or ``off_sheave``: the cable
+    lies nearer to the sheave's axle by ``size``, m, or is held lower by so much than in its eyelet.
     """
 
     source: Literal[
@@ -255,7 +255,7 @@ class FaultPlan(Description):
         if not sources and self.source == "line":
             raise refusal("kind", "of a line must be 'broken' or 'off_sheave'")
         if self.source == "encoders" and (self.kind == "slip") != (self.line is not None):
-            raise refusal("line", "is for a 'slip', and must then be given; all encoders are silent or stuck at once")
+            raise refusal("line", "is for a 'slip', and must then be given; else encoders is not of a line")
         if self.source == "line" and self.line is None:
             raise refusal("line", "must be given: the name of the line")
         if (self.size is not None) != (self.kind in _SIZED) and not (self.size is None and self.kind == "off_sheave"):

@@ -27,6 +27,12 @@ class LineFaults:
         self._plans = [(fault, names.index(fault.line)) for fault in faults if fault.source == "line" and fault.line]
         self._begun = np.zeros(len(self._plans), dtype=np.int64)
 
+    def broken(self) -> list[int]:
+        """Numbers of the lines that have broken."""
+        return [
+            i for (fault, i), begun in zip(self._plans, self._begun, strict=True) if begun and fault.kind == "broken"
+        ]
+
     def begin(self, time: float, lines: Array, states: Array) -> None:
         """Begin what is due at *time*, s, on the packed *lines* and their *states*."""
         for k, (fault, i) in enumerate(self._plans):
