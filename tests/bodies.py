@@ -58,6 +58,7 @@ class BodyPlant:
         self.gain, self.zero = 1.0 + CELLS.gain * random.standard_normal(m), CELLS.zero * random.standard_normal(m)
         self.tilt = math.hypot(TILT.turn, TILT.bias / 9.81) * random.standard_normal(2)
         self.turned = np.zeros(m)  # rad, paid out
+        self.counted = np.zeros(m)  # rad that the encoders show too much
         self.slipped = np.zeros(m)  # m of cable beyond what is shown
         nominal = solve_inverse(Model(self.robot), self.pose).checked().lengths
         self.wound = np.array([COIL.angle(HELD - out) for out in nominal])
@@ -88,7 +89,7 @@ class BodyPlant:
         if self.tracker.step(lengths).word != "ok":
             assert self.tracker.restart(lengths)
         pose, tensions = self.truth
-        counts = np.round(self.turned * COUNTS).astype(np.int64)
+        counts = np.round((self.turned + self.counted) * COUNTS).astype(np.int64)
         m = len(counts)
         shown = self.gain * tensions + self.zero + CELLS.deviation * self.random.standard_normal(m) + self.cell_offset
         force = matrices(pose[3:])[2] * 9.81 + TILT.deviation * self.random.standard_normal(3)

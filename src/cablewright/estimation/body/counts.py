@@ -31,15 +31,15 @@ def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
         state.last_counts = reading.time, reading.counts
         _unwind(settings, state, reading.counts - state.home_counts)
         return
-    dt = reading.time - state.last_counts[0]
-    jumped = _jumps(settings, reading.counts - state.last_counts[1], dt)
-    if jumped.any():
-        if state.pending is None:
-            state.pending = reading.time, reading.counts
-            return
-        if not _jumps(settings, reading.counts - state.pending[1], reading.time - state.pending[0]).any():
-            _leave_out(settings, state, jumped, reading.counts - state.last_counts[1])
-        # else they still jump: the middle of the two is not known, and the last one is taken
+    (before, last), pending = state.last_counts, state.pending
+    dt = reading.time - before
+    if pending is None and _jumps(settings, reading.counts - last, dt).any():
+        state.pending = reading.counts
+        return
+    if pending is not None:
+        jumped = _jumps(settings, pending - last, 0.5 * dt)
+        if not _jumps(settings, reading.counts - pending, 0.5 * dt).any():
+            _leave_out(settings, state, jumped, pending - last)
     state.pending = None
     state.last_counts = reading.time, reading.counts
     _unwind(settings, state, reading.counts - state.home_counts)

@@ -27,8 +27,8 @@ _DOUBTS: Final = 2  # measurements in a row that contradict before a cause is na
 _SHIFTS: Final = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # m
 _TRIED: Final = np.array([*(-shift for shift in reversed(_SHIFTS)), *_SHIFTS])
 _LEFT: Final = 0.5  # share of the contradiction that a cause may leave
-_WEAK: Final = 0.25  # share of a line's expected tension under which it may be broken ...
-_READINGS: Final = 3  # ... by so many readings in a row
+_ALIKE: Final = 25.0  # of the sum of squares: causes that differ by less cannot be told apart
+_TORN: Final = 0.055  # m: a line that seems longer by more has broken
 _LOOSE: Final = 1.0  # m: by so much a broken line is taken to be longer
 _OWN_SIGMA: Final = 2e-3  # m, of a length that was found to be off
 
@@ -47,19 +47,13 @@ class Cause(NamedTuple):
 
 
 def read(settings: BodySettings, state: BodyState, tensions: Array) -> None:
-    """Watch the readings of the cells, one by one: for one that is silent, and for lines that pull nothing at once."""
+    """Watch the readings of the cells for one that is silent."""
     silent = np.isnan(tensions)
     for i in np.flatnonzero(silent != state.silent):
         name = settings.model.robot.lines[i].name
         what = f"the cell of line {name} gives no reading"
         state.monitor.set("load_cells", f"silent {name}", what, active=bool(silent[i]))
     state.silent = silent
-    assert settings.cells is not None
-    sure = state.cells_used & (state.tensions > 20.0 * settings.cells.deviation)
-    state.weak = np.where(sure & (tensions < _WEAK * state.tensions), state.weak + 1, 0)
-    if (state.weak == _READINGS).any() and len(state.window.tensions) >= _READINGS:
-        del state.window.tensions[:-_READINGS]  # what was read before is of another machine
-        state.window.begin, state.doubts = -math.inf, _DOUBTS
 
 
 def fits(settings: BodySettings, state: BodyState, measured: Measurement) -> bool:
@@ -88,9 +82,14 @@ def most_likely(count: int) -> float:
 def _name(settings: BodySettings, state: BodyState, measured: Measurement, inverse: Array, whole: float) -> None:
     """Name the cause that explains most of the contradiction, and go on with what is left to be trusted."""
     causes = [*_cells(measured, inverse, whole), *_lines(settings, state, measured, inverse)]
-    best = min(causes, key=lambda cause: cause.left)
+    best = _loosest(causes, min(causes, key=lambda cause: cause.left))
     robot = settings.model.robot
     name = robot.lines[best.line].name
+    alike = [
+        robot.lines[each.line].name
+        for each in causes
+        if each.kind == best.kind == "length" and each.line != best.line and each.left < best.left + _ALIKE
+    ]
     if best.left > max(_LEFT * whole, most_likely(len(measured.innovation))):
         why = f"tensions contradict the statics by {math.sqrt(whole):.0f} sigma, and no single cause explains it"
         state.monitor.report("load_cells", "contradiction", why)
@@ -104,6 +103,8 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, inver
             state.danger = f"too few load cells are left that agree: {what}"
     elif best.kind == "length":
         what = f"line {name} is {1e3 * best.shift:+.1f} mm longer than its encoder says: it slipped, or left its sheave"
+        if alike:
+            what += f"; line {' or '.join(alike)} off by as much would show the same"
         state.monitor.report("encoders", f"length {name}", what)
         state.danger = what
         _shift(state, best.line, best.shift, _OWN_SIGMA)
@@ -112,6 +113,17 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, inver
         state.monitor.report("load_cells", f"broken {name}", state.danger)
         state.cells_used[best.line] = False
         _shift(state, best.line, _LOOSE, _OWN_SIGMA)
+
+
+def _loosest(causes: list[Cause], best: Cause) -> Cause:
+    """Return the break of the line whose length would be off by more than was tried, and else *best*."""
+    if best.kind != "length" or best.shift < _TORN:
+        return best
+    breaks = [each for each in causes if each.kind == "break" and each.line == best.line]
+    if not breaks:
+        return best
+    torn = min(breaks, key=lambda each: each.left)
+    return torn._replace(left=best.left)
 
 
 def _shift(state: BodyState, line: int, shift: float, sigma: float) -> None:

@@ -55,14 +55,13 @@ class BodyState:
     velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
     home_counts: NDArray[np.int64] | None = None
     last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
-    pending: tuple[float, NDArray[np.int64]] | None = None  # counts that jumped, not yet believed
+    pending: NDArray[np.int64] | None = None  # (m,) counts that jumped, not yet believed
     time: float = -math.inf
     retraction: float = math.nan  # m
     window: Window = field(default_factory=Window)
     pose_covariance: Array = field(default_factory=lambda: np.zeros((6, 6)))
     consistency: dict[str, float] = field(default_factory=dict)
     silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
-    weak: NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, dtype=np.int64))  # readings in a row
     specific_force: Array | None = None  # (3,) m/s^2, platform: its mean of late
     shaken_at: float = math.nan  # s
     shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
