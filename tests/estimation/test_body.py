@@ -102,7 +102,7 @@ def test_a_line_that_is_longer_than_its_encoder_says_is_named(line: int, slip: f
     for _ in range(8):
         of_body.step(settings, state, plant.step(np.zeros(8), DT))
     named, *alike = state.danger.split("; ")  # of two lines that would show the same, both
-    assert f"line {NAMES[line]} " in state.danger
+    assert NAMES[line] in state.danger.replace(";", "").split()
     assert abs(abs(float(named.split(" mm")[0].split()[-1])) - 1e3 * abs(slip)) < 4.0
     assert len(alike) <= 1
 

@@ -28,7 +28,8 @@ _SHIFTS: Final = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # m
 _TRIED: Final = np.array([*(-shift for shift in reversed(_SHIFTS)), *_SHIFTS])
 _LEFT: Final = 0.5  # share of the contradiction that a cause may leave
 _ALIKE: Final = 25.0  # of the sum of squares: causes that differ by less cannot be told apart
-_TORN: Final = 0.055  # m: a line that seems longer by more has broken
+_TORN: Final = 0.055  # m: a line that seems longer by more may have broken ...
+_PULLS: Final = 2.0  # sigmas of its cell: ... if it pulls no more than this
 _LOOSE: Final = 1.0  # m: by so much a broken line is taken to be longer
 _OWN_SIGMA: Final = 2e-3  # m, of a length that was found to be off
 
@@ -82,7 +83,7 @@ def most_likely(count: int) -> float:
 def _name(settings: BodySettings, state: BodyState, measured: Measurement, inverse: Array, whole: float) -> None:
     """Name the cause that explains most of the contradiction, and go on with what is left to be trusted."""
     causes = [*_cells(measured, inverse, whole), *_lines(settings, state, measured, inverse)]
-    best = _loosest(causes, min(causes, key=lambda cause: cause.left))
+    best = _slackest(state, measured, causes, min(causes, key=lambda cause: cause.left))
     robot = settings.model.robot
     name = robot.lines[best.line].name
     alike = [
@@ -115,15 +116,21 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, inver
         _shift(state, best.line, _LOOSE, _OWN_SIGMA)
 
 
-def _loosest(causes: list[Cause], best: Cause) -> Cause:
-    """Return the break of the line whose length would be off by more than was tried, and else *best*."""
-    if best.kind != "length" or best.shift < _TORN:
+def _slackest(state: BodyState, measured: Measurement, causes: list[Cause], best: Cause) -> Cause:
+    """Decide between a line that is too long and one that broke: a broken one pulls nothing at all."""
+    rows = np.flatnonzero(measured.cells == best.line)
+    if best.kind == "cell" or not len(rows):
         return best
-    breaks = [each for each in causes if each.kind == "break" and each.line == best.line]
-    if not breaks:
-        return best
-    torn = min(breaks, key=lambda each: each.left)
-    return torn._replace(left=best.left)
+    place = state.layout.zero.start + best.line
+    sigma = math.sqrt(float(measured.noise[rows[0], rows[0]] + state.covariance[place, place]))
+    pulls = float(state.tensions[best.line] + measured.innovation[rows[0]])
+    kind = best.kind
+    if kind == "break" and pulls > _PULLS * sigma:
+        kind = "length"
+    elif kind == "length" and best.shift >= _TORN and pulls <= _PULLS * sigma:
+        kind = "break"
+    others = [each for each in causes if each.kind == kind and each.line == best.line]
+    return min(others, key=lambda each: each.left)._replace(left=best.left) if others else best
 
 
 def _shift(state: BodyState, line: int, shift: float, sigma: float) -> None:
