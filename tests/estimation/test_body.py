@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.bodies import COIL, HELD, BodyPlant, Errors, told
 
 from cablewright.arrays import Array
 from cablewright.estimation.body import filter as of_body
@@ -17,7 +18,6 @@ from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
-from tests.bodies import COIL, HELD, BodyPlant, Errors, told
 
 ROBOT = load("cogiro")
 HOME = np.array([0.3, -0.4, 1.0, 0.0, 0.0, 0.0])
@@ -37,10 +37,8 @@ def driven(plant: BodyPlant, settings: BodySettings, steps: int, then: int = 0) 
         [[w - COIL.angle(HELD - out) for w, out in zip(plant.wound, row, strict=True)] for row in lengths]
     )
     estimates.append(of_body.step(settings, state, plant.step(np.zeros(ROBOT.m), DT)))
-    for k in range(steps):
-        estimates.append(of_body.step(settings, state, plant.step((angles[k + 1] - angles[k]) / DT, DT)))
-    for _ in range(then):
-        estimates.append(of_body.step(settings, state, plant.step(np.zeros(ROBOT.m), DT)))
+    rates = [*np.diff(angles, axis=0) / DT, *np.zeros((then, ROBOT.m))]
+    estimates += [of_body.step(settings, state, plant.step(rate, DT)) for rate in rates]
     return state, estimates
 
 

@@ -237,6 +237,30 @@ def test_a_line_breaks_and_the_body_hangs_on_the_others(plant: str) -> None:
     assert len(last(Encoders, frames).counts) == 8
 
 
+@pytest.mark.parametrize("name", STARTS)
+def test_both_plants_come_to_rest_at_one_place_when_a_line_breaks(name: str) -> None:
+    """The quasi-static plant says so, unless the step is a small one."""
+    ends = []
+    for plant in PLANTS:
+        machine = made(still(name), plant, source="line", line="1", kind="broken", begin=0.2)
+        frames = run(machine, 40.0)
+        assert told(frames) <= ({(Condition.BRANCH_END, "")} if plant == "quasi-static" else set())
+        ends.append(pose_of(machine))
+    assert np.linalg.norm(ends[0][:3] - STARTS[name]) > 1e-3
+    np.testing.assert_allclose(*ends, atol=1e-5)
+
+
+def test_the_quasi_static_plant_goes_on_where_lines_fall_slack() -> None:
+    """All lines of ipanema get longer: those from below hang slack then, and the body comes down all the same."""
+    machine = made(still("ipanema"), "quasi-static")
+    frames = run(machine, 2.0, 0.2 / 0.05) + run(machine, 1.0)
+    assert told(frames) <= {(Condition.BRANCH_END, "")}
+    assert machine.truth.position[2] < 0.3
+    assert (machine.truth.excess[4:] > 0.1).all()
+    hung = solve_forward(Model(machine.robot), machine.truth.lengths, guess=pose_of(machine)).checked()
+    np.testing.assert_allclose(pose_of(machine), hung.pose, atol=1e-6)
+
+
 @pytest.mark.parametrize(("name", "size"), [("cogiro", 0.03), ("ipanema", 0.01)])
 def test_a_cable_falls_off_its_sheave_or_eyelet(name: str, size: float) -> None:
     """Less cable is needed then: both plants find where the longer line lets the body go."""

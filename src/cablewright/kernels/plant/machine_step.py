@@ -81,7 +81,7 @@ def advance(
             acceleration[3 + j] = -motion[RATE + j]
         done = midpoint_step(packed, body, motion, lengths, after, dt, states, work, swing)
         if done != OK:
-            done = _retry(packed, body, motion, lengths, after, dt, states, work, swing)
+            done = retry(packed, body, motion, lengths, after, dt, states, work, swing)
         if done != OK:
             code = done
             for j in range(3):
@@ -126,7 +126,7 @@ def carry_ends(motion, acceleration, arms, ends):
 
 
 @jit
-def _retry(packed, body, motion, before, after, dt, states, work, swing):
+def retry(packed, body, motion, before, after, dt, states, work, swing):
     """Repeat the step from guessed line states."""
     share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
     for k in range(3):

@@ -152,7 +152,7 @@ class QuasiStaticPlant:
             code, _, _ = forward.solve_near(packed, after, pose, states, self._work)
             return code, []
         states[:] = shapes
-        if not settle(packed, self.rig.body, after, pose, states):
+        if not settle(packed, self.rig.body, before, after, pose, states):
             return code, []
         code, _ = continuation.follow(packed, after, after, pose, states, *self._bounds, self._work, self._pool)
         return (0 if code == Code.UNCERTIFIED else code), [Notice(Condition.BRANCH_END)]
