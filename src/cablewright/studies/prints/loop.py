@@ -133,8 +133,9 @@ class Printer:
             self.archive_state(archive)
         self.estimator = make(self.last_pose, self.radii)
         self._beam = None if plan.beam is None else BeamState(plan.path.start_retraction)
-        if archive is not None and isinstance(self.estimator, Learning):
-            self.estimator.archive_state(archive.section("estimator"))
+        self._learning = self.estimator if isinstance(self.estimator, Learning) else None
+        if archive is not None and self._learning is not None:
+            self._learning.archive_state(archive.section("estimator"))
 
     @property
     def finished(self) -> bool:
@@ -163,8 +164,8 @@ class Printer:
         supervised.finished = bool(archive.count("finished", int(supervised.finished)))
         archive.array("position", self.last_pose)
         archive.array("radii", self.radii)
-        if not archive.loading and isinstance(self.estimator, Learning):
-            self.estimator.archive_state(archive.section("estimator"))
+        if not archive.loading and self._learning is not None:
+            self._learning.archive_state(archive.section("estimator"))
 
     def refilled(self) -> None:
         """Set the estimated powder to that of a full drum."""
@@ -221,8 +222,8 @@ class Printer:
         """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
         lowest = state is PrintState.PRINTING
         found = guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions, lowest=lowest)
-        if found is None and isinstance(self.estimator, Learning) and self.estimator.danger:
-            return Cause(self.estimator.danger, StopKind.HOLD)
+        if found is None and self._learning is not None and self._learning.danger:
+            return Cause(self._learning.danger, StopKind.HOLD)
         return found
 
     def _begin_stop(self, previous: PrintState, verdict: Verdict, command: Command) -> None:
