@@ -127,8 +127,16 @@ def simulate(
         duration = math.floor(path_length(path) / settings.speed + 0.5 * settings.ramp)
     assert duration is not None
     twin = SimulatedMachine(described, built, start, seed=seed, plant=plant)
+    pose = np.concatenate([start, np.zeros(described.n - len(start))])
     head = LogHead(
-        described, built.owner, twin.period, simulation=built.simulation, plant=plant, seed=seed, epoch=epoch
+        described,
+        built.owner,
+        twin.period,
+        simulation=built.simulation,
+        plant=plant,
+        seed=seed,
+        epoch=epoch,
+        home=tuple(pose.tolist()) if described.n == 6 else None,
     )
     run = partial(drive, twin, path, duration, settings=settings, seed=seed, progress=progress)
     return Simulation(head, run() if log is None else _logged(run, Path(log), head))

@@ -119,14 +119,16 @@ def run_print(
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
             plant, seed, simulation = twin.choices.plant, twin.choices.seed, machine.simulation
+            begin = twin.path.start_pose
             head = LogHead(
-                twin.robot,
+                started(twin.robot, twin.path),
                 machine.settings,
                 machine.period,
                 simulation=simulation,
                 plant=plant,
                 seed=seed,
                 epoch=log_epoch(folder, real_time),
+                home=tuple(begin.tolist()) if len(begin) == 6 else None,
             )
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone
