@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,13 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.kernels.plant.machine_step import carry_ends
+from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
+from cablewright.robot.winch import Winch
 from cablewright.signals import (
     BeamLength,
     Command,
@@ -373,3 +376,31 @@ def test_robots_and_machines_that_do_not_fit_are_refused() -> None:
         SimulatedMachine(unknown, body, [0.0, 0.0, 1.0], seed=1)
     given = body.with_owner(body=body.owner.body.model_copy(update={"gyration": (0.5, 0.5, 0.4)}))
     assert SimulatedMachine(unknown, given, [0.0, 0.0, 1.0], seed=1).truth.time == 0.0
+
+
+def grab() -> Robot:
+    robot = load("grab-four-lines")
+    winch = Winch(drum_radius=0.03)
+    return robot.model_copy(update={"lines": tuple(line.model_copy(update={"winch": winch}) for line in robot.lines)})
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_a_body_on_fewer_lines_than_freedoms_hangs_and_swings(plant: str, tmp_path: Path) -> None:
+    robot, place = grab(), [1.2, 0.1, 0.0]
+    (tmp_path / "grab.toml").write_text(machine_file(robot))
+    given = load_twin(tmp_path / "grab.toml")
+    bare = given.simulation.tolerances.model_copy(update={"anchor": 0.0, "sheave_radius": 0.0, "modulus": 0.0})
+    twin = changed(given.with_simulation(tolerances=bare), climate={"swing": 0.0}, line={"vibration": 0.0})
+    machine = SimulatedMachine(robot, twin, place, seed=2, plant=plant)
+    begin = pose_of(machine)
+    np.testing.assert_allclose(begin[:3], place, atol=1e-9)
+    assert not told(run(machine, 1.0))
+    np.testing.assert_allclose(pose_of(machine), begin, atol=1e-7)
+    run(machine, 0.5, [-1.0, 1.0, 1.0, -1.0])
+    tilts = [np.abs(pose_of(machine)[3:5] - begin[3:5]).max() for _ in range(40) if run(machine, machine.period)]
+    assert (np.ptp(tilts) > 1e-3) == (plant == "dynamic")
+    twinned = SimulatedMachine.resumed(robot, twin, machine.snapshot(), seed=2, plant=plant)
+    np.testing.assert_array_equal(pose_of(twinned), pose_of(machine))
+    run(machine, 30.0)
+    hung = solve_forward(Model(machine.robot), machine.truth.lengths, guess=pose_of(machine)).checked()
+    np.testing.assert_allclose(pose_of(machine), hung.pose, atol=1e-6 if plant == "quasi-static" else 2e-3)
