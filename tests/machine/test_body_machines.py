@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.kernels.plant.machine_step import carry_ends
+from cablewright.machine.settings import RoomSettings
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -26,6 +28,7 @@ from cablewright.signals import (
     Encoders,
     Inertial,
     Reading,
+    Scan,
     SensorFrame,
     Swivels,
     Tensions,
@@ -143,6 +146,28 @@ def test_sensors_read_what_the_body_does(plant: str) -> None:
     assert np.abs(truth.rotation).max() > 1e-3
 
 
+def test_a_lidar_on_a_turned_body_sees_the_walls_where_they_are() -> None:
+    """The body stands turned about all axes: each ray ends on a wall, the floor or the ceiling."""
+    lidar = load_twin("merlet2023").owner.lidars["north"]
+    exact = {"masks": (), "deviation": 0.0, "bias": 0.0, "resolution": 1e-12, "most": 100.0}
+    corners = [(-9.0, -7.0), (9.0, -7.0), (9.0, 7.0), (-9.0, 7.0), (-9.0, -7.0)]
+    walls = [{"name": str(i), "from": a, "to": b} for i, (a, b) in enumerate(pairwise(corners))]
+    empty = still("cogiro")
+    room = RoomSettings.model_validate({"ceiling": 8.0, "walls": walls})
+    twin = empty.with_owner(lidars={"north": lidar.model_copy(update=exact)}, room=room)
+    pose = [0.5, -0.4, 1.5, 0.05, -0.04, 0.3]
+    machine = SimulatedMachine(load("cogiro"), twin, pose, seed=1)
+    scan = last(Scan, run(machine, 1.1))
+    x, y = np.array(lidar.axes)
+    points = np.array(lidar.place) + scan.points @ np.array([x, y])
+    world = machine.truth.position + points @ matrices(machine.truth.rotation).T
+    off = np.abs(
+        np.column_stack([np.abs(world[:, 0]) - 9.0, np.abs(world[:, 1]) - 7.0, world[:, 2], world[:, 2] - 8.0])
+    )
+    assert off.min(axis=1).max() < 1e-6
+    assert (off.argmin(axis=1) < 2).any()
+
+
 def test_each_accelerometer_on_a_line_moves_with_its_own_platform_point() -> None:
     """A body that turns about its own origin: a point off it accelerates towards the origin."""
     motion, acceleration, ends = np.zeros(12), np.zeros(6), np.zeros((2, 3))
@@ -206,15 +231,16 @@ def test_a_beam_retracts_with_its_speed_to_its_ends_and_rests_where_the_solver_s
 
 
 @pytest.mark.parametrize("plant", PLANTS)
-def test_a_retraction_stalls_on_more_than_its_force(plant: str) -> None:
-    """A short beam's upper lines go up to the frame and pull their points there: much is needed to draw these down."""
-    for force, stalls in ((5.0, True), (200.0, False)):
+@pytest.mark.parametrize(("length", "against"), [(1.4, -0.01), (1.9, 0.01)])
+def test_a_retraction_stalls_on_more_than_its_force(plant: str, length: float, against: float) -> None:
+    """A short beam's upper lines go up to the frame and hold its points there; those of a long one come from below."""
+    for force, stalls in ((0.5, True), (200.0, False)):
         twin = still("jung2020", retraction={"max_force": force})
-        machine = SimulatedMachine(load("jung2020").retracted(1.4), twin, STARTS["jung2020"], seed=1, plant=plant)
-        frames = run(machine, 1.0, beam=-0.01)
+        machine = SimulatedMachine(load("jung2020").retracted(length), twin, STARTS["jung2020"], seed=1, plant=plant)
+        frames = run(machine, 1.0, beam=against)
         assert ((Condition.STALLED, "retraction") in told(frames)) == stalls
-        assert (machine.truth.retraction == 1.4) == stalls
-        assert not told(run(machine, 1.0, beam=0.01))  # they help
+        assert (machine.truth.retraction == length) == stalls
+        assert not told(run(machine, 1.0, beam=-against))  # they help
 
 
 def test_who_has_no_beam_takes_no_order_for_it() -> None:
