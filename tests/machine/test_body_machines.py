@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +13,14 @@ from numpy.typing import NDArray
 
 from cablewright.errors import InputError
 from cablewright.kernels.plant.machine_step import carry_ends
+from cablewright.machine.settings import RoomSettings
+from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
+from cablewright.robot.winch import Winch
 from cablewright.signals import (
     BeamLength,
     Command,
@@ -23,6 +28,7 @@ from cablewright.signals import (
     Encoders,
     Inertial,
     Reading,
+    Scan,
     SensorFrame,
     Swivels,
     Tensions,
@@ -140,6 +146,28 @@ def test_sensors_read_what_the_body_does(plant: str) -> None:
     assert np.abs(truth.rotation).max() > 1e-3
 
 
+def test_a_lidar_on_a_turned_body_sees_the_walls_where_they_are() -> None:
+    """The body stands turned about all axes: each ray ends on a wall, the floor or the ceiling."""
+    lidar = load_twin("merlet2023").owner.lidars["north"]
+    exact = {"masks": (), "deviation": 0.0, "bias": 0.0, "resolution": 1e-12, "most": 100.0}
+    corners = [(-9.0, -7.0), (9.0, -7.0), (9.0, 7.0), (-9.0, 7.0), (-9.0, -7.0)]
+    walls = [{"name": str(i), "from": a, "to": b} for i, (a, b) in enumerate(pairwise(corners))]
+    empty = still("cogiro")
+    room = RoomSettings.model_validate({"ceiling": 8.0, "walls": walls})
+    twin = empty.with_owner(lidars={"north": lidar.model_copy(update=exact)}, room=room)
+    pose = [0.5, -0.4, 1.5, 0.05, -0.04, 0.3]
+    machine = SimulatedMachine(load("cogiro"), twin, pose, seed=1)
+    scan = last(Scan, run(machine, 1.1))
+    x, y = np.array(lidar.axes)
+    points = np.array(lidar.place) + scan.points @ np.array([x, y])
+    world = machine.truth.position + points @ matrices(machine.truth.rotation).T
+    off = np.abs(
+        np.column_stack([np.abs(world[:, 0]) - 9.0, np.abs(world[:, 1]) - 7.0, world[:, 2], world[:, 2] - 8.0])
+    )
+    assert off.min(axis=1).max() < 1e-6
+    assert (off.argmin(axis=1) < 2).any()
+
+
 def test_each_accelerometer_on_a_line_moves_with_its_own_platform_point() -> None:
     """A body that turns about its own origin: a point off it accelerates towards the origin."""
     motion, acceleration, ends = np.zeros(12), np.zeros(6), np.zeros((2, 3))
@@ -203,15 +231,16 @@ def test_a_beam_retracts_with_its_speed_to_its_ends_and_rests_where_the_solver_s
 
 
 @pytest.mark.parametrize("plant", PLANTS)
-def test_a_retraction_stalls_on_more_than_its_force(plant: str) -> None:
-    """A short beam's upper lines go up to the frame and pull their points there: much is needed to draw these down."""
-    for force, stalls in ((5.0, True), (200.0, False)):
+@pytest.mark.parametrize(("length", "against"), [(1.4, -0.01), (1.9, 0.01)])
+def test_a_retraction_stalls_on_more_than_its_force(plant: str, length: float, against: float) -> None:
+    """A short beam's upper lines go up to the frame and hold its points there; those of a long one come from below."""
+    for force, stalls in ((0.5, True), (200.0, False)):
         twin = still("jung2020", retraction={"max_force": force})
-        machine = SimulatedMachine(load("jung2020").retracted(1.4), twin, STARTS["jung2020"], seed=1, plant=plant)
-        frames = run(machine, 1.0, beam=-0.01)
+        machine = SimulatedMachine(load("jung2020").retracted(length), twin, STARTS["jung2020"], seed=1, plant=plant)
+        frames = run(machine, 1.0, beam=against)
         assert ((Condition.STALLED, "retraction") in told(frames)) == stalls
-        assert (machine.truth.retraction == 1.4) == stalls
-        assert not told(run(machine, 1.0, beam=0.01))  # they help
+        assert (machine.truth.retraction == length) == stalls
+        assert not told(run(machine, 1.0, beam=-against))  # they help
 
 
 def test_who_has_no_beam_takes_no_order_for_it() -> None:
@@ -373,3 +402,31 @@ def test_robots_and_machines_that_do_not_fit_are_refused() -> None:
         SimulatedMachine(unknown, body, [0.0, 0.0, 1.0], seed=1)
     given = body.with_owner(body=body.owner.body.model_copy(update={"gyration": (0.5, 0.5, 0.4)}))
     assert SimulatedMachine(unknown, given, [0.0, 0.0, 1.0], seed=1).truth.time == 0.0
+
+
+def grab() -> Robot:
+    robot = load("grab-four-lines")
+    winch = Winch(drum_radius=0.03)
+    return robot.model_copy(update={"lines": tuple(line.model_copy(update={"winch": winch}) for line in robot.lines)})
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_a_body_on_fewer_lines_than_freedoms_hangs_and_swings(plant: str, tmp_path: Path) -> None:
+    robot, place = grab(), [1.2, 0.1, 0.0]
+    (tmp_path / "grab.toml").write_text(machine_file(robot))
+    given = load_twin(tmp_path / "grab.toml")
+    bare = given.simulation.tolerances.model_copy(update={"anchor": 0.0, "sheave_radius": 0.0, "modulus": 0.0})
+    twin = changed(given.with_simulation(tolerances=bare), climate={"swing": 0.0}, line={"vibration": 0.0})
+    machine = SimulatedMachine(robot, twin, place, seed=2, plant=plant)
+    begin = pose_of(machine)
+    np.testing.assert_allclose(begin[:3], place, atol=1e-9)
+    assert not told(run(machine, 1.0))
+    np.testing.assert_allclose(pose_of(machine), begin, atol=1e-7)
+    run(machine, 0.5, [-1.0, 1.0, 1.0, -1.0])
+    tilts = [np.abs(pose_of(machine)[3:5] - begin[3:5]).max() for _ in range(40) if run(machine, machine.period)]
+    assert (np.ptp(tilts) > 1e-3) == (plant == "dynamic")
+    twinned = SimulatedMachine.resumed(robot, twin, machine.snapshot(), seed=2, plant=plant)
+    np.testing.assert_array_equal(pose_of(twinned), pose_of(machine))
+    run(machine, 30.0)
+    hung = solve_forward(Model(machine.robot), machine.truth.lengths, guess=pose_of(machine)).checked()
+    np.testing.assert_allclose(pose_of(machine), hung.pose, atol=1e-6 if plant == "quasi-static" else 2e-3)

@@ -71,9 +71,9 @@ class Rig:
         self.body = self.masses.numbers(self.powder, self.retraction.length)
         self.robot = self._filled(robot)
         model, place = Model(self.robot), start_pose(robot, start)
-        self.lengths = solve_inverse(model, place).checked().lengths.copy()
-        self.lengths += home_errors(simulation.tolerances, seed, robot.m)
-        hung = solve_forward(model, self.lengths, guess=place).checked()
+        held = solve_inverse(model, place).checked()
+        self.lengths = held.lengths + home_errors(simulation.tolerances, seed, robot.m)
+        hung = solve_forward(model, self.lengths, guess=held.pose).checked()
         self.winches = Winches(self.robot, owner.winch, simulation.winch, self.lengths, seed)
         shared = model.packed
         self.packed = shared._replace(lines=shared.lines.copy(), platform=shared.platform.copy())
@@ -264,11 +264,15 @@ class Rig:
 def start_pose(robot: Robot, start: ArrayLike) -> Array:
     """Return the pose (n,) at which a machine of *robot* starts; of a body (3,) is a place without rotation.
 
+    Where lines are fewer than freedoms, gravity turns the body: as many rotations, from that about x on, are NaN.
     Raises `InputError` for any other size.
     """
     given = np.array(start, dtype=np.float64)
-    if robot.n == 6 and given.shape == (3,):
-        return np.concatenate([given, np.zeros(3)])
+    if robot.n == 6 and given.shape in {(3,), (6,)}:
+        pose = np.zeros(6)
+        pose[: len(given)] = given
+        pose[3 : max(3, 9 - robot.m)] = np.nan
+        return pose
     if given.shape != (robot.n,):
         asked = "3 numbers" if robot.n == 3 else "3 or 6 numbers"
         raise InputError(f"start = {given.tolist()}: {asked} are expected, a pose of robot {robot.name!r}")

@@ -113,7 +113,7 @@ class SimulatedMachine:
         if plant not in PLANTS:
             raise UnknownName("plant", plant, PLANTS)
         check_faults(settings, tuple(line.name for line in robot.lines))
-        self._start = start_pose(robot, start)
+        self._start = np.nan_to_num(start_pose(robot, start))
         self._identity = _identity_of(robot, settings, seed, plant)
         tolerances = settings.simulation.tolerances
         true_robot, built = as_built(robot, tolerances, seed), as_built_machine(settings, seed)
