@@ -48,6 +48,7 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
         None if cells is None or not sensors else _cells(source, cells),
         None if unit is None or not sensors else _tilt(unit),
         None if settings.swivels is None or not sensors else _swivelling(settings.swivels),
+        0.0 if settings.retraction is None else settings.retraction.deviation,
         timeouts,
     )
 

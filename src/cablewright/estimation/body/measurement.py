@@ -119,7 +119,19 @@ def _of_cells(settings: BodySettings, state: BodyState, slopes: Slopes, cells: _
     each = settings.cells.deviation**2 * _OF_MEDIAN / len(read) + settings.deviations.model**2
     force = slopes.tensions_by_wrench[cells] * (settings.model.robot.platform.mass * acceleration)
     force[:, 3:] *= _ARM
-    return _Part(_middle(read[:, cells]), gradients[cells], each * np.eye(len(cells)) + force @ force.T, cells)
+    beam = settings.beam_deviation * _by_beam(settings, state, slopes)[cells]
+    noise = each * np.eye(len(cells)) + force @ force.T + np.outer(beam, beam) * _OF_MEDIAN / len(read)
+    return _Part(_middle(read[:, cells]), gradients[cells], noise, cells)
+
+
+def _by_beam(settings: BodySettings, state: BodyState, slopes: Slopes) -> Array:
+    """Change of the tensions (m,), N/m, with the length of a platform that retracts; zeros of any other."""
+    robot = settings.model.robot
+    if robot.retraction is None:
+        return np.zeros(robot.m)
+    moved = np.array([line.name in robot.retraction.lines for line in robot.lines])
+    along = matrix_of(state.pose[3:]) @ np.array(robot.retraction.along)
+    return np.asarray(-slopes.tensions @ (moved * (state.taut.toward @ along)))
 
 
 def _of_tilt(settings: BodySettings, state: BodyState, slopes: Slopes, acceleration: float) -> _Part:

@@ -78,8 +78,8 @@ class BodySettings:
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
     ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``cells``, ``tilt``,
-    ``swivels``: None where there are none, or where they are not to be used. ``interval``: s of readings that are one
-    measurement.
+    ``swivels``: None where there are none, or where they are not to be used. ``beam_deviation``: m, of a
+    reading of the length of a platform that retracts. ``interval``: s of readings that are one measurement.
     ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
     """
 
@@ -92,6 +92,7 @@ class BodySettings:
     cells: Cells | None = None
     tilt: Tilt | None = None
     swivels: Swivelling | None = None
+    beam_deviation: float = 0.0
     timeouts: dict[str, float] = field(default_factory=lambda: {"encoders": 0.5})
     interval: float = 0.1
     smoothing_time: float = 0.2
