@@ -5,7 +5,8 @@
     python tools/body_prints.py --fault line:broken --plant dynamic --seeds 500:510 --duration 60
 
 True values: distance of the nozzle from its target and turn from the schedule, in each step since the first that
-prints; least tension in them. With a fault, of the line 1 + seed modulo 8 from 20 s on, the state and its reason are shown.
+prints; least tension in them. With a fault, of the line 1 + seed modulo 8 from 20 s on, the state and its reason are
+shown.
 """
 
 from __future__ import annotations
