@@ -91,14 +91,14 @@ def test_a_retraction_beyond_its_stroke_or_too_fast_is_refused() -> None:
         return ring(origin=[0.0, 0.0, 0.0], helix=helix, motion=motion, schedule=schedule)
 
     robot = load("jung2020")
-    with pytest.raises(InputError, match="retracts from 1.2 to 2 m"):
+    with pytest.raises(InputError, match=r"retracts from 1\.2 to 2 m"):
         planned(job([{"z": 0.3, "retraction": "2.1 m"}], "5 cm/s"), robot)
-    with pytest.raises(InputError, match="the schedule retracts by .* at most 0.02 is possible"):
+    with pytest.raises(InputError, match=r"the schedule retracts by .* at most 0\.02 is possible"):
         planned(job([{"z": 0.3, "retraction": "2 m"}, {"z": 0.31, "retraction": "1.5 m"}], "20 cm/s"), robot)
 
 
 def test_fewer_lines_than_freedoms_are_refused_with_a_bound_of_the_swing() -> None:
     robot = load("grab-four-lines")
     machine = whole_machine("cogiro").with_owner(robot=None)
-    with pytest.raises(InputError, match="4 lines hold 4 of 6 freedoms; .* would swing by up to"):
+    with pytest.raises(InputError, match=r"4 lines hold 4 of 6 freedoms; .* would swing by up to"):
         plan_print(twin_of(robot, ring(), machine, PrintOptions(plant="quasi-static")))
