@@ -1,6 +1,6 @@
 """Disturb commands while they run, run each again, and judge both: nothing corrupt, nothing laid twice, no traceback.
 
-    python tools/kill_campaigns.py                             # 60 campaigns: 5 commands, 6 disasters, 2 seeds each
+    python tools/kill_campaigns.py                             # 72 campaigns: 6 tasks, 6 disasters, 2 seeds each
     python tools/kill_campaigns.py --only print --seed 7       # those of one command, other times
 
 A campaign starts a command as its user has it, has a disaster happen to it at a random time of its run or while it
@@ -73,11 +73,22 @@ class Task:
     arguments: tuple[str, ...]
     read: Callable[[Path], object] | None = None
 
+    @property
+    def command(self) -> str:
+        """The command's own name: of prints of several machines, the same."""
+        return self.name.partition("-")[0]
+
+    @property
+    def prints(self) -> bool:
+        """Whether it is a print, which can be resumed."""
+        return self.command == "print"
+
 
 TASKS = {
     each.name: each
     for each in (
         Task("print", ("merlet2023", "ring.toml", "--plant", "quasi-static", "--period", "0.2", "--out", "out/run")),
+        Task("print-body", ("cogiro", "ring.toml", "--plant", "quasi-static", "--period", "0.2", "--out", "out/run")),
         Task("check", ("merlet2023", "ring.toml", "--out", "out/run")),
         Task(
             "trade",
@@ -197,7 +208,7 @@ def run_to_end(task: Task, folder: Path, *options: str) -> Ended:
 
 
 def _words(task: Task, *options: str) -> tuple[str, ...]:
-    return (task.name, *task.arguments, "--json", *options)
+    return (task.command, *task.arguments, "--json", *options)
 
 
 def prepared(folder: Path) -> Path:
@@ -280,7 +291,7 @@ def disturbed(campaign: Campaign, folder: Path, random_: random.Random, outcome:
     elif campaign.disaster == "deleted":
         delete(out)
     else:
-        outcome.second = ("--resume",) if task.name == "print" and random_.random() < 0.5 else ()
+        outcome.second = ("--resume",) if task.prints and random_.random() < 0.5 else ()
         others.append(start(_words(task, *outcome.second), folder))
     outcome.when = " ".join([str(moment), *outcome.second])
     return [end(each, begin) for each in (process, *others)]
@@ -321,7 +332,7 @@ def judge_two(campaign: Campaign, pair: Sequence[Ended], outcome: Outcome) -> No
         outcome.events.append("unharmed" if ended.code == usual else f"refused: {ended.last}")
         outcome.expect(ended.code in (usual, BAD_INPUT, ENVIRONMENT), f"exit code {ended.code}: {ended.err[-500:]!r}")
     outcome.expect(any(ended.code == usual for ended in pair), "neither of two came to its end")
-    if campaign.command == "print" and not outcome.second:
+    if TASKS[campaign.command].prints and not outcome.second:
         outcome.expect(any(ended.code != usual for ended in pair), "two programs printed to one folder")
 
 
@@ -331,7 +342,7 @@ def judge_files(task: Task, out: Path, outcome: Outcome, *, killed: bool) -> Non
     found = {name: data for name, data in _files(out).items() if not any(p[0] == "." for p in Path(name).parts)}
     if not killed:
         outcome.expect(not _rubbish(out), f"left behind: {_rubbish(out)}")
-    if task.name == "print":
+    if task.prints:
         return  # a folder to go on from
     for name, data in found.items():
         if task.read is not None:
@@ -376,7 +387,7 @@ def judge_print(task: Task, folder: Path, outcome: Outcome) -> None:
     gap, back = flaws(laid(run, folder / "ring.toml"))
     outcome.events.append(f"printed, gap {100 * gap:.1f} cm, twice {100 * back:.1f} cm")
     outcome.expect(max(gap, back) <= LONGEST, f"{100 * gap:.1f} cm left out, {100 * back:.1f} cm laid twice")
-    missing = reference("print").files.keys() - _files(run.parent).keys() - {STEPS}
+    missing = reference(task.name).files.keys() - _files(run.parent).keys() - {STEPS}
     outcome.expect(not missing, f"the resumed print wrote no {sorted(missing)}")
 
 
@@ -420,7 +431,7 @@ def held(campaign: Campaign) -> Outcome:
         killed = campaign.disaster == "kill"
         judge_files(task, folder / "out", outcome, killed=killed)
         (folder / "out").mkdir(exist_ok=True)  # as the user would who deleted it
-        if task.name == "print":
+        if task.prints:
             judge_print(task, folder, outcome)
         else:
             judge_again(task, folder, outcome, killed=killed)

@@ -89,7 +89,7 @@ def compare(name: str, job_file: Path, layers: int) -> None:
     twin = on_drives(robot, load_twin(name))
     owner = extruding(twin.owner, job.bead, job.motion.print_speed)
     twin = twin.model_copy(update={"owner": owner})
-    path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.drum.valve)
+    path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.point_drum.valve)
     begin = path.track.at(0.0).position
     rig = VirtualRig(robot, twin, begin)
     machine = DriveMachine(CanopenDrives(robot, owner, lambda: VirtualPort(rig)), owner)

@@ -1,8 +1,9 @@
 """The messages between machine, estimation, control, log and viewer: readings, commands, estimates.
 
 Frozen values with read-only arrays, in SI units. Frames: **world**: the robot file's; **drum**: origin at B, where the
-lines meet, z up along its axis, parallel to the world's axes without tilt and yaw; **lidar**: its x-y plane is the
-scan's. Times are seconds since the machine's start, by its own clock. NaN: not measured.
+lines meet, z up along its axis, parallel to the world's axes without tilt and yaw; of a rigid platform its own frame,
+whose origin is then B; **lidar**: its x-y plane is the scan's. Times are seconds since the machine's start, by its own
+clock. NaN: not measured.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _Kind = TypeVar("_Kind")
 
 SOURCES = (
     "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier",
-    "load_cells", "motor_torques", "drives", "inputs",
+    "load_cells", "motor_torques", "drives", "inputs", "retraction", "swivels",
 )  # fmt: skip
 """Names of the sensors; the first three are lidars."""
 
@@ -43,6 +44,8 @@ class Condition(StrEnum):
     POWDER_OUT = "the valve is open but no powder is left"
     SILENT = "nothing came over the wireless link for longer than it should"
     NO_EQUILIBRIUM = "the plant found no equilibrium and stayed where it was"
+    BRANCH_END = "the equilibrium that the plant followed ended, and it went to another one nearby"
+    UNCERTIFIED = "the equilibrium that the plant followed could not be certified"
     CLOCK_BACK = "the clock jumped back; what was told meanwhile is left out"
     OVERRUN = "a step came later than it was due"
     DRIVE_FAULT = "a winch's drive reports a fault"
@@ -155,6 +158,22 @@ class Tensions:
     tensions: Array  # (m,) N, at the sheaves; NaN: not measured
 
 
+@dataclass(frozen=True, eq=False)
+class BeamLength:
+    """Measured length of a platform that retracts."""
+
+    time: float  # s
+    length: float  # m
+
+
+@dataclass(frozen=True, eq=False)
+class Swivels:
+    """Angles of the swivelling sheaves: of each line's vertical plane in plan view, from x towards y."""
+
+    time: float  # s
+    angles: Array  # (m,) rad, -pi to pi; NaN: not measured
+
+
 class DriveState(StrEnum):
     """State of a winch's drive."""
 
@@ -188,7 +207,20 @@ class Inputs:
     brakes_closed: tuple[bool, ...]  # (m,) as the brakes' own contacts say; none without such contacts
 
 
-Reading = Encoders | Inertial | LineAngles | Distance | Climate | Barrier | Scan | Tensions | Drives | Inputs
+Reading = (
+    Encoders
+    | Inertial
+    | LineAngles
+    | Distance
+    | Climate
+    | Barrier
+    | Scan
+    | Tensions
+    | Drives
+    | Inputs
+    | BeamLength
+    | Swivels
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,15 +304,16 @@ class Truth:
     """
 
     time: float  # s
-    position: Array  # (3,) m, world: of B
+    position: Array  # (3,) m, world: of B, the origin of a rigid platform's frame
     velocity: Array  # (3,) m/s, world
-    rotation: Array  # (3,) rad: rotation vector of the drum
+    rotation: Array  # (3,) rad: rotation vector of the drum or body
     rate: Array  # (3,) rad/s, world
-    lengths: Array  # (m,) m: unstrained, winch exit to B
+    lengths: Array  # (m,) m: unstrained, winch exit to platform point
     tensions: Array  # (m,) N: at the sheaves
     excess: Array  # (m,) m: over the taut length; positive is slack
     radii: Array  # (m,) m: of the winch drums, where cable leaves
     powder: float  # kg: left in the drum
+    retraction: float = float("nan")  # m: length of a platform that retracts; NaN: of any other
 
 
 @dataclass(frozen=True)
@@ -349,6 +382,7 @@ class Progress:
 PER_LINE: Final[Mapping[type, tuple[str, ...]]] = MappingProxyType({
     Encoders: ("counts",),
     LineAngles: ("angles",),
+    Swivels: ("angles",),
     Tensions: ("tensions",),
     Drives: ("states", "positions", "velocities", "torques", "following_errors", "faults"),
     Command: ("winch_speeds",),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import select
+import shlex
 import signal
 import sys
 import tomllib
@@ -137,11 +138,10 @@ def test_a_hall_gets_a_square_too(cli) -> None:
     assert "Y540.000" in gcode
 
 
-def test_a_body_has_no_machine_and_says_so(cli) -> None:
-    found = cli("new", "attic", "--layout", "body")
-    assert found.code == 0
-    assert "only a point platform can be simulated" in found.err
-    assert "machine.toml" not in names("attic")
+def test_a_body_has_a_machine_that_holds_it(cli) -> None:
+    assert cli("new", "attic", "--layout", "body").code == 0
+    held = shlex.split("simulate attic/robot.toml --machine attic/machine.toml --hold 0,0,1 --duration 1")
+    assert cli(*held).code == 0
 
 
 @pytest.mark.parametrize("options", [["--layout", "over-middle"], ["--layout", "body"], ["--layout", "planar"]])

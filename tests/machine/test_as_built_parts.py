@@ -141,7 +141,7 @@ def test_no_truth_is_told_to_an_estimator() -> None:
     """Each tolerance and the machine built with it: the estimator's settings stay as they were."""
     told = pickle.dumps(filter_settings(load("merlet2023"), SETTINGS))
     keys = Tolerances.model_fields.keys() - {"modulus", "anchor", "sheave_radius"}
-    assert keys == SIZES.keys() | {"tension_drift"}
+    assert keys == SIZES.keys() | {"tension_drift", "home_length", "drum_radius"}
     for key in keys:
         made = machine(off(**{key: SIZES.get(key, 0.01)}), plant="quasi-static")
         usual = machine(plant="quasi-static")

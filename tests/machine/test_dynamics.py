@@ -36,14 +36,14 @@ class Moving:
         self.lengths[3] += slack
         self.rest = solve_forward(self.model, self.lengths).checked()
         self.states = self.rest.states.copy()
-        self.drum = np.zeros(dynamics.DRUM)
-        self.drum[[MASS, CENTRE]] = 60.0, 0.5
-        self.drum[INERTIA : INERTIA + 3] = 18.0, 17.0, 1.5
+        self.drum = np.zeros(dynamics.BODY)
+        self.drum[[MASS, CENTRE + 2]] = 60.0, -0.5
+        self.drum[INERTIA : INERTIA + 9] = np.diag([18.0, 17.0, 1.5]).ravel()
         for name, value in entries.items():
             self.drum[getattr(dynamics, name)] = value
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[:3] = self.rest.pose
-        self.work, self.swing = dynamics.moving_workspace(robot.m)
+        self.work, self.swing = dynamics.moving_workspace(3, robot.m)
 
     def step(self, dt: float, after: Array | None = None) -> None:
         after = self.lengths if after is None else after
@@ -63,9 +63,9 @@ class Moving:
     def energy(self) -> float:
         """Of drum and lines, J: the lines' by quadrature of their shape in statics."""
         rotation = matrix_of(self.motion[TURN : TURN + 3])
-        centre = -self.drum[CENTRE] * rotation[:, 2]
+        centre = rotation @ self.drum[CENTRE : CENTRE + 3]
         velocity, rate = self.motion[VELOCITY : VELOCITY + 3], self.motion[RATE : RATE + 3]
-        inertia = rotation @ np.diag(self.drum[INERTIA : INERTIA + 3]) @ rotation.T
+        inertia = rotation @ self.drum[INERTIA : INERTIA + 9].reshape(3, 3) @ rotation.T
         mass = self.drum[MASS]
         moving = (
             0.5 * mass * velocity @ velocity + mass * velocity @ np.cross(rate, centre) + 0.5 * rate @ inertia @ rate
@@ -240,7 +240,7 @@ def hanging(moving: Moving) -> str:
     robot = moving.model.robot
     light = robot.platform.model_copy(update={"mass": 1e-3})
     text = xml(robot.model_copy(update={"platform": light}), moving.rest.lengths)
-    about = moving.drum[INERTIA : INERTIA + 3] - 60.0 * 0.5**2 * np.array([1, 1, 0])
+    about = moving.drum[[INERTIA, INERTIA + 4, INERTIA + 8]] - 60.0 * 0.5**2 * np.array([1, 1, 0])
     inertial = f'<inertial pos="0 0 -0.5" mass="60" diaginertia="{" ".join(map(str, about))}"/>'
     drum = f'<body name="drum"><joint name="ball" type="ball"/>{inertial}</body>'
     text = text.replace("</body>", f"{drum}</body>", 1)

@@ -121,9 +121,11 @@ def test_other_readers_find_schemas_and_messages(written: tuple[Path, list[Entry
             content = json.loads(schema.data)
             values = json.loads(message.data, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
             validators.setdefault(schema.id, Draft202012Validator(content)).validate(values)
-            left_out = {"/command": {"modes", "tensions", "outputs"}, "/estimate": {"consistency"}}.get(
-                channel.topic, set()
-            )
+            left_out = {
+                "/command": {"modes", "tensions", "outputs"},
+                "/estimate": {"consistency"},
+                "/truth": {"retraction"},
+            }.get(channel.topic, set())
             assert set(values) == set(content["properties"]) - left_out
             seen += channel.topic not in ("/tf", "/scene")
     assert seen == sum(len(entry.frame.readings) + 5 for entry in entries)

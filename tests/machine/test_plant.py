@@ -192,7 +192,7 @@ def test_robots_that_no_plant_can_move_are_refused() -> None:
         line.model_copy(update={"cable": line.cable.model_copy(update={"linear_density": 0.0})}) for line in robot.lines
     ]
     for given, says in (
-        (load("jung2020"), "only a point platform"),
+        (load("jung2020"), r"needs \[body\]"),
         (robot.model_copy(update={"lines": tuple(bare)}), "winch.drum_radius"),
         (robot.model_copy(update={"lines": tuple(light)}), "has no weight"),
     ):

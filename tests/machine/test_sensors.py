@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cablewright.kernels.plant import machine_step
+from cablewright.kernels.plant import dynamics, machine_step
 from cablewright.kernels.plant.lidar_rays import FAR, ray_to_floor, ray_to_wall
 from cablewright.machine.simulated.link import Channel, Gaps
 from cablewright.machine.simulated.settings import FaultPlan, Link
@@ -59,7 +59,7 @@ def oracle_range(origin: Array, way: Array, walls: list[tuple[Array, Array]]) ->
 def test_lidar_ranges_are_those_of_rays_and_segments() -> None:
     drum = {**QUIET, "yaw_stiffness": 1.0}
     twin = machine(perfect(changed(drum=drum)), start=(0.6, 0.4, 1.2))
-    twin.rig.drum[9] = 0.3  # the twist rests turned: the drum turns during the scan
+    twin.rig.body[dynamics.YAW_REST] = 0.3  # the twist rests turned: the drum turns during the scan
     way: list[tuple[float, Array, Array]] = [(0.0, twin.truth.position, twin.truth.rotation)]
     readings = run(
         twin,

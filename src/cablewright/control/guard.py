@@ -35,6 +35,9 @@ CONFIRMED: Final = 2
 BRAKE_TIME: Final = 0.5
 """Time that a brake has to close or open, s."""
 
+LOST_TIME: Final = 1.0
+"""Time for which a tension may be under its minimum, s."""
+
 _FALLS: Final = 0.01  # of the limit: by so much a tension has fallen that falls
 
 _CONDITIONS: Final = {
@@ -51,12 +54,14 @@ _CONDITIONS: Final = {
 class GuardSettings:
     """Limits of m lines and winches; None: not judged.
 
-    ``max_tensions``: (m,) N at the sheaves. ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of
-    a winch drum. ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
+    ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints.
+    ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of a winch drum.
+    ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
     drum; None: speeds are judged by the drives alone. ``timeouts``: s without a reading, by source.
     """
 
     max_tensions: Array
+    min_tensions: Array | None = None
     max_torques: Array | None = None
     max_drum_speed: float | None = None
     max_following_error: float | None = None
@@ -92,6 +97,7 @@ class GuardState:
     over: dict[str, dict[int, int]] = field(default_factory=dict)  # readings in a row, by limit and line
     last_tensions: dict[str, list[float]] = field(default_factory=dict)  # N, by source; the last known of each line
     last_counts: tuple[float, list[int]] | None = None  # s, and the counts of then
+    lost_since: float = math.nan  # s, since which a tension has been under its minimum
     closing_since: float = math.nan  # s, of the first command since which brakes are to be closed
     opening_since: float = math.nan  # s, since which they are to be open
 
@@ -107,11 +113,17 @@ def take_note(state: GuardState, now: float, *, closed: bool) -> None:
 
 
 def judge(
-    settings: GuardSettings, state: GuardState, frame: SensorFrame, inferred: Array | None = None
+    settings: GuardSettings,
+    state: GuardState,
+    frame: SensorFrame,
+    inferred: Array | None = None,
+    *,
+    lowest: bool = False,
 ) -> Cause | None:
     """Return the cause to stop now, the most urgent one; None: nothing is wrong. *state* changes in place.
 
-    *inferred* (m,): tensions by the lengths, N; None, or NaN: not known.
+    *inferred* (m,): tensions by the lengths, N; None, or NaN: not known. *lowest*: whether tensions are to be over
+    their minimum now.
     """
     state.start_time = min(state.start_time, frame.time)
     for reading in frame.readings:
@@ -123,6 +135,8 @@ def judge(
         found += causes
     if inferred is not None:
         found += _inferred_tensions(settings, inferred)
+        if lowest and settings.min_tensions is not None:
+            found += _lost_tensions(settings.min_tensions, inferred, state, frame.time)
     return max(found, key=lambda cause: cause.kind) if found else None
 
 
@@ -191,6 +205,20 @@ def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[Cause]:
         return []
     worst = max(over, key=lambda i: float(now[i] / limits[i]))
     return [Cause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)]
+
+
+def _lost_tensions(least: Array, inferred: Array, state: GuardState, now: float) -> list[Cause]:
+    """A line that is about to fall slack, for so long that the estimator could have said why."""
+    lost = np.flatnonzero(inferred < least)
+    if not len(lost):
+        state.lost_since = math.nan
+        return []
+    if math.isnan(state.lost_since):
+        state.lost_since = now
+    if now - state.lost_since < LOST_TIME:
+        return []
+    i = int(lost[np.argmin(inferred[lost] / least[lost])])
+    return [Cause(f"line {i + 1} pulls {inferred[i]:.3g} N; at least {least[i]:.3g} is needed", StopKind.HOLD)]
 
 
 def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[Cause]:

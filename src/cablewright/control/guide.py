@@ -6,6 +6,7 @@ acceleration: a print that is stopped slows down along its path and continues fr
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from dataclasses import dataclass, fields
 from enum import Enum
@@ -14,13 +15,18 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.control.attitude import Attitude
 from cablewright.errors import InputError
+from cablewright.models.rotation import turn_between
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 
 _TOLERANCE: Final = 1e-6  # m, distance from the path that counts as arrival
 _RESERVE: Final = 0.1  # share of the acceleration that is always available to change the speed factor
+_ARM: Final = 1.0  # m: on the way back to the path a rotation counts as the way at this arm
+_STILL: Final = np.zeros(3)
+_STILL.flags.writeable = False
 
 
 class GuideMode(Enum):
@@ -42,11 +48,18 @@ class Target(NamedTuple):
     extruding: bool  # whether the path lays material here
     arrived: bool  # at the place where the path continues
     finished: bool  # at the end of the path
+    rotation: Array = _STILL  # (3,) rad, of a rigid platform
+    rate: Array = _STILL  # (3,) rad/s, world, mean over the next step
+    retraction: float = math.nan  # m; NaN: as it is
+    retraction_rate: float = 0.0  # m/s, mean over the next step
 
 
 @dataclass(frozen=True, eq=False)
 class TimedPath:
-    """A path with its time law. Arrays have one entry for each of the k points of the track."""
+    """A path with its time law. Arrays have one entry for each of the k points of the track.
+
+    The track is that of the platform point B; of a rigid platform, with an ``attitude``, that of its nozzle.
+    """
 
     track: Track
     start: Array  # (k,) s, departure from each point
@@ -55,12 +68,16 @@ class TimedPath:
     acceleration: float  # m/s^2
     travel_speed: float  # m/s, off the path
     print_speed: float  # m/s, at full flow
+    attitude: Attitude | None = None  # of a rigid platform
 
     @classmethod
-    def of(cls, job: Job, layers: int | None = None, lift: float = 0.0) -> Self:
+    def of(
+        cls, job: Job, layers: int | None = None, lift: float = 0.0, nozzle: tuple[float, float, float] | None = None
+    ) -> Self:
         """Return the timed path of the first *layers* of a *job*; None: all. *lift*: of the platform over the path, m.
 
-        Raises `InputError` for a path without material, and for more layers than it has.
+        *nozzle*: of a rigid platform, m, platform frame. Raises `InputError` for a path without material, and
+        for more layers than it has.
         """
         samples = job.samples(job.toolpath())
         numbers = np.unique(samples.layer[samples.extruding])
@@ -74,7 +91,27 @@ class TimedPath:
         law = job.time_law(samples)
         track, start = Track.of(samples, (0.0, 0.0, lift)), law.time + samples.dwell
         limits = (job.motion.acceleration, job.motion.travel_speed, job.motion.print_speed)
-        return cls(track, start, law.time, law.speed, *limits)
+        attitude = None if nozzle is None else Attitude.of(job.schedule, nozzle)
+        return cls(track, start, law.time, law.speed, *limits, attitude)
+
+    @property
+    def start_pose(self) -> Array:
+        """The pose (n,) of the platform where the path begins, m and rad."""
+        begin = self.track.at(0.0).position
+        if self.attitude is None:
+            return begin
+        rotation = self.attitude.rotation(float(begin[2]))
+        return np.concatenate([self.attitude.origin(begin, rotation), rotation])
+
+    @property
+    def start_retraction(self) -> float:
+        """Retraction length where the path begins, m; NaN: the schedule has none."""
+        begin = float(self.track.at(0.0).position[2])
+        return math.nan if self.attitude is None else self.attitude.retraction(begin)
+
+    def printing_point(self, position: Array, rotation: Array) -> Array:
+        """Return the point (3,), m, that is to be on the track, with the platform at *position* and *rotation*."""
+        return position if self.attitude is None else self.attitude.nozzle_at(position, rotation)
 
     @property
     def duration(self) -> float:
@@ -107,6 +144,7 @@ class GuideState:
     position: Array | None = None  # (3,) m, of a target off the path; None: on the path
     speed: float = 0.0  # m/s, of a target off the path
     height_offset: float = 0.0  # m, of the platform over the path
+    rotation: Array | None = None  # (3,) rad, of a target off the path; None: by the schedule
 
 
 def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: float = 1.0) -> Target:
@@ -127,7 +165,33 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     extruding = bool(path.track.laying[piece])
     layer = int(path.track.layer[piece])
     path_speed, arrived = (then - now) / dt, state.speed_factor == 0.0
-    return Target(here + offset, (there - here) / dt, now, layer, path_speed, extruding, arrived, finished)
+    target = Target(here + offset, (there - here) / dt, now, layer, path_speed, extruding, arrived, finished)
+    if path.attitude is None:
+        return target
+    turned, goal = path.attitude.rotation(float(here[2])), path.attitude.rotation(float(there[2]))
+    return _carrying(path.attitude, target, here, there, turned, goal, dt)
+
+
+def leave_path(path: TimedPath, state: GuideState, position: Array, rotation: Array) -> None:
+    """Let the target continue from the platform's *position*, m, and *rotation*, rad; *state* changes in place."""
+    state.position = path.printing_point(position, rotation).copy()
+    state.rotation = None if path.attitude is None else rotation.copy()
+
+
+def _carrying(
+    attitude: Attitude, target: Target, here: Array, there: Array, turned: Array, goal: Array, dt: float
+) -> Target:
+    """Return the target of the platform that carries the nozzle from *here* to *there*."""
+    motion = attitude.carried(here, there, turned, goal, dt)
+    retraction, then = attitude.retraction(float(here[2])), attitude.retraction(float(there[2]))
+    return target._replace(
+        position=motion.position,
+        velocity=motion.velocity,
+        rotation=motion.rotation,
+        rate=motion.rate,
+        retraction=retraction,
+        retraction_rate=0.0 if math.isnan(then) else (then - retraction) / dt,
+    )
 
 
 def _speed_factor(path: TimedPath, state: GuideState, dt: float, goal: float) -> float:
@@ -150,17 +214,27 @@ def _approach(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) ->
     piece = path.track.piece(distance)
     goal = path.track.at(distance).position + np.array([0.0, 0.0, state.height_offset])
     way = goal - state.position
-    left = float(np.sqrt(way @ way))
+    turned = state.rotation if state.rotation is not None else _STILL
+    scheduled = _STILL if path.attitude is None else path.attitude.rotation(float(goal[2]))
+    turn = _STILL if path.attitude is None else turn_between(turned, scheduled)
+    left = math.sqrt(float(way @ way) + _ARM * _ARM * float(turn @ turn))
     change = path.acceleration * dt
     stopping = float(np.sqrt(change * change + 2.0 * path.acceleration * left)) - change  # in whole steps
     max_speed = min(path.travel_speed, stopping) if mode is GuideMode.APPROACH else 0.0
     state.speed = min(max(max_speed, state.speed - change), state.speed + change)
     here = state.position
     if left <= max(_TOLERANCE, state.speed * dt):
-        state.position, state.speed, there = (None, 0.0, goal) if mode is GuideMode.APPROACH else (here, 0.0, here)
+        arrives = mode is GuideMode.APPROACH
+        state.position, state.speed, there = (None, 0.0, goal) if arrives else (here, 0.0, here)
+        then = scheduled if arrives else turned
     else:
-        there = here + way * (state.speed * dt / left)
+        share = state.speed * dt / left
+        there, then = here + way * share, turned + turn * share  # a turn in space, which ends in the schedule's
         state.position = there
-    return Target(
+    target = Target(
         here, (there - here) / dt, distance, int(path.track.layer[piece]), 0.0, False, state.position is None, False
     )
+    if path.attitude is None:
+        return target
+    state.rotation = None if state.position is None else then
+    return _carrying(path.attitude, target, here, there, turned, then, dt)

@@ -14,6 +14,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from cablewright.control import beam
 from cablewright.control.guard import Cause
 from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
@@ -23,6 +24,7 @@ from cablewright.signals import (
     Barrier,
     Condition,
     Estimate,
+    Notice,
     Order,
     OrderKind,
     PrintState,
@@ -131,7 +133,11 @@ def step(
     """
     now = frame.time
     _update_readings(state, frame, estimate)
-    conditions = frozenset(notice.condition for notice in frame.notices)
+    conditions = frozenset(
+        notice.condition  # a retraction may be at its end
+        for notice in frame.notices
+        if notice != _BEAM_END
+    )
     inputs = _Inputs(now, estimate, target, powder, conditions, cause, standing, stopped)
     given = tuple(orders)
     answered = tuple(
@@ -159,6 +165,7 @@ def step(
     return Verdict(state.state, state.reason, mode, hold, valve, answered, kind)
 
 
+_BEAM_END: Final = Notice(Condition.DRUM_END, beam.OUTPUT)
 _RUNNING: Final = (PrintState.READY, PrintState.PRINTING)
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 _SHUT: Final = (PrintState.FAULT, PrintState.READY, PrintState.OFF, *_HANDLED)

@@ -1,9 +1,13 @@
-"""Velocity control of a point platform: winch speeds from target and estimate.
+"""Velocity control: winch speeds from target and estimate.
 
-Two laws. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path error, times the inverse
-Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the same velocity; in the null
-space of the lengths (with more lines than freedoms), each line is controlled to the excess or stretch that the full
-model gives it at the chosen tensions.
+Two laws of a point platform. ``paper`` (Merlet and Papegay 2023, III): the target velocity, corrected by the path
+error, times the inverse Jacobian of the lines, and for slack lines a term that keeps them nearly taut. ``model``: the
+same velocity; in the null space of the lengths (with more lines than freedoms), each line is controlled to the excess
+or stretch that the full model gives it at the chosen tensions.
+
+A rigid platform has the law ``model`` for all lengths at once: they follow those that the full model gives for the
+target, so that pose and tensions follow it together. The estimated lengths are by the encoders alone, or as load cells
+and other sensors correct them, whichever the estimate is made of: the tensions are then closed on what is measured.
 """
 
 from __future__ import annotations
@@ -16,9 +20,12 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.choices import LawName
+from cablewright.control.beam import Beam
 from cablewright.control.guide import Target
+from cablewright.control.held_lengths import held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.errors import InputError, UnknownName, require_positive
+from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
@@ -49,8 +56,10 @@ class VelocitySettings:
         """Raise `InputError` for unknown laws, rigid platforms and numbers that are not positive and finite."""
         if self.law not in LAWS:
             raise UnknownName("law", self.law, LAWS)
-        if self.model.n != 3:
-            raise InputError(f"robot {self.model.robot.name!r}: velocity control needs a point platform")
+        if self.model.n != 3 and self.law != "model":
+            raise InputError(
+                f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid"
+            )
         self.model.robot.require_plain("velocity control")
         names = ("gain", "max_correction", "internal_gain", "max_drum_speed")
         require_positive(**{name: getattr(self, name) for name in names})
@@ -62,6 +71,7 @@ class VelocityState:
 
     planned_excess: Array  # (m,) m, of each line on purpose
     slack_line: int = -1  # index; -1: none chosen yet
+    tension_error: float = math.inf  # N, largest of a rigid platform's lines from those that the model chooses
 
 
 def start(settings: VelocitySettings) -> VelocityState:
@@ -69,12 +79,24 @@ def start(settings: VelocitySettings) -> VelocityState:
     return VelocityState(np.zeros(settings.model.m))
 
 
-def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, target: Target, dt: float) -> Array:
+def step(
+    settings: VelocitySettings,
+    state: VelocityState,
+    estimate: Estimate,
+    target: Target,
+    dt: float,
+    tensions: Array | None = None,
+    beam: Beam | None = None,
+) -> Array:
     """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
-    If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or
-    a line without a tangent there.
+    *tensions* (m,): estimated, N, of a rigid platform; None: unknown. *beam*: of a platform that retracts. If one
+    exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or a line
+    without a tangent there.
     """
+    if settings.model.n == 6:
+        rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam)
+        return np.zeros(settings.model.m) if rates is None else _within(settings, rates / estimate.radii)
     taut = taut_at(settings.model, estimate.position)
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
         return np.zeros(settings.model.m)
@@ -88,9 +110,40 @@ def step(settings: VelocitySettings, state: VelocityState, estimate: Estimate, t
         rates += _slack_term(settings, taut, estimate, dt)
     else:
         rates += _internal_rates(settings, state, taut, estimate, target, dt)
-    speeds = rates / estimate.radii
+    return _within(settings, rates / estimate.radii)
+
+
+def _within(settings: VelocitySettings, speeds: Array) -> Array:
+    """Scale *speeds* (m,), rad/s, so that none exceeds the limit."""
     largest = float(np.abs(speeds).max())
     return speeds * (settings.max_drum_speed / largest) if largest > settings.max_drum_speed else speeds
+
+
+def _rates_of_body(
+    settings: VelocitySettings,
+    state: VelocityState,
+    estimate: Estimate,
+    target: Target,
+    dt: float,
+    tensions: Array | None,
+    beam: Beam | None,
+) -> Array | None:
+    """Return rates (m,), m/s, of the lengths of a rigid platform; None where no tensions hold it."""
+    here = np.concatenate([target.position, target.rotation])
+    there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
+    retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
+    held = held_at(settings.model, np.stack([here, there]), retraction)
+    if held is None or not np.isfinite(estimate.lengths).all():
+        return None
+    state.tension_error = math.inf if tensions is None else float(np.abs(tensions - held.tensions[0]).max())
+    correction = min(settings.gain, 0.5 / dt) * (held.lengths[0] - estimate.lengths)
+    return np.asarray((held.lengths[1] - held.lengths[0]) / dt + _bounded(correction, settings.max_correction))
+
+
+def _bounded(vector: Array, most: float) -> Array:
+    """Return *vector*, shortened to a length of *most*."""
+    size = math.sqrt(float(vector @ vector))
+    return vector if size <= most else vector * (most / size)
 
 
 def _slack_term(settings: VelocitySettings, taut: Taut, estimate: Estimate, dt: float) -> Array:

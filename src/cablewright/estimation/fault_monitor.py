@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from cablewright.signals import (
     Barrier,
+    BeamLength,
     Climate,
     Distance,
     Drives,
@@ -18,6 +19,7 @@ from cablewright.signals import (
     LineAngles,
     Reading,
     Scan,
+    Swivels,
     Tensions,
 )
 
@@ -25,6 +27,7 @@ _Kind = TypeVar("_Kind", bound=Reading)
 
 _SOURCES: dict[type, str] = {
     Barrier: "barrier",
+    BeamLength: "retraction",
     Climate: "climate",
     Distance: "distance",
     Drives: "drives",
@@ -32,6 +35,7 @@ _SOURCES: dict[type, str] = {
     Inertial: "inertial",
     Inputs: "inputs",
     LineAngles: "line_angles",
+    Swivels: "swivels",
 }
 _CLOCK_TOLERANCE = 1e-6  # s by which a reading may be ahead of its frame
 _BRIEF_FAULT_TIME = 10.0  # s for which a momentary fault stays active

@@ -11,6 +11,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from cablewright.machine.carriers import RetractionDrive
 from cablewright.machine.quantities import Factor, Rate, Share, Size, Span, Time, Width, require_pairs_rise
 from cablewright.units import Angle, NonNegative, Vec3
 from cablewright.validation import Description, refusal
@@ -135,7 +136,25 @@ class TensionSensor(Description):
     most: Factor
 
 
-TimedSettings = InertialSensor | LineSensor | DistanceSensor | Encoder | ClimateSensor | BarrierSensor | TensionSensor
+class SwivelSensor(Description):
+    """Angles at which the swivelling sheaves stand, rad. ``bias``: of each one's zero, standard deviation."""
+
+    rate: Rate
+    deviation: NonNegative[Angle]
+    bias: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
+
+
+TimedSettings = (
+    InertialSensor
+    | LineSensor
+    | DistanceSensor
+    | Encoder
+    | ClimateSensor
+    | BarrierSensor
+    | TensionSensor
+    | SwivelSensor
+    | RetractionDrive
+)
 """Data of the sensors that are read at a rate."""
 
 

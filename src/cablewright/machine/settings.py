@@ -6,13 +6,15 @@ What only a simulation has, such as errors of the machine as built, is in `cable
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, Final, Literal, Self
+from typing import Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError
+from cablewright.machine.accuracy import Accuracy
+from cablewright.machine.carriers import Body, Drum, RetractionDrive
 from cablewright.machine.drives.settings import DriveSettings
-from cablewright.machine.quantities import Delay, Factor, Heavy, Share, Span, Time, Width
+from cablewright.machine.quantities import Delay, Factor, Share, Span, Time, Width
 from cablewright.machine.sensors import (
     BarrierSensor,
     ClimateSensor,
@@ -22,10 +24,11 @@ from cablewright.machine.sensors import (
     LidarName,
     LidarSettings,
     LineSensor,
+    SwivelSensor,
     TensionSensor,
 )
 from cablewright.printing.job import Bead
-from cablewright.units import Density, Length, Mass, NonNegative, Positive, Torque
+from cablewright.units import Density, Length, Positive, Torque
 from cablewright.validation import Description, FileDescription, refusal, require_unique_names
 
 MAX_WALLS: Final = 200
@@ -33,39 +36,6 @@ MAX_WALLS: Final = 200
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _Place = tuple[Length, Length]
 _Kind = Literal["simulated", "canopen"]
-
-
-class Drum(Description):
-    """The drum that hangs from the platform point B. Depths are below B, along its axis.
-
-    Without ``capacity`` it holds no powder: material comes through a hose, without end. ``flow``: kg/s.
-    """
-
-    MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(
-        ("swing_damping", "yaw_stiffness", "yaw_damping", "yaw_wander", "yaw_wander_length", "drag"),
-        "[simulation.drum]",
-    )
-
-    empty_mass: Heavy
-    powder: NonNegative[Mass] = 0.0
-    capacity: NonNegative[Mass] = 0.0
-    powder_density: Positive[Density] = 1500.0
-    flow: NonNegative[float]
-    radius: Span = 0.1
-    powder_bottom: Span = 0.1
-    empty_centre: Span
-    empty_gyration: tuple[Span, Span, Span]
-    valve: Span
-
-    @model_validator(mode="after")
-    def _powder_fits(self) -> Self:
-        if self.powder > self.capacity:
-            raise refusal("powder", f"must be at most capacity, {self.capacity:g} kg")
-        if self.capacity:
-            for key in ("powder_density", "radius", "powder_bottom"):
-                if key not in self.model_fields_set:
-                    raise refusal(key, "must be given where capacity is")
-        return self
 
 
 class Extrusion(Description):
@@ -155,7 +125,8 @@ class ClockSettings(Description):
 class MachineSettings(FileDescription):
     """A machine as its owner knows it. ``period``: s, of one step of its control.
 
-    ``robot``: name of the only robot that it is a machine of; None: any. ``kind``: what it runs on.
+    ``robot``: name of the only robot that it is a machine of; None: any. ``kind``: what it runs on. Lines carry
+    either a ``drum``, below a point platform, or a ``body``.
     """
 
     MOVED: ClassVar[Mapping[str, str]] = {
@@ -168,7 +139,10 @@ class MachineSettings(FileDescription):
     robot: _Name | None = None
     kind: _Kind = "simulated"
     period: Time
-    drum: Drum
+    drum: Drum | None = None
+    body: Body | None = None
+    retraction: RetractionDrive | None = None
+    accuracy: Accuracy | None = None
     extrusion: Extrusion | None = None
     winch: WinchSettings
     room: RoomSettings
@@ -182,6 +156,7 @@ class MachineSettings(FileDescription):
     barrier: BarrierSensor | None = None
     load_cells: TensionSensor | None = None
     motor_torques: TensionSensor | None = None
+    swivels: SwivelSensor | None = None
     drives: DriveSettings | None = None
 
     @model_validator(mode="after")
@@ -192,6 +167,35 @@ class MachineSettings(FileDescription):
             raise refusal("kind", 'must be "canopen" where there is a table [drives]')
         return self
 
+    @model_validator(mode="after")
+    def _carries_one(self) -> Self:
+        if self.drum is None and self.body is None:
+            raise refusal("drum", "must be given, or [body] for a rigid platform")
+        if self.drum is not None and self.body is not None:
+            raise refusal("body", "must be left out where there is a [drum]: a platform is a point or a body")
+        if self.retraction is not None and self.body is None:
+            raise refusal("retraction", "needs [body]: a point platform has no length")
+        return self
+
+    @property
+    def carrier(self) -> Drum | Body:
+        """What the lines carry: the drum or the body."""
+        carrier = self.body if self.drum is None else self.drum
+        assert carrier is not None  # one of both is given
+        return carrier
+
+    @property
+    def point_drum(self) -> Drum:
+        """The drum. Raises `InputError` for a machine with a body."""
+        if self.drum is None:
+            raise InputError(f"machine {self.name!r}: it has a body, and a drum below a point platform is needed here")
+        return self.drum
+
+    def with_carrier(self, **changes: Any) -> Self:
+        """Return the settings with other values of some fields of the drum or the body, which are not checked."""
+        key = "drum" if self.body is None else "body"
+        return self.model_copy(update={key: self.carrier.model_copy(update=changes)})
+
 
 def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSettings:
     """Return the settings of a machine that extrudes *bead* at *speed* (m/s) with the valve open.
@@ -201,8 +205,8 @@ def extruding(settings: MachineSettings, bead: Bead, speed: float) -> MachineSet
     if settings.extrusion is None:
         return settings
     extrusion = settings.extrusion.model_copy(update={"bead": bead})
-    drum = settings.drum.model_copy(update={"flow": extrusion.density * bead.section * speed})
-    return settings.model_copy(update={"extrusion": extrusion, "drum": drum})
+    made = settings.with_carrier(flow=extrusion.density * bead.section * speed)
+    return made.model_copy(update={"extrusion": extrusion})
 
 
 def require_robot(settings: MachineSettings, robot: str) -> None:

@@ -12,10 +12,10 @@ from cablewright.errors import InputError, Status
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
-from cablewright.kernels.layout import Code
+from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.statics import forward as kernel
 from cablewright.kernels.statics.equilibrium import workspace
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.forward import solve_forward
 
@@ -51,16 +51,23 @@ class Tracker:
     pivot, see `TrackerSettings.fold`.
     """
 
-    def __init__(self, model: Model, lengths: ArrayLike, settings: TrackerSettings | None = None) -> None:
-        """Start at the equilibrium of *lengths* (m,), m. Raises `AnswerError` if none is found without a guess.
+    def __init__(
+        self,
+        model: Model,
+        lengths: ArrayLike,
+        settings: TrackerSettings | None = None,
+        begin: Equilibrium | None = None,
+    ) -> None:
+        """Start at the equilibrium of *lengths* (m,), m, or *begin*, one of them that is known.
 
-        Raises `InputError` where steps are to be certified and the platform moves in a plane.
+        Raises `AnswerError` if none is found without a guess, `InputError` where steps are to be certified and the
+        platform moves in a plane.
         """
         self.settings = settings or TrackerSettings()
         if self.settings.certify:
             model.robot.require_lines_in_plane("certificates of a Tracker")
             model.robot.require_no_plane("certificates of a Tracker")
-        begin = solve_forward(model, lengths).checked()
+        begin = solve_forward(model, lengths).checked() if begin is None else begin
         self.model = model
         self.pose = begin.pose.copy()
         self.states = begin.states.copy()
@@ -84,6 +91,33 @@ class Tracker:
             self.pose, self.states, self.margin, self._lengths = pose, states, margin, rows[0]
             return Status.OK
         return Status.of(code)
+
+    def change(self, packed: Packed) -> None:
+        """Go on with other numbers of the same robot in *packed*: of another load, or another retraction.
+
+        The next step leads to their equilibrium.
+        """
+        self._packed = packed
+
+    def restart(self, lengths: Array) -> bool:
+        """Go to the equilibrium of *lengths* (m,), m, near the pose, wherever it lies; whether there is one."""
+        pose, states = self.pose.copy(), self.states.copy()
+        code, _, _ = kernel.solve_near(self._packed, lengths, pose, states, self._work)
+        if code == Code.OK:
+            self.pose, self.states, self.margin, self._lengths = pose, states, np.nan, lengths.copy()
+        return bool(code == Code.OK)
+
+    @property
+    def packed(self) -> Packed:
+        """The arrays of the robot as it is tracked."""
+        return self._packed
+
+    @property
+    def solved(self) -> Equilibrium:
+        """The equilibrium as a batch of one row."""
+        batch = self._packed._replace(lines=self._packed.lines[None], platform=self._packed.platform[None])
+        code, none = np.zeros(1, dtype=np.int64), np.zeros(1)
+        return Equilibrium(self.model, batch, self.pose[None], self._lengths[None], self.states[None], code, none, code)
 
     def _follow(self, lengths: Array, pose: Array, states: Array) -> tuple[int, float]:
         """Code and margin of one step; *pose* and *states* are updated in place."""

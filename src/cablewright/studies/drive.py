@@ -39,7 +39,7 @@ class DriveSettings:
 
     speed: float = 0.03  # m/s along the path
     ramp: float = 2.0  # s from rest to that speed
-    slack: float = 0.03  # m, excess of the line with the smallest tension: one line is slack at a time, as in the paper
+    slack: float = 0.03  # m, excess of a point's line of smallest tension: one line is slack at a time, as in the paper
     ease: float = 20.0  # s over which the slack begins, for a smooth start
     error: float = 2e-3  # m, standard deviation of each length's error ...
     memory: float = 20.0  # ... and its correlation time, s
@@ -70,16 +70,17 @@ class Pilot:
         self.machine, self.settings = machine, settings
         self._random = np.random.default_rng([seed, 7])
         self._length_error = np.zeros(machine.robot.m)
-        start = machine.truth.position
+        start, turned = machine.truth.position, machine.truth.rotation[: machine.robot.n - 3]
         level = np.array([start[:2], start[:2]]) if path is None else path
         self._length = 0.0 if path is None else path_length(path)
-        poses = np.column_stack([level, np.full(len(level), start[2])])
+        poses = np.column_stack([level, np.tile([start[2], *turned], (len(level), 1))])
         held = solve_inverse(Model(machine.robot), poses)
         if not held.ok.all():
             bad = int(np.flatnonzero(~held.ok)[0])
             place = ", ".join(f"{x:.2f}" for x in poses[bad])
             raise AnswerError(f"the path cannot be held at {place} m: {held[bad].sentence()}")
-        self._taut, self._slack = held.lengths, settings.slack * self._share(held.tensions)  # (k, m)
+        slack = settings.slack if machine.robot.n == 3 else 0.0  # a body is held by all its lines
+        self._taut, self._slack = held.lengths, slack * self._share(held.tensions)  # (k, m)
 
     def distance(self, now: float) -> float:
         """Distance along the path at *now* (s), m."""

@@ -74,7 +74,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
         ),
         tilt=TiltSettings(robot.scene.gravity),
         max_drum_speed=winch.max_speed,
-        valve_depth=settings.drum.valve,
+        valve_depth=settings.point_drum.valve,
         lasers=tuple(lasers),
         timeouts=_timeouts(settings),
         clock=None if clock is None else ClockSettings(clock.offset, clock.drift, clock.latency),
@@ -123,7 +123,7 @@ OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
 
 def with_drum_mass(robot: Robot, settings: MachineSettings) -> Robot:
     """Return *robot* with the initial mass of the drum and its powder, which is known by weighing."""
-    mass = settings.drum.empty_mass + settings.drum.powder
+    mass = settings.carrier.empty_mass + settings.carrier.powder
     return robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": mass, "loads": ()})})
 
 

@@ -24,6 +24,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.studies.body_estimator import BodyEstimator, body_settings
 from cablewright.studies.estimator_settings import OBSERVERS, with_drum_mass
 
 ESTIMATORS: Final = get_args(EstimatorName)
@@ -50,13 +51,17 @@ def estimator(
 ) -> Estimator:
     """Return the estimator of that *name* for the machine that *robot* and *settings* describe.
 
-    *place* (3,), m: the platform's initial position, which only ``encoders`` uses. *lasers*: distances to walls that
-    an operator measured at the start. *radii* (m,), m: initial radii of the winch drums; 0: unknown. Raises
-    `UnknownName`, and `InputError` for a machine without the sensors that the estimator needs.
+    *place* (n,), m and rad: the platform's initial pose, which ``encoders`` uses, and those of a rigid one.
+    *lasers*: distances to walls that an operator measured at the start. *radii* (m,), m: initial radii of the winch
+    drums; 0: unknown. Raises `UnknownName`, and `InputError` for a machine without the sensors that it needs.
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
     robot.require_plain("estimation")
+    if robot.n == 6:
+        if name == "paper":
+            raise InputError(f"estimator = {name}: is one of a point platform; that of {robot.name!r} is rigid")
+        return BodyEstimator(body_settings(robot, settings, sensors=name == "filter"), place)
     if name in OBSERVERS:
         observer = OBSERVERS[name]
         own = observer.settings(robot, settings, lasers)

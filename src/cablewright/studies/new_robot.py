@@ -12,7 +12,7 @@ from cablewright.machine.files import machine_names
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.printing.first_part import GCODE, first_part
 from cablewright.results import Figure, Result
-from cablewright.robot import PointPlatform, library_names, loads
+from cablewright.robot import library_names, loads
 from cablewright.robot.new_robot import Outline, robot_file
 
 ROBOT, MACHINE, PART = "robot.toml", "machine.toml", "part.toml"
@@ -41,7 +41,7 @@ class NewRobot(Result):
         Figure("description", "", "What the robot is, in a sentence."),
         Figure("folder", "", "Folder that was made."),
         Figure("check", "", "Command that checks the part on the robot."),
-        Figure("print", "", "Command that prints it on the simulated machine; nothing for a body.", "print_"),
+        Figure("print", "", "Command that prints it on the simulated machine.", "print_"),
         Figure("files", "", "Files in it.", parts=Written.FIGURES),
     )
 
@@ -49,7 +49,7 @@ class NewRobot(Result):
     description: str
     folder: str
     check: str
-    print_: str | None
+    print_: str
     files: tuple[Written, ...]
     notes: tuple[str, ...] = ()
 
@@ -72,10 +72,8 @@ def new_robot(outline: Outline, folder: str | Path | None = None) -> NewRobot:
         ROBOT: (text, "the robot, with the uncertainty of its numbers"),
         PART: (job, "a first part: its G-code, bead and speeds"),
         GCODE: (gcode, "a square of three layers" if outline.size[1] else "a wall of three layers"),
+        MACHINE: (machine_file(robot), "the machine, with a simulation to print on"),
     }
-    is_point = isinstance(robot.platform, PointPlatform)
-    if is_point:
-        files[MACHINE] = (machine_file(robot), "the machine, with a simulation to print on")
     with whole_folder(place) as part:
         for name, (content, _) in files.items():
             write_whole(part / name, content.encode())
@@ -85,7 +83,6 @@ def new_robot(outline: Outline, folder: str | Path | None = None) -> NewRobot:
         description=robot.description,
         folder=str(place),
         check=f"cablewright check {place / ROBOT} {place / PART}",
-        print_=f"cablewright print {place / ROBOT} {place / PART} --machine {place / MACHINE}" if is_point else None,
+        print_=f"cablewright print {place / ROBOT} {place / PART} --machine {place / MACHINE}",
         files=written,
-        notes=() if is_point else ("no machine file: only a point platform can be simulated",),
     )

@@ -14,7 +14,9 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.errors import UnknownName
+from cablewright.errors import InputError, UnknownName
+from cablewright.estimation.body import filter as of_body
+from cablewright.estimation.body.state import start as of_body_start
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, read_log
@@ -22,8 +24,9 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured, figures_dict
 from cablewright.signals import Estimate, LineAngles, Scan, Truth
 from cablewright.solvers.taut import Taut
+from cablewright.studies.body_estimator import body_settings
 from cablewright.studies.error_statistics import CHI2_95, SLACK, ErrorStatistics, bound, spread, statistics_figures
-from cablewright.studies.estimator_settings import OBSERVERS
+from cablewright.studies.estimator_settings import OBSERVERS, Observer
 from cablewright.studies.fault_count import FaultCount, count_faults, fault_figures
 
 _MAX_REST_MOTION: Final = 3e-3  # m in the last second, for a step to count as static ...
@@ -288,7 +291,8 @@ def replay(
     if estimator not in OBSERVERS:
         raise UnknownName("estimator", estimator, OBSERVERS)
     with read_log(log) as entries:
-        observer, head = OBSERVERS[estimator], entries.head
+        head = entries.head
+        observer = OBSERVERS[estimator] if head.robot.n == 3 else _of_body(estimator, head, log)
         settings = observer.settings(head.robot, head.settings, lasers)
         turning = tuple(name for name in ("north", "south") if name in head.settings.lidars)
         state, found = observer.start(settings), _Collector(head.robot.m, turning)
@@ -303,6 +307,20 @@ def replay(
             found.slack_steps, found.faults, np.array(found.step_times), found.trace,
             np.array(found.errors).reshape(-1, len(_COLUMNS) + head.robot.m), found.consistency,
         )  # fmt: skip
+
+
+def _of_body(estimator: str, head: LogHead, log: str | Path) -> Observer:
+    """Return the functions of the estimator of a rigid platform, from where the log's head says that it was homed."""
+    if estimator != "filter":
+        raise InputError(f"estimator = {estimator}: is one of a point platform; that of {head.robot.name!r} is rigid")
+    home = head.home
+    if home is None:
+        raise InputError(f"{log}: does not say at which pose the machine was homed, which a rigid platform needs")
+    return Observer(
+        lambda robot, settings, _lasers: body_settings(robot, settings, sensors=True),
+        lambda settings: of_body_start(settings, np.array(home)),
+        of_body.step,
+    )
 
 
 class _Collector:
@@ -338,7 +356,7 @@ class _Collector:
             return
         self.valid += 1
         self.slack_steps += estimate.slack
-        counts = min(self._turns.values()) >= _TURNS
+        counts = min(self._turns.values(), default=_TURNS) >= _TURNS
         if entry.truth is not None and counts:
             if math.isnan(self.begin):
                 self.begin = now

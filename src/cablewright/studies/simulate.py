@@ -87,8 +87,9 @@ def simulate(
 ) -> Simulation:
     """Drive a simulated machine, built by *seed* within its tolerances, along a random closed path, or hold it.
 
-    *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, to
-    stay at instead. *duration*: s, by default once round the loop. Of a `Model` only the robot is used: the *plant*,
+    *machine*: see `machine_of`. *loop*: length of the path, m, at *height*, m. *hold*: position (3,) of B, m, world, or
+    pose (6,) of a body, to stay at instead. *duration*: s, by default once round the loop. Of a `Model` only the robot
+    is used: the *plant*,
     ``dynamic`` or ``quasi-static``, has its own laws. *severity*: see `with_severity`; None: of the *machine*. *log*:
     an MCAP file, which appears when it is complete. *epoch*: UTC of its time 0, for programs that show dates; by
     default 1970, so that the same input gives the same bytes.
@@ -116,8 +117,9 @@ def simulate(
         built = with_severity(built, severity)
     if loop is None:
         path, start = None, np.asarray(hold, dtype=np.float64)
-        if start.shape != (3,) or not np.isfinite(start).all():
-            raise InputError(f"hold = {start.tolist()}: 3 finite numbers are expected, m")
+        if start.shape not in {(3,), (described.n,)} or not np.isfinite(start).all():
+            asked = "3 finite numbers are expected, m" if described.n == 3 else "3 or 6 finite numbers, m and rad"
+            raise InputError(f"hold = {start.tolist()}: {asked}")
     else:
         path = random_loop(described, loop, seed)
         start = np.array([*path[0], height])
@@ -125,8 +127,16 @@ def simulate(
         duration = math.floor(path_length(path) / settings.speed + 0.5 * settings.ramp)
     assert duration is not None
     twin = SimulatedMachine(described, built, start, seed=seed, plant=plant)
+    pose = np.concatenate([start, np.zeros(described.n - len(start))])
     head = LogHead(
-        described, built.owner, twin.period, simulation=built.simulation, plant=plant, seed=seed, epoch=epoch
+        described,
+        built.owner,
+        twin.period,
+        simulation=built.simulation,
+        plant=plant,
+        seed=seed,
+        epoch=epoch,
+        home=tuple(pose.tolist()) if described.n == 6 else None,
     )
     run = partial(drive, twin, path, duration, settings=settings, seed=seed, progress=progress)
     return Simulation(head, run() if log is None else _logged(run, Path(log), head))
@@ -135,9 +145,12 @@ def simulate(
 def machine_of(robot: Robot, machine: TwinSettings | str | Path | None) -> TwinSettings:
     """Return *machine*: settings, a name of `machine_names` or a TOML file.
 
-    By default the library's machine of the robot's name, or ``merlet2023`` if there is none. Raises `InputError` for
-    the machine of another robot.
+    By default the library's machine of the robot's name, or for a point platform ``merlet2023`` if there is none.
+    Raises `InputError` for the machine of another robot, and where a body has none.
     """
+    if machine is None and robot.n == 6 and robot.name not in machine_names():
+        how = f"`cablewright machines --for {robot.name}` prints one, with assumed numbers marked"
+        raise InputError(f"robot {robot.name!r}: the library has no machine of that name; {how}")
     if machine is None:
         own = load_twin(robot.name if robot.name in machine_names() else _DEFAULT)
         return own if own.owner.robot == robot.name else own.with_owner(robot=None)

@@ -102,9 +102,24 @@ def test_a_robot_that_no_plant_can_simulate(old: str, new: str, says: str) -> No
     assert says in str(refusal.value)
 
 
-def test_a_body_has_none() -> None:
-    with pytest.raises(InputError, match="only a point platform"):
-        machine_file(load("cogiro"))
+@pytest.mark.parametrize("plant", ["dynamic", "quasi-static"])
+@pytest.mark.parametrize(("name", "place"), [("cogiro", [0, 0, 1]), ("jung2020", [0, 0, 0.5]), ("ipanema", [0, 0, 1])])
+def test_the_machine_of_a_body_holds_its_place(name: str, place: list[float], plant: str, tmp_path: Path) -> None:
+    robot = load(name)
+    twin = settings(robot, tmp_path)
+    assert twin.owner.body.empty_mass == robot.platform.mass
+    assert (twin.owner.retraction is None) == (robot.retraction is None)
+    found = simulate(robot, twin, hold=place, duration=2.0, plant=plant)
+    assert not found.drive.notices
+    assert found.drive.distance < 0.02
+    assert found.drive.readings["Inertial"] > 5
+
+
+def test_a_body_of_unknown_inertia_gets_radii_of_gyration(tmp_path: Path) -> None:
+    robot = load("ipanema")
+    platform = robot.platform.model_copy(update={"inertia": None})
+    twin = settings(robot.model_copy(update={"platform": platform}), tmp_path)
+    assert twin.owner.body.gyration == (0.08, 0.08, 0.08)
 
 
 @pytest.mark.parametrize("name", ['say "attic"', "a\nb = 1", "\\", "\u2028 \u00e9 \U0001f916", "\x1b[31m"])

@@ -79,8 +79,9 @@ def test_a_machine_file_of_ones_own_is_taken(cli, tmp_path) -> None:
     (tmp_path / "own.toml").write_text(text.replace('powder = "20 kg"', 'powder = "5 kg"'))
     answer = cli("simulate", "merlet2023", "--machine", tmp_path / "own.toml", *SHORT, "--valve", "0", "--json")
     assert answer.json["powder"] == 5.0
-    assert cli("machines").out == "machines  house-printer, merlet2023\n"
-    assert cli("machines", "--json").json["machines"] == ["house-printer", "merlet2023"]
+    names = ["cogiro", "house-printer", "ipanema", "jung2020", "merlet2023"]
+    assert cli("machines").out == f"machines  {', '.join(names)}\n"
+    assert cli("machines", "--json").json["machines"] == names
     assert cli("machines", "merlet2023", "--json").json["file"] == text
 
 
@@ -107,7 +108,7 @@ def test_a_robot_has_a_machine_of_its_own(cli) -> None:
         ([*SHORT, "--duration", "nan"], "duration = nan"),
         ([*SHORT, "--out", "log.bag"], "a name that ends in .mcap"),
         ([*SHORT, "--plot", "a.pdf"], "a name that ends in .png"),
-        ([*SHORT, "--fault", "north"], "SOURCE,FROM,TO[,stuck]"),
+        ([*SHORT, "--fault", "north"], "SOURCE,FROM,TO[,KIND[,SIZE]]"),
         ([*SHORT, "--fault", "nort,1,2"], "source = 'nort'"),
         ([*SHORT, "--fault", "north,2,1"], "must be after begin"),
         ([*SHORT, "--fault", "line_angles:top,1,2"], "unknown line 'top'"),
@@ -150,7 +151,7 @@ def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
 
 
 def test_what_cannot_be_simulated_is_said(cli, tmp_path) -> None:
-    assert "only a point platform" in cli("simulate", "jung2020", "--hold", "0,0,1", "--duration", "1").refusal
+    assert "no machine" in cli("simulate", "grab-four-lines", "--hold", "1.1,0,0", "--duration", "1").refusal
     assert "a line would have to push" in cli("simulate", "merlet2023", "--hold", "0,0,9", "--duration", "1").no
     nowhere = cli("simulate", "merlet2023", *SHORT, "--out", tmp_path / "no" / "a.mcap")
     assert nowhere.code == 3

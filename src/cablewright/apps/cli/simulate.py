@@ -111,9 +111,11 @@ class FaultOptions:
         list[str] | None,
         typer.Option(
             "--fault",
-            metavar="SOURCE,FROM,TO[,stuck]",
+            metavar="SOURCE,FROM,TO[,KIND[,SIZE]]",
             help="Sensor that is silent, or repeats its reading with `stuck`, between two times, s; may be repeated. "
-            "line_angles:LINE is the sensor of one line, as is load_cells:LINE.",
+            "line_angles:LINE is the sensor of one line, as is load_cells:LINE. encoders:LINE,5,100,slip,0.02 counts "
+            "20 mm too much, load_cells:LINE,5,100,offset,50 shows 50 N too much; line:LINE,5,100,broken breaks a "
+            "line, and off_sheave lets it fall off its sheave.",
         ),
     ] = None
     wifi_gap: Annotated[
@@ -216,11 +218,13 @@ def _fault(text: str) -> FaultPlan:
     from cablewright.validation import validated
 
     parts = text.split(",")
-    if len(parts) not in (3, 4):
-        raise InputError(f"--fault = {text!r}: expected SOURCE,FROM,TO[,stuck], like north,10,20")
+    if len(parts) not in (3, 4, 5):
+        raise InputError(f"--fault = {text!r}: expected SOURCE,FROM,TO[,KIND[,SIZE]], like north,10,20")
     source, _, line = parts[0].partition(":")
     begin, end = numbers(",".join(parts[1:3]), "--fault", 2) or []
     table = {"source": source, "begin": begin, "end": end, "line": line or None}
-    if len(parts) == 4:
+    if len(parts) > 3:
         table["kind"] = parts[3]
+    if len(parts) > 4:
+        table["size"] = (numbers(parts[4], "--fault", 1) or [])[0]
     return validated(FaultPlan, table, f"--fault {text}")

@@ -48,6 +48,8 @@ _CARDS: Final = (
     "estimated_max_path_error", "mean_speed", "barrier_stops", "refills",
 )  # fmt: skip
 
+_OF_BODY: Final = ("position_rms", "position_max", "orientation_max", "min_tension_margin")
+
 
 def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None = None) -> Path:
     """Write ``report.html``, its pictures and the structure's meshes into *folder*, which exists; return the report.
@@ -106,7 +108,8 @@ def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iter
     yield section("States", states_table(found), *_shown(pictures, "states", "steps"))
     if found.structure is not None:
         yield section("The structure", structure_table(found.structure), *_shown(pictures, "structure", "cuts"))
-    yield section("Yaw and tilt of the drum", *_shown(pictures, "drum"))
+    what = "platform" if found.head.robot.n == 6 else "drum"
+    yield section(f"Yaw and tilt of the {what}", *_shown(pictures, "drum"))
     yield section("Lines: load and slack", lines_table(found), *_shown(pictures, "angles", "tensions"))
     yield section("Lines: wear", *_wear(found, pictures))
     yield section("Faults and notices", faults_table(found))
@@ -136,7 +139,8 @@ def _verdict(found: PrintRecord) -> Html:
 def _cards(found: PrintRecord) -> list[tuple[str, str, str]]:
     """Labels and values of the main figures: true ones where they are known."""
     without_truth = () if found.has_truth else ("estimated_mean_path_error", "estimated_mean_speed")
-    made = list(key_figures(found, (*_CARDS, *without_truth)))
+    of_body = _OF_BODY if found.head.robot.n == 6 else ()
+    made = list(key_figures(found, (*_CARDS, *of_body, *without_truth)))
     if found.structure is not None:
         made += key_figures(found.structure, ("mass", "max_height"))
     return [each for each in made if each[1] != NONE]

@@ -110,7 +110,7 @@ def walls_of(head: LogHead) -> tuple[tuple[str, Array], ...]:
 def drum_of(head: LogHead) -> tuple[float, float] | None:
     """Radius and depth, m, of the drum that hangs from a point platform; None of a body."""
     drum = head.settings.drum
-    return (drum.radius, drum.valve) if head.robot.n == 3 else None
+    return None if drum is None else (drum.radius, drum.valve)
 
 
 def _states(head: LogHead, moments: Moments, time: Array, has_truth: bool) -> States:

@@ -1,8 +1,10 @@
-"""Platform dynamics: a drum that hangs from the point where the lines meet, on quasi-static lines.
+"""Platform dynamics: a rigid body on quasi-static lines.
 
-A line weighs little beside the drum and its waves pass in milliseconds: at each moment it has its static shape, and
-only the drum has inertia. One step of the implicit midpoint rule is the Newton iteration of `equilibrium` with the
-drum's mass in the platform's balance: see `docs/decisions/0009-implicit-midpoint.md`.
+A line weighs little beside the body and its waves pass in milliseconds: at each moment it has its static shape, and
+only the body has inertia. One step of the implicit midpoint rule is the Newton iteration of `equilibrium` with the
+body's mass in the platform's balance: see `docs/decisions/0009-implicit-midpoint.md`. A drum that hangs from a point
+platform, where all lines meet, is a body on whose lines its rotation does nothing: the lines' balance then has three
+rows instead of six.
 """
 
 from math import atan2, sqrt
@@ -12,7 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK, PLATFORM_WEIGHT, SINGULAR, WEIGHT
+from cablewright.kernels.layout import (
+    FREE,
+    MASS_X,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    OK,
+    PLATFORM_WEIGHT,
+    SINGULAR,
+    WEIGHT,
+)
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import compose, matrix, rotate
 from cablewright.kernels.statics.equilibrium import (
@@ -24,63 +35,71 @@ from cablewright.kernels.statics.equilibrium import (
     workspace_of,
 )
 from cablewright.kernels.statics.line import force_change
+from cablewright.kernels.statics.wrench import add_force
 
 STEPS = 30
 MOVE_TOLERANCE = 1e-9  # m and rad: size of the last Newton step of the midpoint
 LENGTH_TOLERANCE = 1e-7  # m: residual of the line equations before that step, which squares it
 
-# Entries of a drum, the body that hangs from the platform point, in its own frame with z up its axis.
+# Entries of a body, in its own frame, whose origin is the platform's; of a drum the lines' point, with z up its axis.
 MASS = 0  # kg, total
-CENTRE = 1  # m: centre of mass below the platform point
-INERTIA = 2  # 2..4: kg m^2, principal, about the platform point
-DRAG = 5  # N s/m on the platform point's speed
-SWING_DAMPING, YAW_DAMPING = 6, 7  # N m s
-YAW_STIFFNESS, YAW_REST = 8, 9  # N m/rad, rad
-RELAXATION = 10  # s: a line's force increases by this time the rate of its elastic force (Kelvin-Voigt)
-DRUM = 11
+CENTRE = 1  # 1..3: m, of mass
+INERTIA = 4  # 4..12: kg m^2, tensor about the origin, row by row
+DRAG = 13  # N s/m on the origin's speed
+SWING_DAMPING, YAW_DAMPING = 14, 15  # N m s
+YAW_STIFFNESS, YAW_REST = 16, 17  # N m/rad, rad
+RELAXATION = 18  # s: a line's force increases by this time the rate of its elastic force (Kelvin-Voigt)
+THRUST = 19  # 19..21: N, mass times relative acceleration of a part that moves along the body
+MOMENTUM = 22  # 22..24: kg m/s, its mass times its relative velocity
+PART = 25  # 25..27: m, its centre
+BODY = 28
 
-# Entries of a motion: of the platform point, and of the drum about it, in world axes.
+# Entries of a motion: of the body's origin, and of the body about it, in world axes.
 PLACE, VELOCITY, TURN, RATE = 0, 3, 6, 9  # m, m/s, rotation vector rad, rad/s
 MOTION = 12
 
 
 class Swing(NamedTuple):
-    """Scratch of one moving drum."""
+    """Scratch of one moving body with n freedoms in its lines' balance: 6, or 3 of a drum on a point platform."""
 
     system: NDArray[np.float64]  # (6, 6)
     rhs: NDArray[np.float64]  # (6, 1)
     middle: NDArray[np.float64]  # (MOTION,): the motion at the midpoint of the step
     rotation: NDArray[np.float64]  # (3, 3)
     inertia: NDArray[np.float64]  # (3, 3), world
-    move: NDArray[np.float64]  # (3, 1)
+    move: NDArray[np.float64]  # (n, 1)
     lengths: NDArray[np.float64]  # (m,)
-    place: NDArray[np.float64]  # (3,)
-    pulled: NDArray[np.float64]  # (3,): rate of the lines' force due to the change of their lengths, N/s
+    place: NDArray[np.float64]  # (n,)
+    pulled: NDArray[np.float64]  # (n,): rate of the lines' wrench due to the change of their lengths, N/s, N m/s
+    turning: NDArray[np.float64]  # (3, 3): part of the stiffness that no line's own force has: of forces on turned arms
+    ends: NDArray[np.float64]  # (m, 3): acceleration of each platform point in the last step, m/s^2
 
 
 @jit(allocates=True)
-def moving_workspace(m):
-    """Scratch for *m* lines, and of the drum."""
+def moving_workspace(n, m):
+    """Scratch for *m* lines and *n* freedoms in their balance, and of the body."""
     swing = Swing(
         np.zeros((6, 6)),
         np.zeros((6, 1)),
         np.zeros(MOTION),
         np.eye(3),
         np.eye(3),
-        np.zeros((3, 1)),
+        np.zeros((n, 1)),
         np.zeros(m),
-        np.zeros(3),
-        np.zeros(3),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((3, 3)),
+        np.zeros((m, 3)),
     )
-    return workspace_of(None, 3, m), swing
+    return workspace_of(None, n, m), swing
 
 
 @jit
-def midpoint_step(packed, drum, motion, before, after, dt, states, work, swing):
+def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
     """Advance *motion* (MOTION,) by *dt* (s) while the lengths change linearly from *before* to *after* (m,).
 
-    *packed* is a point platform of the drum's weight; *states* are those of the lines at the midpoint, updated in
-    place. Returns a code; unless it is OK *motion* is unchanged.
+    *packed* has the weight of the *body* (BODY,), and unless it is a point platform its centre of mass; *states* are
+    those of the lines at the midpoint, updated in place. Returns a code; unless it is OK *motion* is unchanged.
     """
     middle = swing.middle
     copy(motion, middle)
@@ -94,12 +113,14 @@ def midpoint_step(packed, drum, motion, before, after, dt, states, work, swing):
         compose(
             0.5 * dt * middle[RATE], 0.5 * dt * middle[RATE + 1], 0.5 * dt * middle[RATE + 2], middle[TURN : TURN + 3]
         )
+        if packed.freedoms == 6:
+            copy(middle[TURN : TURN + 3], swing.place[3:])
         worst, unbalanced, _ = evaluate(packed, swing.lengths, swing.place, states, work)
         if not (worst == worst and unbalanced == unbalanced):
             return NOT_FINITE
         if not _condense(packed, before, after, dt, states, work, swing):
             return SINGULAR
-        _assemble(drum, motion, packed.platform[PLATFORM_WEIGHT], dt, work, swing)
+        _assemble(packed, body, motion, dt, work, swing)
         if not solve(swing.system, swing.rhs, 6, 1):
             return SINGULAR
         move = _apply(packed, dt, states, work, swing)
@@ -117,8 +138,12 @@ def midpoint_step(packed, drum, motion, before, after, dt, states, work, swing):
 
 @jit
 def _condense(packed, before, after, dt, states, work, swing):
-    """As `equilibrium.condense`, and add the effect of the changes of length to swing.pulled. False if singular."""
-    swing.pulled[:] = 0.0
+    """As `equilibrium.condense`, and set swing.pulled and swing.turning. False if singular."""
+    pulled, turning = swing.pulled, swing.turning
+    pulled[:] = 0.0
+    if packed.freedoms == 6:
+        turning[:, :] = 0.0
+        weigh(packed.platform, work.rotation, turning)
     for i in range(packed.lines.shape[0]):
         row, y, steps, plane = packed.lines[i], states[i], work.steps[i], work.planes[i]
         if is_slack(row, y):
@@ -126,45 +151,67 @@ def _condense(packed, before, after, dt, states, work, swing):
         if not eliminate(row, work.blocks[i], steps, 4):
             return False
         add_eliminated(row, y, work.forces[i], steps, work.arms[i], plane, work.wrench, work.stiffness)
-        dh, dv = force_change(work.forces[i, 0], work.forces[i, 1], row[WEIGHT], steps, 3)
+        h, v = work.forces[i, 0], work.forces[i, 1]
+        dh, dv = force_change(h, v, row[WEIGHT], steps, 3)
         rate = (after[i] - before[i]) / dt
-        swing.pulled[0] -= rate * dh * plane[0]
-        swing.pulled[1] -= rate * dh * plane[1]
-        swing.pulled[2] -= rate * dv
+        add_force(work.arms[i], -rate * dh * plane[0], -rate * dh * plane[1], -rate * dv, pulled)
+        if packed.freedoms == 6:
+            dh, dv = force_change(h, v, row[WEIGHT], steps, 0)
+            h, v = h - dh, v - dv + row[WEIGHT] * y[FREE]
+            turn_arm(work.arms[i], -h * plane[0], -h * plane[1], -v, turning)
     return True
 
 
 @jit
-def _assemble(drum, motion, weight, dt, work, swing):
-    """Write the Newton system of the drum's balance at the midpoint: forces, then moments about the platform point."""
-    A, b, middle, R, J = swing.system, swing.rhs, swing.middle, swing.rotation, swing.inertia
-    matrix(middle[TURN : TURN + 3], R)
+def weigh(platform, rotation, turning):
+    """Add what the weight at the turned centre of mass adds to the stiffness."""
+    swung = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
+    turn_arm(swung, 0.0, 0.0, -platform[PLATFORM_WEIGHT], turning)
+
+
+@jit
+def turn_arm(arm, fx, fy, fz, turning):
+    """Add -[f]x [r]x, minus the derivative of the moment of a constant force by a rotation of its *arm*."""
+    dot = arm[0] * fx + arm[1] * fy + arm[2] * fz
     for i in range(3):
-        for j in range(3):
-            J[i, j] = 0.0
-            for k in range(3):
-                J[i, j] += R[i, k] * drum[INERTIA + k] * R[j, k]
-    mass, relax = drum[MASS], drum[RELAXATION]
-    cx, cy, cz = -drum[CENTRE] * R[0, 2], -drum[CENTRE] * R[1, 2], -drum[CENTRE] * R[2, 2]
+        turning[i, 0] -= arm[i] * fx
+        turning[i, 1] -= arm[i] * fy
+        turning[i, 2] -= arm[i] * fz
+        turning[i, i] += dot
+
+
+@jit
+def _assemble(packed, body, motion, dt, work, swing):
+    """Write the Newton system of the body's balance at the midpoint: forces, then moments about its origin."""
+    A, b, middle, R, J = swing.system, swing.rhs, swing.middle, swing.rotation, swing.inertia
+    n = packed.freedoms
+    matrix(middle[TURN : TURN + 3], R)
+    turn_tensor(R, body[INERTIA : INERTIA + 9], J)
+    mass, relax = body[MASS], body[RELAXATION]
+    cx, cy, cz = rotate(R, body[CENTRE], body[CENTRE + 1], body[CENTRE + 2])
     wx, wy, wz = middle[RATE], middle[RATE + 1], middle[RATE + 2]
     inverse = 2.0 / dt
     A[:, :] = 0.0
     for i in range(3):
-        A[i, i] = mass * inverse + drum[DRAG]
+        A[i, i] = mass * inverse + body[DRAG]
         for j in range(3):
-            A[i, j] += (0.5 * dt + relax) * work.stiffness[i, j]
             A[3 + i, 3 + j] = J[i, j] * inverse
+    for i in range(n):
+        for j in range(n):
+            A[i, j] += (0.5 * dt + relax) * work.stiffness[i, j]
     _cross(A, 0, 3, -mass * inverse * cx, -mass * inverse * cy, -mass * inverse * cz)
     _cross(A, 3, 0, mass * inverse * cx, mass * inverse * cy, mass * inverse * cz)
     # right-hand side: applied forces less mass times acceleration
     for i in range(3):
-        force = work.wrench[i] + relax * swing.pulled[i] - drum[DRAG] * middle[VELOCITY + i]
+        force = work.wrench[i] + relax * swing.pulled[i] - body[DRAG] * middle[VELOCITY + i]
         for j in range(3):
             force -= relax * work.stiffness[i, j] * middle[VELOCITY + j]
         b[i, 0] = force - mass * inverse * (middle[VELOCITY + i] - motion[VELOCITY + i])
     ax = inverse * (middle[VELOCITY] - motion[VELOCITY])
     ay = inverse * (middle[VELOCITY + 1] - motion[VELOCITY + 1])
-    az = inverse * (middle[VELOCITY + 2] - motion[VELOCITY + 2]) + weight / mass
+    az = inverse * (middle[VELOCITY + 2] - motion[VELOCITY + 2])
+    if n == 3:
+        az += packed.platform[PLATFORM_WEIGHT] / mass  # of a body the lines' balance has the moment of its weight
     ex = inverse * (wx - motion[RATE])
     ey = inverse * (wy - motion[RATE + 1])
     ez = inverse * (wz - motion[RATE + 2])
@@ -177,12 +224,61 @@ def _assemble(drum, motion, weight, dt, work, swing):
     b[3, 0] = -tx - (wy * hz - wz * hy) - mass * (cy * az - cz * ay)
     b[4, 0] = -ty - (wz * hx - wx * hz) - mass * (cz * ax - cx * az)
     b[5, 0] = -tz - (wx * hy - wy * hx) - mass * (cx * ay - cy * ax)
-    damping = (drum[SWING_DAMPING], drum[SWING_DAMPING], drum[YAW_DAMPING])
+    damping = (body[SWING_DAMPING], body[SWING_DAMPING], body[YAW_DAMPING])
     for k in range(3):
         A[3 + k, 3 + k] += damping[k]
         b[3 + k, 0] -= damping[k] * middle[RATE + k]
     # the twisted lines are a weak spring about the vertical
-    b[5, 0] -= drum[YAW_STIFFNESS] * (atan2(R[1, 0], R[0, 0]) - drum[YAW_REST])
+    b[5, 0] -= body[YAW_STIFFNESS] * (atan2(R[1, 0], R[0, 0]) - body[YAW_REST])
+    if n == 6:
+        _add_moments(relax, middle, work, swing)
+        _add_part(body, wx, wy, wz, swing)
+
+
+@jit
+def _add_moments(relax, middle, work, swing):
+    """Add the lines' moments, and what rotation does to their forces."""
+    A, b, turning = swing.system, swing.rhs, swing.turning
+    for i in range(3):
+        for j in range(3):
+            A[3 + i, 3 + j] -= relax * turning[i, j]
+            b[i, 0] -= relax * work.stiffness[i, 3 + j] * middle[RATE + j]
+        moment = work.wrench[3 + i] + relax * swing.pulled[3 + i]
+        for j in range(3):
+            moment -= relax * work.stiffness[3 + i, j] * middle[VELOCITY + j]
+            moment -= relax * (work.stiffness[3 + i, 3 + j] - turning[i, j]) * middle[RATE + j]
+        b[3 + i, 0] += moment
+
+
+@jit
+def _add_part(body, wx, wy, wz, swing):
+    """Take off the force on a part that moves along the body: of its relative and its Coriolis acceleration."""
+    b, R = swing.rhs, swing.rotation
+    fx, fy, fz = rotate(R, body[THRUST], body[THRUST + 1], body[THRUST + 2])
+    px, py, pz = rotate(R, body[MOMENTUM], body[MOMENTUM + 1], body[MOMENTUM + 2])
+    fx += 2.0 * (wy * pz - wz * py)
+    fy += 2.0 * (wz * px - wx * pz)
+    fz += 2.0 * (wx * py - wy * px)
+    rx, ry, rz = rotate(R, body[PART], body[PART + 1], body[PART + 2])
+    b[0, 0] -= fx
+    b[1, 0] -= fy
+    b[2, 0] -= fz
+    b[3, 0] -= ry * fz - rz * fy
+    b[4, 0] -= rz * fx - rx * fz
+    b[5, 0] -= rx * fy - ry * fx
+
+
+@jit
+def turn_tensor(R, tensor, turned):
+    """Write a symmetric *tensor* (9,) of the body's frame in the world's axes: R T R^T."""
+    for i in range(3):
+        for j in range(3):
+            turned[i, j] = 0.0
+            for k in range(3):
+                side = 0.0
+                for each in range(3):
+                    side += R[i, each] * tensor[3 * each + k]
+                turned[i, j] += side * R[j, k]
 
 
 @jit
@@ -198,13 +294,15 @@ def _cross(A, row, column, x, y, z):
 
 @jit
 def _apply(packed, dt, states, work, swing):
-    """Take the Newton step in swing.rhs. Returns the size of the drum's move, m and rad."""
+    """Take the Newton step in swing.rhs. Returns the size of the body's move, m and rad."""
     middle, step = swing.middle, swing.rhs
     size = 0.0
     for k in range(3):
         middle[VELOCITY + k] += step[k, 0]
         middle[RATE + k] += step[3 + k, 0]
         swing.move[k, 0] = 0.5 * dt * step[k, 0]
+        if packed.freedoms == 6:
+            swing.move[3 + k, 0] = 0.5 * dt * step[3 + k, 0]
         size += step[k, 0] ** 2 + step[3 + k, 0] ** 2
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]

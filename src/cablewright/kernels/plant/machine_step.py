@@ -1,13 +1,21 @@
-"""One period of a moving machine: winches, drum and line vibration; and the readings of sensors on the lines."""
+"""One period of a moving machine: winches, retraction, body, line vibration; and the readings of lines' sensors."""
 
 from math import atan2, cos, exp, pi, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import EXIT_X, FREE, NOT_CONVERGED, OK, PLATFORM_WEIGHT, TAU, WEIGHT
-from cablewright.kernels.plant.dynamics import PLACE, RATE, VELOCITY, midpoint_step
+from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, PLATFORM_WEIGHT, TAU, WEIGHT
+from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_points, turn_drive
+from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import turn_winches
+from cablewright.kernels.rotation import matrix
+from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.kernels.statics.line import guess, start_force
 from cablewright.kernels.statics.sheave import straight, whole_length
+from cablewright.kernels.statics.wrench import place
 
 # Columns of a line's readings: tension at the sheave, N; tangent's angle, true and by an accelerometer, rad; length of
 # the straight line, m.
@@ -20,16 +28,27 @@ DAMPING, AMPLITUDE, GRAVITY = 0, 1, 2
 PUSHED = 2.0 / pi  # share of its end's acceleration that excites a line's first mode
 
 
+class Drive(NamedTuple):
+    """What retracts a platform; its *beam* is empty where nothing does."""
+
+    beam: NDArray[np.float64]  # (BEAM,) or (0,)
+    moved: NDArray[np.float64]  # (m,): 1 of lines whose platform points move
+    fixed: NDArray[np.float64]  # (m, 3): platform points at a length of 0, m
+    speed: NDArray[np.float64]  # (1,): commanded, m/s
+    flags: NDArray[np.int64]  # (1,): see `beam.turn_drive`
+
+
 @jit
 def advance(
     packed,
-    drum,
+    body,
     winches,
     motor,
     radii,
     wound,
     sideways,
     speeds,
+    drive,
     vibration,
     noise,
     dt,
@@ -46,20 +65,23 @@ def advance(
 ):
     """Advance by len(*noise*) steps of *dt* (s). Arguments from *motion* on are updated in place.
 
-    *speeds* (m,): commanded speeds of the winch drums, rad/s. *vibration* (3,): parameters of the lines' first mode;
-    *noise* (k, m): standard normal numbers that excite it; *vibrations* (m, 2): its displacement (m) and speed at
-    mid-span. *acceleration* (6,): of the platform point and of the drum's rotation in the last step, m/s^2 and
-    rad/s^2. For other arguments see `winding.turn_winches`. Returns a code; during a failed step the drum stands still.
+    *speeds* (m,): commanded speeds of the winch drums, rad/s. *drive*: that of the retraction. *vibration* (3,):
+    parameters of the lines' first mode; *noise* (k, m): standard normal numbers that excite it; *vibrations* (m, 2):
+    its displacement (m) and speed at mid-span. *acceleration* (6,): of the body's origin and of its rotation in the
+    last step, m/s^2 and rad/s^2. For other arguments see `winding.turn_winches`. Returns a code; during a failed step
+    the body stands still.
     """
     code = OK
     for k in range(noise.shape[0]):
         turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, after, flags)
+        if drive.beam.shape[0] > 0:
+            _retract(packed, body, drive, dt, states, work)
         for j in range(3):
             acceleration[j] = -motion[VELOCITY + j]
             acceleration[3 + j] = -motion[RATE + j]
-        done = midpoint_step(packed, drum, motion, lengths, after, dt, states, work, swing)
+        done = midpoint_step(packed, body, motion, lengths, after, dt, states, work, swing)
         if done != OK:
-            done = _retry(packed, drum, motion, lengths, after, dt, states, work, swing)
+            done = retry(packed, body, motion, lengths, after, dt, states, work, swing)
         if done != OK:
             code = done
             for j in range(3):
@@ -67,24 +89,58 @@ def advance(
         for j in range(3):
             acceleration[j] = (acceleration[j] + motion[VELOCITY + j]) / dt
             acceleration[3 + j] = (acceleration[3 + j] + motion[RATE + j]) / dt
+        carry_ends(motion, acceleration, work.arms, swing.ends)
         for i in range(lengths.shape[0]):
             lengths[i] = after[i]
             tensions[i] = exp(states[i, TAU])
-            vibrate(packed.lines[i], states[i], work.planes[i], acceleration, noise[k, i], vibration, dt, vibrations[i])
+            if not is_slack(packed.lines[i], states[i]):
+                end, shape = swing.ends[i], vibrations[i]
+                vibrate(packed.lines[i], states[i], work.planes[i], end, noise[k, i], vibration, dt, shape)
+    if drive.beam.shape[0] > 0:
+        set_points(packed.lines, drive.beam, drive.moved, drive.fixed, drive.beam[LENGTH])
     return code
 
 
 @jit
-def _retry(packed, drum, motion, before, after, dt, states, work, swing):
+def _retract(packed, body, drive, dt, states, work):
+    """Move the retraction for *dt* (s), and the platform points to where they are half of it before its end."""
+    before = drive.beam[LENGTH]
+    pull = pull_along(packed, body, drive.beam, drive.moved, states, work.planes, work.rotation)
+    acceleration = turn_drive(drive.beam, drive.speed[0], pull, dt, drive.flags)
+    set_part(body, drive.beam, acceleration)
+    set_points(packed.lines, drive.beam, drive.moved, drive.fixed, 0.5 * (before + drive.beam[LENGTH]))
+
+
+@jit
+def carry_ends(motion, acceleration, arms, ends):
+    """Write the acceleration of each platform point (m, 3), m/s^2, at its arm (m, 3), m, world, from the origin."""
+    wx, wy, wz = motion[RATE], motion[RATE + 1], motion[RATE + 2]
+    ex, ey, ez = acceleration[3], acceleration[4], acceleration[5]
+    square = wx * wx + wy * wy + wz * wz
+    for i in range(arms.shape[0]):
+        rx, ry, rz = arms[i, 0], arms[i, 1], arms[i, 2]
+        dot = wx * rx + wy * ry + wz * rz
+        ends[i, 0] = acceleration[0] + (ey * rz - ez * ry + wx * dot - rx * square)
+        ends[i, 1] = acceleration[1] + (ez * rx - ex * rz + wy * dot - ry * square)
+        ends[i, 2] = acceleration[2] + (ex * ry - ey * rx + wz * dot - rz * square)
+
+
+@jit
+def retry(packed, body, motion, before, after, dt, states, work, swing):
     """Repeat the step from guessed line states."""
     share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    for k in range(3):
+        swing.place[k] = motion[PLACE + k]
+    if packed.freedoms == 6:
+        matrix(motion[TURN : TURN + 3], work.rotation)
     for i in range(packed.lines.shape[0]):
+        if is_slack(packed.lines[i], states[i]):
+            continue
         plane = work.planes[i]
-        x, y = motion[PLACE] - packed.lines[i, EXIT_X], motion[PLACE + 1] - packed.lines[i, EXIT_X + 1]
-        plane[2], plane[3] = sqrt(x * x + y * y), motion[PLACE + 2] - packed.lines[i, EXIT_X + 2]
+        place(packed.lines, i, swing.place, work.rotation, work.arms[i], plane)
         if not guess(packed.lines[i], plane[2], plane[3], 0.5 * (before[i] + after[i]), share, states[i]):
             return NOT_CONVERGED
-    return midpoint_step(packed, drum, motion, before, after, dt, states, work, swing)
+    return midpoint_step(packed, body, motion, before, after, dt, states, work, swing)
 
 
 @jit
@@ -92,7 +148,7 @@ def vibrate(row, y, plane, acceleration, noise, vibration, dt, shape):
     """Advance a line's first transverse mode in its plane by *dt* (s): *shape* (2,) is its displacement and speed.
 
     The mode is that of a taut string, excited by its moving end and by *noise*; exact for constant excitation.
-    acceleration[:3]: that of the platform point, m/s^2.
+    *acceleration* (3,): that of the platform point, m/s^2.
     """
     if row[WEIGHT] == 0.0:
         return
@@ -119,10 +175,13 @@ def _normal(h, end, tension, plane, acceleration):
 
 
 @jit
-def show_lines(packed, states, planes, acceleration, vibrations, vibration, sensor_at, scratch, shown):
-    """Write each line's readings to *shown* (m, SHOWS); accelerometers are *sensor_at* (m) before the platform."""
+def show_lines(packed, states, planes, ends, vibrations, vibration, sensor_at, scratch, shown):
+    """Write each line's readings to *shown* (m, SHOWS); accelerometers are *sensor_at* (m) before the platform.
+
+    *ends* (m, 3): acceleration of each platform point, m/s^2.
+    """
     for i in range(packed.lines.shape[0]):
-        row, y, plane = packed.lines[i], states[i], planes[i]
+        row, y, plane, acceleration = packed.lines[i], states[i], planes[i], ends[i]
         h, v = start_force(y)
         here = v + row[WEIGHT] * (y[FREE] - sensor_at)
         shown[i, TENSION] = exp(y[TAU])

@@ -186,6 +186,8 @@ def _vector(names: str) -> Kind:
 
 NUMBER: Final = Kind({"type": "number"}, _number)
 NUMBER_OR_NAN: Final = Kind({"type": ["number", "null"]}, lambda value: math.nan if value is None else _number(value))
+NUMBER_OR_NOTHING: Final = NUMBER_OR_NAN._replace(write=lambda value: None if math.isnan(value) else value)
+"""NaN is left out."""
 WHOLE_NUMBER: Final = Kind({"type": "integer"}, _of(int, "a whole number"))
 FLAG: Final = Kind({"type": "boolean"}, _of(bool, "true or false"))
 TEXT: Final = Kind({"type": "string"}, _text, lambda text: _fitting(text, _MAX_TEXT))

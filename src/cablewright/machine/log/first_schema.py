@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from cablewright.errors import InputError
-from cablewright.machine import sensors, settings
+from cablewright.machine import carriers, sensors, settings
 from cablewright.validation import Description
 
 _TABLES: Final[Mapping[str, type[Description]]] = {
-    "drum": settings.Drum,
+    "drum": carriers.Drum,
     "winch": settings.WinchSettings,
     "room": settings.RoomSettings,
     "inertial": sensors.InertialSensor,

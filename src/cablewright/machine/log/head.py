@@ -39,6 +39,7 @@ def _own_version() -> dict[str, str]:
     return {"cablewright": version("cablewright")}
 
 
+_Finite = Annotated[float, Field(allow_inf_nan=False)]
 _Text = Annotated[str, Field(min_length=1, max_length=60)]
 
 
@@ -48,7 +49,8 @@ class LogHead:
 
     ``epoch``: UTC of time 0; None where nobody needs it, as of a simulation, of which one input gives the same bytes.
     ``versions``: of software and firmware, by name. ``simulation``, ``plant`` and ``seed`` are of simulated machines
-    alone; a log may lack them.
+    alone; a log may lack them. ``home``: pose, m and rad, at which a rigid platform was homed; its retraction then is
+    that of ``robot``.
     """
 
     robot: Robot
@@ -61,6 +63,7 @@ class LogHead:
     seed: Annotated[int, Field(strict=True)] | None = None
     epoch: Annotated[AwareDatetime, AfterValidator(_utc)] | None = None
     versions: Annotated[dict[_Text, _Text], Field(max_length=100)] = field(default_factory=_own_version)
+    home: Annotated[tuple[_Finite, ...], Field(min_length=6, max_length=6)] | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for a machine that is not simulated, but has what only a simulation has."""
@@ -98,6 +101,8 @@ _HEAD: Final = TypeAdapter(LogHead)
 def written_head(head: LogHead) -> dict[str, str]:
     """Return the *head* as a log's metadata: JSON by key."""
     about = {"schema": NEWEST_SCHEMA, **_HEAD.dump_python(head, mode="json")}
+    if head.home is None:
+        del about["home"]
     return {key: json.dumps(value) for key, value in about.items()}
 
 

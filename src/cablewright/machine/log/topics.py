@@ -22,6 +22,7 @@ from cablewright.machine.log.fields import (
     NOTICES,
     NUMBER,
     NUMBER_OR_NAN,
+    NUMBER_OR_NOTHING,
     NUMBERS,
     NUMBERS_BY_NAME,
     NUMBERS_OR_NAN,
@@ -40,6 +41,7 @@ from cablewright.machine.log.fields import (
 )
 from cablewright.signals import (
     Barrier,
+    BeamLength,
     Climate,
     Command,
     Distance,
@@ -54,6 +56,7 @@ from cablewright.signals import (
     Reading,
     Scan,
     SensorFrame,
+    Swivels,
     Tensions,
     Truth,
 )
@@ -137,6 +140,8 @@ TOPICS: Final = (
     _plain("/climate", Climate, {"temperature": NUMBER, "humidity": NUMBER}),
     _plain("/barrier", Barrier, {"broken": FLAG}),
     *(_plain(f"/tensions/{name}", Tensions, {"tensions": NUMBERS_OR_NAN}) for name in ("load_cells", "motor_torques")),
+    _plain("/retraction", BeamLength, {"length": NUMBER}),
+    _plain("/swivels", Swivels, {"angles": NUMBERS_OR_NAN}),
     _plain(
         "/drives",
         Drives,
@@ -175,6 +180,7 @@ TOPICS: Final = (
             "powder": NUMBER,
             **dict.fromkeys(("position", "velocity", "rotation", "rate"), PLACE),
             **dict.fromkeys(("lengths", "tensions", "excess", "radii"), NUMBERS),
+            "retraction": NUMBER_OR_NOTHING,
         },
     ),
     _plain(

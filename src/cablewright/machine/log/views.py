@@ -174,7 +174,7 @@ class Views:
             for box in platform.boxes
         ]
         cylinders = []
-        if not isinstance(platform, RigidPlatform):
+        if drum is not None and not isinstance(platform, RigidPlatform):
             wide = 2.0 * drum.radius
             cylinders = [_solid((0.0, 0.0, -0.5 * drum.valve), (wide, wide, drum.valve), _GREY)]
         return _entity(stamp, "drum", "platform", cubes=cubes, cylinders=cylinders)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.errors import InputError
+from cablewright.machine.simulated.as_built_parts import RADII, drawn
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.robot import KINDS, Line, Robot
 from cablewright.robot.parameter_values import with_exit_point
@@ -14,13 +15,24 @@ def as_built(robot: Robot, tolerances: Tolerances, seed: int) -> Robot:
     """Return a robot that *robot* may be the description of; equal seeds give equal robots.
 
     Each coordinate of an anchor (exit point; a winch exit stays on its vertical) and each sheave's radius has a normal
-    error, each modulus a uniform one. Raises `InputError` where a robot with these errors is impossible.
+    error, each modulus and each winch drum's radius a uniform one. Raises `InputError` where a robot with these errors
+    is impossible.
     """
     if seed < 0:
         raise InputError(f"seed = {seed}: must be a whole number from 0 on")
     random = np.random.default_rng([seed, 0])
     lines = tuple(_deviating(line, tolerances, random) for line in robot.lines)
+    sizes = 1.0 + tolerances.drum_radius * drawn(seed, RADII).uniform(-1.0, 1.0, robot.m)
+    lines = tuple(_wound_on(line, size) for line, size in zip(lines, sizes.tolist(), strict=True))
     return robot.model_copy(update={"lines": lines})
+
+
+def _wound_on(line: Line, size: float) -> Line:
+    """*line* with a winch drum of that *size*, relative to what is told."""
+    radius = line.winch.drum_radius
+    if radius is None or size == 1.0:
+        return line
+    return line.model_copy(update={"winch": line.winch.model_copy(update={"drum_radius": radius * size})})
 
 
 def _deviating(line: Line, tolerances: Tolerances, random: np.random.Generator) -> Line:

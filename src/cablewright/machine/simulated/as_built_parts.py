@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -25,6 +25,8 @@ GAPS: Final = 9
 VISITS: Final = 10
 WALKS: Final = 11
 ROOM: Final = 12
+_HOME: Final = 13
+RADII: Final = 14
 _ON_ONE_LINE: Final = 1e-6  # m
 _SHORT: Final = 1.0  # m: a shorter wall is not turned, as errors at its ends would turn it by much
 
@@ -47,9 +49,10 @@ def as_built_machine(twin: TwinSettings, seed: int) -> TwinSettings:
     """Return the machine whose owner would know everything: room, mounts and masses as they are, by *seed*."""
     owner, tolerances = twin.owner, twin.simulation.tolerances
     empty, powder = mass_factors(tolerances, seed)
-    mass = {"empty_mass": owner.drum.empty_mass * empty, "powder": owner.drum.powder * powder}
-    found = {
-        "drum": owner.drum.model_copy(update=mass),
+    carrier = owner.carrier
+    mass = {"empty_mass": carrier.empty_mass * empty, "powder": carrier.powder * powder}
+    found: dict[str, Any] = {
+        "drum" if owner.body is None else "body": carrier.model_copy(update=mass),
         "room": as_built_room(owner.room, tolerances.wall, seed),
         "lidars": {name: _lidar(name, lidar, tolerances, seed) for name, lidar in owner.lidars.items()},
     }
@@ -63,6 +66,11 @@ def mass_factors(tolerances: Tolerances, seed: int) -> tuple[float, float]:
     """Return what the masses of the empty drum and of its powder are, relative to what is told."""
     empty, powder = (1.0 + tolerances.mass * drawn(seed, _MASS).standard_normal(2)).tolist()
     return empty, powder
+
+
+def home_errors(tolerances: Tolerances, seed: int, lines: int) -> Array:
+    """Return by how much each line is longer at the start than where the platform would rest, (m,) m."""
+    return np.asarray(tolerances.home_length * drawn(seed, _HOME).uniform(-1.0, 1.0, lines))
 
 
 def mounting(source: str, tolerances: Tolerances, seed: int) -> Array:

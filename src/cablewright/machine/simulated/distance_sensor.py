@@ -1,4 +1,4 @@
-"""Simulated distance sensor under the valve: along the drum's axis to the floor or what lies on it."""
+"""Simulated distance sensor at the nozzle: along the drum's or the body's z, to the floor or what lies on it."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ class Rangefinder(TimedSensor[DistanceSensor, SensorFlaws]):
         flaws: SensorFlaws,
         period: float,
         random: np.random.Generator,
-        valve: float,
+        nozzle: Array,
         mounting: Array,
     ) -> None:
-        """Place it *valve* (m) below B, turned by *mounting* (3, 3) in the drum's frame; the rest as `TimedSensor`."""
+        """Place it at *nozzle* (3,), m, turned by *mounting* (3, 3), in the drum's frame; else as `TimedSensor`."""
         super().__init__(key, settings, flaws, period, random)
-        self._valve, self._way = valve, -mounting[:, 2]
+        self._nozzle, self._way = nozzle, -mounting[:, 2]
 
     def _measure(self, state: RigState) -> Distance:
         settings, flaws, ground = self.settings, self.flaws, state.ground
         noise, chance, anywhere = self._random.standard_normal(), self._random.random(), self._random.random()
-        x, y, z = state.truth.position - self._valve * state.rotation[:, 2]
+        x, y, z = state.truth.position + state.rotation @ self._nozzle
         down = state.rotation @ self._way
         if down[2] >= 0.0:  # lies on its side: sees no floor
             return Distance(state.truth.time, float("nan"))

@@ -1,4 +1,4 @@
-"""The machine file for any point robot: its own numbers where its file has them, else assumed ones."""
+"""The machine file for any robot: its own numbers where its file has them, else assumed ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 
 from cablewright.errors import InputError
 from cablewright.machine.simulated.settings import require_hanging
-from cablewright.robot import PointPlatform, Robot
+from cablewright.robot import PointPlatform, RigidPlatform, Robot
 from cablewright.units import FORCE, LENGTH, TORQUE, three_digits
 
 SPEED: Final = 1.0  # m/s of a cable whose winch has no limit
@@ -21,8 +21,9 @@ SIZE: Final = 0.02  # radius of gyration of the platform, over the frame's width
 def machine_file(robot: Robot) -> str:
     """Return the text of a machine file for *robot*, each number with where it is from.
 
-    Sensors are encoders and a light barrier: with them `print` uses dead reckoning. Raises `InputError` for a robot
-    that cannot be simulated: a body, a line without weight, diameter or drum radius, or winches whose drums differ.
+    Sensors are encoders and a light barrier: with them `print` uses dead reckoning. A body has load cells and an
+    inertial unit besides. Raises `InputError` for a robot that cannot be simulated: lines without weight, diameter or
+    drum radius, of several spans or out of one vertical plane, a platform in a plane, or winches whose drums differ.
     """
     _require_simulated(robot)
     radius, speed, torque = _winch(robot)
@@ -31,14 +32,13 @@ def machine_file(robot: Robot) -> str:
     width = LAYER * pitch * length / (2.0 * math.pi * radius)
     scene = robot.scene
     size = max(high - low for low, high in zip(scene.frame_min[:2], scene.frame_max[:2], strict=True))
-    inertia = robot.platform.mass * (SIZE * size) ** 2
+    is_point = isinstance(robot.platform, PointPlatform)
+    carried, motion, sensors = _point(robot, SIZE * size) if is_point else _body(robot, SIZE * size, torque / radius)
     return _TEMPLATE.format(
         name=_quoted(robot.name),
-        mass=f"{robot.platform.mass:g}",
-        gyration=LENGTH.write(three_digits(SIZE * size), "mm"),
-        damping=three_digits(0.6 * inertia * math.sqrt(scene.gravity / (SIZE * size))),
-        yaw=three_digits(inertia),
-        drag=three_digits(0.1 * robot.platform.mass),
+        carried=carried,
+        motion=motion,
+        sensors=sensors,
         speed=three_digits(speed / radius),
         torque=TORQUE.write(three_digits(torque), "N m"),
         held=LENGTH.write(three_digits(length), "m"),
@@ -50,6 +50,31 @@ def machine_file(robot: Robot) -> str:
     )
 
 
+def _point(robot: Robot, gyration: float) -> tuple[str, str, str]:
+    """What hangs from a point platform, with that radius of *gyration*, m; how it moves; no sensors on it."""
+    mass, gravity = robot.platform.mass, robot.scene.gravity
+    inertia = mass * gyration**2
+    drum = _DRUM.format(mass=f"{mass:g}", gyration=LENGTH.write(three_digits(gyration), "mm"))
+    motion = _DRUM_MOTION.format(
+        damping=three_digits(0.6 * inertia * math.sqrt(gravity / gyration)),
+        yaw=three_digits(inertia),
+        drag=three_digits(0.1 * mass),
+    )
+    return drum, motion, ""
+
+
+def _body(robot: Robot, gyration: float, pull: float) -> tuple[str, str, str]:
+    """A rigid platform with its drive, if it retracts; how it moves; sensors of it, and of lines that *pull* (N)."""
+    platform = robot.platform
+    assert isinstance(platform, RigidPlatform)
+    assumed = LENGTH.write(three_digits(gyration), "mm")
+    known = "" if platform.inertia is not None else _GYRATION.format(gyration=assumed)
+    body = _BODY.format(mass=f"{platform.mass:g}", gyration=known, drive="" if robot.retraction is None else _DRIVE)
+    inertia = platform.mass * gyration**2 if platform.inertia is None else max(platform.inertia)
+    motion = _BODY_MOTION.format(drag=three_digits(0.1 * platform.mass), turn=three_digits(0.5 * inertia))
+    return body, motion, _BODY_SENSORS.format(deviation=three_digits(2e-3 * pull), most=three_digits(2.0 * pull))
+
+
 def _quoted(name: str) -> str:
     """A name as a TOML text, in which a terminal finds nothing to obey."""
     plain = (each if each.isprintable() and each not in '"\\' else f"\\U{ord(each):08x}" for each in name)
@@ -58,8 +83,6 @@ def _quoted(name: str) -> str:
 
 def _require_simulated(robot: Robot) -> None:
     origin = f"robot {robot.name!r}"
-    if not isinstance(robot.platform, PointPlatform):
-        raise InputError(f"{origin}: only a point platform can be simulated, so that it has no machine file")
     require_hanging(robot)
     for line in robot.lines:
         for key, value in (("cable.diameter", line.cable.diameter), ("winch.drum_radius", line.winch.drum_radius)):
@@ -99,13 +122,7 @@ name = {name}
 robot = {name}                  # the only robot that this is a machine of
 period = "10 ms"                # of the control
 
-[drum]                          # the platform, in which the lines meet
-empty_mass = "{mass} kg"        # robot
-flow = 0.1                      # kg/s, valve open; a job with strands sets its own
-empty_centre = "{gyration}"     # of mass, below the lines' point
-empty_gyration = ["{gyration}", "{gyration}", "{gyration}"]
-valve = "20 mm"                 # nozzle, below the lines' point
-
+{carried}
 [extrusion]
 density = "2000 kg/m^3"         # of what is laid; the job sets width and height of the bead
 
@@ -128,7 +145,7 @@ walls = []
 
 [encoders]
 rate = 100.0
-
+{sensors}
 [climate_sensor]
 rate = 0.1
 temperature_deviation = 0.1
@@ -148,14 +165,7 @@ anchor = "1 mm"                 # each coordinate of an exit point, standard dev
 sheave_radius = "0.1 mm"
 modulus = 0.05                  # uniform, +- this share
 
-[simulation.drum]
-swing_damping = {damping}       # N m s/rad
-yaw_stiffness = {yaw}           # N m/rad
-yaw_damping = {yaw}             # N m s/rad
-yaw_wander = "1 deg"
-yaw_wander_length = "5 m"
-drag = {drag}                   # N s/m
-
+{motion}
 [simulation.winch]              # how irregularly the cable lies
 radius_walk = "20 um"
 walk_turns = 10.0
@@ -174,4 +184,67 @@ humidity_swing = 0.1
 
 [simulation.wire]
 latency = "1 ms"
+"""
+
+_DRUM: Final = """\
+[drum]                          # the platform, in which the lines meet
+empty_mass = "{mass} kg"        # robot
+flow = 0.1                      # kg/s, valve open; a job with strands sets its own
+empty_centre = "{gyration}"     # of mass, below the lines' point
+empty_gyration = ["{gyration}", "{gyration}", "{gyration}"]
+valve = "20 mm"                 # nozzle, below the lines' point
+"""
+
+_DRUM_MOTION: Final = """\
+[simulation.drum]
+swing_damping = {damping}       # N m s/rad
+yaw_stiffness = {yaw}           # N m/rad
+yaw_damping = {yaw}             # N m s/rad
+yaw_wander = "1 deg"
+yaw_wander_length = "5 m"
+drag = {drag}                   # N s/m
+"""
+
+_BODY: Final = """\
+[body]                          # the platform; its centre of mass, inertia and nozzle are the robot's
+empty_mass = "{mass} kg"        # robot
+flow = 0.1                      # kg/s, valve open; a job with strands sets its own
+{gyration}{drive}"""
+
+_GYRATION: Final = """\
+gyration = ["{gyration}", "{gyration}", "{gyration}"]  # as the robot gives no inertia
+"""
+
+_DRIVE: Final = """\
+
+[retraction]                    # the masses stay where the robot file has them
+max_speed = 0.02                # m/s
+max_force = "1 kN"
+lag = "50 ms"
+rate = 100.0
+deviation = "0.1 mm"
+"""
+
+_BODY_SENSORS: Final = """\
+
+[load_cells]                    # at the sheaves
+rate = 100.0
+deviation = {deviation}         # N
+bias = {deviation}              # N
+gain_deviation = 0.005
+most = {most}
+
+[inertial]
+rate = 100.0
+place = ["0 m", "0 m", "0 m"]
+acceleration_deviation = 0.03   # m/s^2
+acceleration_bias = 0.03
+rate_deviation = 0.002          # rad/s
+rate_bias = 0.002
+"""
+
+_BODY_MOTION: Final = """\
+[simulation.body]
+drag = {drag}                   # N s/m
+turn_damping = {turn}           # N m s
 """

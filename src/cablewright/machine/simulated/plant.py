@@ -10,9 +10,12 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
-from cablewright.kernels.plant import dynamics, machine_step, winding
+from cablewright.kernels.layout import Code, Packed
+from cablewright.kernels.plant import beam, dynamics, machine_step, winding
+from cablewright.kernels.rotation import between, matrix
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import workspace
+from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.packed_views import LineStates
@@ -20,6 +23,7 @@ from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
 
 MAX_SUBSTEPS: Final = 1000
+_TOLERANCE: Final = 1e-6  # m and rad, to which equilibria of bodies are certified
 
 
 class Plant(Protocol):
@@ -37,7 +41,7 @@ class Plant(Protocol):
 
 
 class DynamicPlant:
-    """The drum swings; the lines hang as in statics at each time, with a vibration of their first mode added."""
+    """Drum or body swings; lines hang as in statics at each time, with a vibration of their first mode added."""
 
     def __init__(self, rig: Rig) -> None:
         """Raises `InputError` unless a whole number of substeps fills the period."""
@@ -58,13 +62,14 @@ class DynamicPlant:
         rig, winches = self.rig, self.rig.winches
         code = machine_step.advance(
             rig.packed,
-            rig.drum,
+            rig.body,
             winches.state,
             winches.motor,
             winches.radii,
             winches.wound,
             winches.sideways,
             speeds,
+            rig.retraction.drive,
             rig.vibration,
             self._random.standard_normal((self._count, len(speeds))),
             self.period / self._count,
@@ -88,7 +93,7 @@ class DynamicPlant:
 
 
 class QuasiStaticPlant:
-    """Each period ends in the equilibrium followed from the last one. The drum hangs upright and turns only in yaw."""
+    """Each period ends in the equilibrium followed from the last one. A drum hangs upright and turns only in yaw."""
 
     def __init__(self, rig: Rig) -> None:
         """Start from the state of *rig*."""
@@ -96,44 +101,88 @@ class QuasiStaticPlant:
         self.period = rig.settings.simulation.quasi_static_period
         self._lengths_after = np.zeros(rig.robot.m)
         self._solved = rig.lengths.copy()
-        self._pose = rig.motion[:3].copy()
-        self._work = workspace(rig.packed)
-        self._pool = certificate_pool(rig.packed)
-        self._bounds = (TrackerSettings().jump, TrackerSettings().fold, 0.0)
+        self._pose = rig.pose
+        self._whole = np.arange(rig.robot.m)
+        self._fit()
+        tolerance = _TOLERANCE if rig.robot.n == 6 else 0.0
+        self._bounds = (TrackerSettings().jump, TrackerSettings().fold, tolerance)
+
+    def _fit(self) -> None:
+        """Fit the scratch to the lines that have not broken."""
+        packed = self.rig.packed
+        self._kept = np.delete(self._whole, self.rig.line_faults.broken())
+        packed = packed._replace(lines=packed.lines[self._kept])
+        self._work, self._pool = workspace(packed), certificate_pool(packed)
 
     def advance(self, speeds: Array) -> list[Notice]:
         """As `Plant`."""
         rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
-        pose, states = self._pose.copy(), rig.states.copy()
-        code, _ = continuation.follow(
-            rig.packed, self._solved, after, pose, states, *self._bounds, self._work, self._pool
-        )
-        if code != 0:
-            pose[:] = self._pose
-            code, _, _ = forward.solve_near(rig.packed, after, pose, states, self._work)
+        if rig.robot.m - len(rig.line_faults.broken()) < len(self._kept):
+            self._fit()
+        self._retract()
+        kept = self._kept
+        packed = rig.packed if len(kept) == rig.robot.m else rig.packed._replace(lines=rig.packed.lines[kept])
+        pose, states = self._pose.copy(), rig.states[kept]
+        code, notices = self._follow(packed, self._solved[kept], after[kept], pose, states)
         rig.lengths[:] = after
         if code != 0:
-            rig.motion[3:6] = 0.0
+            rig.motion[3:6] = rig.motion[9:12] = 0.0
             return [Notice(Condition.NO_EQUILIBRIUM)]
-        rig.motion[3:6] = (pose - self._pose) / self.period
-        rig.motion[:3] = self._pose = pose
-        self._turn()
-        rig.states[:] = states
-        rig.work.planes[:] = self._work.planes
+        self._move(pose)
+        rig.states[kept] = states
+        rig.work.planes[kept] = self._work.planes
         self._solved[:] = after
-        rig.tensions[:] = LineStates(states).tension
-        return []
+        rig.tensions[:] = LineStates(rig.states).tension
+        return notices
+
+    def _follow(
+        self, packed: Packed, before: Array, after: Array, pose: Array, states: Array
+    ) -> tuple[int, list[Notice]]:
+        """Follow the equilibrium in *pose* and *states*, updated in place, or find another one. Returns a code."""
+        start, shapes = pose.copy(), states.copy()
+        code, _ = continuation.follow(packed, before, after, pose, states, *self._bounds, self._work, self._pool)
+        if code == Code.UNCERTIFIED:
+            return 0, [Notice(Condition.UNCERTIFIED)]
+        if code == 0:
+            return 0, []
+        pose[:] = start
+        if self.rig.robot.n == 3:
+            code, _, _ = forward.solve_near(packed, after, pose, states, self._work)
+            return code, []
+        states[:] = shapes
+        if not settle(packed, self.rig.body, before, after, pose, states):
+            return code, []
+        code, _ = continuation.follow(packed, after, after, pose, states, *self._bounds, self._work, self._pool)
+        return (0 if code == Code.UNCERTIFIED else code), [Notice(Condition.BRANCH_END)]
 
     def archive_state(self, archive: Archive) -> None:
-        """As `Plant`."""
+        """As `Plant`; its rig is loaded before it."""
         for name, live in (("after", self._lengths_after), ("solved", self._solved), ("pose", self._pose)):
             archive.array(name, live)
+        if archive.loading:
+            self._fit()
         archive.scratch("work", self._work)
 
-    def _turn(self) -> None:
-        """Turn the drum to the yaw where the lines are untwisted."""
-        rest = self.rig.drum[dynamics.YAW_REST]
-        self.rig.motion[11] = (rest - self.rig.motion[8]) / self.period
-        self.rig.motion[8] = rest
+    def _retract(self) -> None:
+        """Move the retraction, against the pull at the last equilibrium."""
+        rig = self.rig
+        if rig.retraction.has_drive:
+            drive, rotation = rig.retraction.drive, np.empty((3, 3))
+            matrix(rig.motion[6:9], rotation)
+            given = (rig.packed, rig.body, drive.beam, drive.moved, rig.states, rig.work.planes, rotation)
+            rig.retraction.move(rig.packed.lines, beam.pull_along(*given), self.period)
+
+    def _move(self, pose: Array) -> None:
+        """Move the platform to *pose* (n,); a drum turns to the yaw where its lines are untwisted."""
+        motion, shift = self.rig.motion, np.zeros(len(pose))
+        between(self._pose, pose, shift)
+        motion[3:6] = shift[:3] / self.period
+        motion[:3], self._pose = pose[:3], pose
+        if len(pose) == 6:
+            motion[9:12], motion[6:9] = shift[3:] / self.period, pose[3:]
+            return
+        rest = self.rig.body[dynamics.YAW_REST]
+        motion[11] = (rest - motion[8]) / self.period
+        motion[8] = rest

@@ -1,4 +1,4 @@
-"""The true state of the simulated machine: lines, winches, drum, falling powder, deposited material and climate."""
+"""The true state of the simulated machine: lines, winches, drum or body, falling powder, what is laid, and climate."""
 
 from __future__ import annotations
 
@@ -10,16 +10,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.kernels.plant import dynamics, machine_step, winding
+from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
+from cablewright.machine.simulated.as_built_parts import home_errors
+from cablewright.machine.simulated.motion.line_faults import LineFaults
+from cablewright.machine.simulated.motion.masses import Masses
+from cablewright.machine.simulated.motion.retraction import RetractionAxis
 from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings, require_hanging
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.packed_views import PlatformNumbers, blank_states
 from cablewright.models.statics import Model
-from cablewright.robot import Robot
+from cablewright.robot import RigidPlatform, Robot
 from cablewright.signals import Condition, Notice, Truth, frozen
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
@@ -38,57 +42,62 @@ class RigState:
     """Quantities of a rig that sensors measure, at one time."""
 
     truth: Truth
-    acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum, world
-    rotation: Array  # (3, 3) drum to world
+    acceleration: Array  # (6,) m/s^2 of B and rad/s^2 of the drum or body, world
+    rotation: Array  # (3, 3) drum or body to world
     apparent_angles: Array  # (m,) rad, of the lines' tangents, by gravity plus their acceleration
     counts: NDArray[np.int64]  # (m,)
     temperature: float  # degrees Celsius
     humidity: float
     ground: Ground
+    swivels: Array  # (m,) rad, of the lines' planes in plan view
 
 
 class Rig:
-    """The true robot, winches, drum and surroundings. Plants change its arrays in place."""
+    """The true robot, winches, drum or body, and surroundings. Plants change its arrays in place."""
 
     def __init__(self, robot: Robot, settings: TwinSettings, start: ArrayLike, seed: int, along: Array) -> None:
-        """Hang the drum of the true *robot* at rest at *start* (3,), m, with a random yaw.
+        """Hang the drum of the true *robot* at rest at *start* (3,), m, with a random yaw; or its body at a pose (6,).
 
         *settings* are those of the machine as built. *along* (m,): m, by which each accelerometer on a line is farther
         from B than they say.
 
-        Raises `InputError` for a platform that is no point or lines without weight, `AnswerError` if there is no
-        equilibrium at *start*.
+        Raises `InputError` for lines without weight, or a machine of another kind of platform, `AnswerError` if there
+        is no equilibrium at *start*.
         """
         owner, simulation = settings.owner, settings.simulation
-        self.settings, self.seed, self.powder = settings, seed, owner.drum.powder
+        self.settings, self.seed, self.powder = settings, seed, owner.carrier.powder
         _check(robot)
-        self.robot = robot.model_copy(
-            update={"platform": robot.platform.model_copy(update={"mass": self._mass, "loads": ()})}
-        )
-        model = Model(self.robot)
-        self.lengths = solve_inverse(model, start).checked().lengths.copy()
-        hung = solve_forward(model, self.lengths, guess=start).checked()
+        self.masses, self.retraction = Masses(robot, settings), RetractionAxis(robot, owner.retraction)
+        self.body = self.masses.numbers(self.powder, self.retraction.length)
+        self.robot = self._filled(robot)
+        model, place = Model(self.robot), start_pose(robot, start)
+        held = solve_inverse(model, place).checked()
+        self.lengths = held.lengths + home_errors(simulation.tolerances, seed, robot.m)
+        hung = solve_forward(model, self.lengths, guess=held.pose).checked()
         self.winches = Winches(self.robot, owner.winch, simulation.winch, self.lengths, seed)
         shared = model.packed
         self.packed = shared._replace(lines=shared.lines.copy(), platform=shared.platform.copy())
         self.states = hung.states.copy()
         self.tensions = hung.tensions.copy()
         self.motion = np.zeros(dynamics.MOTION)
-        self.motion[:3] = hung.pose
+        self.motion[:3] = hung.pose[:3]
+        self.motion[6 : 3 + robot.n] = hung.pose[3:]
         self.acceleration = np.zeros(6)
         self.vibrations = np.zeros((robot.m, 2))
         line = simulation.line
         self.vibration = np.array([line.vibration_damping, line.vibration, robot.scene.gravity])
         self.winch_flags = np.zeros(robot.m, dtype=np.int64)
-        self.work, self.swing = dynamics.moving_workspace(robot.m)
-        evaluate(self.packed, self.lengths, self.motion[:3].copy(), self.states, self.work)  # for the lines' planes
-        self.drum = drum_parameters(settings, self.powder)
+        self.work, self.swing = dynamics.moving_workspace(robot.n, robot.m)
+        evaluate(self.packed, self.lengths, hung.pose.copy(), self.states, self.work)  # for the lines' planes
+        self.line_faults = LineFaults(robot, simulation.faults)
         self.ground = Ground(robot, settings)
         self.falling_mass = 0.0  # kg, since `_fall_start`; not deposited yet
         self._fall_start = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
         self._last_position = self.motion[:3].copy()
-        self.drum[dynamics.YAW_REST] = self.motion[8] = simulation.drum.yaw_wander * self._random.standard_normal()
+        if simulation.drum is not None:
+            yaw = simulation.drum.yaw_wander * self._random.standard_normal()
+            self.body[dynamics.YAW_REST] = self.motion[8] = yaw
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = blank_states()
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
@@ -98,27 +107,49 @@ class Rig:
         if len(set(at)) == 1:
             self._sensor_places = [(slice(None), at[0])]
 
+    def _filled(self, robot: Robot) -> Robot:
+        """*robot* with the mass of the machine's drum or body, and of a body its centre of mass."""
+        update: dict[str, object] = {"mass": float(self.body[dynamics.MASS]), "loads": ()}
+        if isinstance(robot.platform, RigidPlatform):
+            update["centre_of_mass"] = tuple(self.body[dynamics.CENTRE : dynamics.CENTRE + 3].tolist())
+        return robot.model_copy(update={"platform": robot.platform.model_copy(update=update)})
+
     @property
-    def _mass(self) -> float:
-        return self.settings.owner.drum.empty_mass + self.powder
+    def pose(self) -> Array:
+        """The platform's pose (n,), m and rad."""
+        return self.motion[:3].copy() if self.robot.n == 3 else self.motion[[0, 1, 2, 6, 7, 8]]
 
     def advance_slowly(self, time: float, period: float, valve: float) -> list[Notice]:
-        """Advance the slow processes by a *period* from *time*, s: powder, twist of the lines, thermal expansion."""
+        """Advance the slow processes by a *period* from *time*, s: material, twist of the lines, thermal expansion.
+
+        Faults of lines that are due begin.
+        """
+        self.line_faults.begin(time, self.packed.lines, self.states)
         notices = self._pour(period, valve)
-        law, drum = self.settings.simulation.climate, self.settings.simulation.drum
-        keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
-        self._last_position = self.motion[:3].copy()
-        push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
-        self.drum[dynamics.YAW_REST] = keep * self.drum[dynamics.YAW_REST] + push * self._random.standard_normal()
+        self._wander()
+        if self.retraction.has_drive and self.retraction.drive.beam[beam.MOVING_MASS]:
+            self._weigh()
+        law = self.settings.simulation.climate
         temperature, _ = air_at(law, time)
         self.winches.set_thermal_strain(self._expansion * (temperature - law.temperature))
         return notices
 
+    def _wander(self) -> None:
+        """Change the yaw at which the twist of a drum's lines rests, by the way that it went."""
+        drum = self.settings.simulation.drum
+        if drum is None:
+            return
+        keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
+        self._last_position = self.motion[:3].copy()
+        push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
+        self.body[dynamics.YAW_REST] = keep * self.body[dynamics.YAW_REST] + push * self._random.standard_normal()
+
     def take_notices(self) -> list[Notice]:
-        """Return and clear the winches' notices since the last call."""
+        """Return and clear the notices of winches and retraction since the last call."""
+        notices = self.retraction.take_notices()
         if not self.winch_flags.any():
-            return []
-        notices = [
+            return notices
+        notices += [
             Notice(condition, line.name)
             for flags, line in zip(self.winch_flags, self.robot.lines, strict=True)
             for bit, condition in _FLAG_CONDITIONS
@@ -144,10 +175,13 @@ class Rig:
             frozen(self.lengths - self._shown[:, machine_step.TAUT]),
             frozen(self.winches.leaving_radii),
             self.powder,
+            self.retraction.length,
         )
         shown = self._shown[:, machine_step.SHOWN].copy()
         counts = self.winches.counts
-        return RigState(truth, self.acceleration.copy(), rotation, shown, counts, temperature, humidity, self.ground)
+        swivels = np.arctan2(self.work.planes[:, 1], self.work.planes[:, 0])
+        air = (temperature, humidity)
+        return RigState(truth, self.acceleration.copy(), rotation, shown, counts, *air, self.ground, swivels)
 
     def _show_lines(self) -> None:
         """Compute what the lines show; line by line where their accelerometers are not all at one place."""
@@ -156,7 +190,7 @@ class Rig:
                 self.packed._replace(lines=self.packed.lines[i]),
                 self.states[i],
                 self.work.planes[i],
-                self.acceleration,
+                self.swing.ends[i],
                 self.vibrations[i],
                 self.vibration,
                 place,
@@ -166,13 +200,11 @@ class Rig:
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""
-        drum = self.settings.owner.drum
-        released = drum.flow * valve * period
-        if drum.capacity:
+        carrier = self.settings.owner.carrier
+        released = carrier.flow * valve * period
+        if carrier.capacity:
             released = min(self.powder, released)
-        matrix(self.motion[6:9], self.work.rotation)
-        down = self.work.rotation[:, 2]
-        here = (float(self.motion[0] - drum.valve * down[0]), float(self.motion[1] - drum.valve * down[1]))
+        here = self._over_ground()
         moved = math.dist(here, self._fall_start)
         if self.falling_mass and (
             released <= 0.0 or moved > 0.5 * self.ground.field.cell or self.falling_mass > _MAX_FALLING
@@ -180,21 +212,30 @@ class Rig:
             self.ground.deposit(self._fall_start, here, self.falling_mass)
             self.falling_mass = 0.0
         if released <= 0.0:
-            return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and drum.flow > 0.0 else []
+            return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and carrier.flow > 0.0 else []
         if not self.falling_mass:
             self._fall_start = here
         self.falling_mass += released
-        if drum.capacity:
+        if carrier.capacity:
             self.fill(self.powder - released)
         return []
+
+    def _over_ground(self) -> tuple[float, float]:
+        """Where in plan view the nozzle is, m, world."""
+        rotation = np.empty((3, 3))
+        matrix(self.motion[6:9], rotation)
+        x, y, _ = (self.motion[:3] + rotation @ self.masses.nozzle).tolist()
+        return x, y
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load the rig's state."""
         self.powder = archive.number("powder", self.powder)
         self.falling_mass = archive.number("falling_mass", self.falling_mass)
-        for name in ("lengths", "states", "tensions", "motion", "acceleration", "vibrations", "winch_flags", "drum"):
+        for name in ("lengths", "states", "tensions", "motion", "acceleration", "vibrations", "winch_flags", "body"):
             archive.array(name, getattr(self, name))
         archive.array("platform", self.packed.platform)
+        self.retraction.archive_state(archive.section("retraction"), self.packed.lines)
+        self.line_faults.archive_state(archive.section("lines"), self.packed.lines)
         archive.array("last_position", self._last_position)
         x, y = self._fall_start
         self._fall_start = archive.number("fall_start_x", x), archive.number("fall_start_y", y)
@@ -205,32 +246,37 @@ class Rig:
         self.ground.archive_state(archive.section("ground"))
 
     def fill(self, powder: float) -> None:
-        """Set the *powder*, kg, in the drum."""
+        """Set the *powder*, kg, in the drum or hopper."""
         self.powder = powder
-        yaw_rest = self.drum[dynamics.YAW_REST]
-        self.drum = drum_parameters(self.settings, powder)
-        self.drum[dynamics.YAW_REST] = yaw_rest
-        PlatformNumbers(self.packed.platform).weight = self._mass * self.robot.scene.gravity
+        self._weigh()
+
+    def _weigh(self) -> None:
+        """Set mass, centre and inertia by what is in the platform and how long it is."""
+        kept = self.body[[dynamics.YAW_REST]]
+        self.body = self.masses.numbers(self.powder, self.retraction.length)
+        self.body[[dynamics.YAW_REST]] = kept
+        numbers = PlatformNumbers(self.packed.platform)
+        numbers.weight = self.masses.total(self.powder) * self.robot.scene.gravity
+        if self.robot.n == 6:
+            numbers.centre_of_mass = self.body[dynamics.CENTRE : dynamics.CENTRE + 3]
 
 
-def drum_parameters(settings: TwinSettings, powder: float) -> Array:
-    """Return the kernel's parameters (DRUM,) of the drum with *powder*, kg, in it."""
-    drum, motion, numbers = settings.owner.drum, settings.simulation.drum, np.zeros(dynamics.DRUM)
-    fill = powder / (drum.powder_density * math.pi * drum.radius**2)  # m, height of a cylinder
-    depth = drum.powder_bottom - 0.5 * fill
-    mass = drum.empty_mass + powder
-    numbers[dynamics.MASS] = mass
-    numbers[dynamics.CENTRE] = (drum.empty_mass * drum.empty_centre + powder * depth) / mass
-    x, y, z = drum.empty_gyration
-    about = powder * (drum.radius**2 / 4.0 + fill**2 / 12.0 + depth**2)
-    numbers[dynamics.INERTIA] = drum.empty_mass * (x**2 + drum.empty_centre**2) + about
-    numbers[dynamics.INERTIA + 1] = drum.empty_mass * (y**2 + drum.empty_centre**2) + about
-    numbers[dynamics.INERTIA + 2] = drum.empty_mass * z**2 + 0.5 * powder * drum.radius**2
-    numbers[dynamics.DRAG] = motion.drag
-    numbers[dynamics.SWING_DAMPING], numbers[dynamics.YAW_DAMPING] = motion.swing_damping, motion.yaw_damping
-    numbers[dynamics.YAW_STIFFNESS] = motion.yaw_stiffness
-    numbers[dynamics.RELAXATION] = settings.simulation.line.relaxation
-    return numbers
+def start_pose(robot: Robot, start: ArrayLike) -> Array:
+    """Return the pose (n,) at which a machine of *robot* starts; of a body (3,) is a place without rotation.
+
+    Where lines are fewer than freedoms, gravity turns the body: as many rotations, from that about x on, are NaN.
+    Raises `InputError` for any other size.
+    """
+    given = np.array(start, dtype=np.float64)
+    if robot.n == 6 and given.shape in {(3,), (6,)}:
+        pose = np.zeros(6)
+        pose[: len(given)] = given
+        pose[3 : max(3, 9 - robot.m)] = np.nan
+        return pose
+    if given.shape != (robot.n,):
+        asked = "3 numbers" if robot.n == 3 else "3 or 6 numbers"
+        raise InputError(f"start = {given.tolist()}: {asked} are expected, a pose of robot {robot.name!r}")
+    return given
 
 
 def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
@@ -241,11 +287,9 @@ def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
 
 def _check(robot: Robot) -> None:
     """Raise `InputError` for a robot that no plant can simulate."""
-    if robot.n != 3:
-        raise InputError(f"robot {robot.name!r}: only a point platform, from which a drum hangs, can be simulated")
     require_hanging(robot)
     for line in robot.lines:
-        if any(line.platform_point):
+        if robot.n == 3 and any(line.platform_point):
             raise InputError(
                 f"robot {robot.name!r}: platform_point of {line.name!r} must be the origin of the platform"
             )

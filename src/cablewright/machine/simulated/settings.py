@@ -6,7 +6,9 @@ is for estimation, control or plans, which see `cablewright.machine.settings` al
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
@@ -24,11 +26,25 @@ from cablewright.validation import Description, refusal, validated
 
 MAX_FAULTS: Final = 1000
 
-BY_LINE: Final = ("line_angles", "load_cells", "motor_torques")
+BY_LINE: Final = ("line_angles", "load_cells", "motor_torques", "encoders", "swivels", "line")
 """Sources with a number for each line, of which one alone may have a fault."""
 
+FAULT_KINDS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
+    {
+        "silent": (),
+        "stuck": (),
+        "slip": ("encoders",),
+        "offset": ("load_cells", "motor_torques"),
+        "broken": ("line",),
+        "off_sheave": ("line",),
+    }
+)
+"""Kinds of faults, and the sources that alone can have them; none: any sensor."""
+
+_SIZED: Final = ("slip", "offset", "off_sheave")
 _SENSORS: Final = (
-    "inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier", "load_cells", "motor_torques"
+    "inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier", "load_cells", "motor_torques",
+    "swivels", "retraction",
 )  # fmt: skip
 _Jump = Annotated[Duration, Field(ge=-1e6, le=1e6)]
 _Names = Annotated[tuple[str, ...], Field(max_length=MAX_WALLS)]
@@ -42,7 +58,9 @@ class Tolerances(Description):
     mounting, along and about each axis of the drum. ``clock_offset``, s, and ``clock_drift``, a share: of the clock on
     the drum and its rate. ``line_angle_bias``: rad, of each line accelerometer's zero. ``tension_gain``: of the scale
     of each load cell or torque, a share; ``tension_drift``: of what a zero has drifted by after an hour, as a share of
-    what the sensor shows at most. ``mass``: of the empty drum and of its powder, a share.
+    what the sensor shows at most. ``mass``: of the empty drum and of its powder, a share. ``home_length``: m, largest
+    error of each line's length when the machine starts. ``drum_radius``: largest relative error of each winch drum's
+    radius.
     """
 
     anchor: Width
@@ -57,6 +75,8 @@ class Tolerances(Description):
     tension_gain: Annotated[Share, Field(le=0.2)] = 0.0
     tension_drift: Share = 0.0
     mass: Annotated[Share, Field(le=0.2)] = 0.0
+    home_length: Annotated[Width, Field(le=1.0)] = 0.0
+    drum_radius: Annotated[Share, Field(le=0.2)] = 0.0
 
 
 class DrumMotion(Description):
@@ -68,6 +88,13 @@ class DrumMotion(Description):
     yaw_wander: NonNegative[Angle]
     yaw_wander_length: Span
     drag: Size
+
+
+class BodyMotion(Description):
+    """Resistance to a body's motion. ``drag``: N s/m on its origin's speed; ``turn_damping``: N m s on its rate."""
+
+    drag: Size = 0.0
+    turn_damping: Size = 0.0
 
 
 class Winding(Description):
@@ -199,16 +226,22 @@ class TensionFlaws(SensorFlaws):
 
 
 class FaultPlan(Description):
-    """A planned fault: a source, or one line's part of it, is silent or stuck from ``begin`` to ``end``."""
+    """A planned fault: a source, or one line's part of it, is silent or stuck from ``begin`` to ``end``.
+
+    ``size`` is of a ``slip``: m of cable that an encoder counts too much; of an ``offset``: N that a tension sensor
+    shows too much. The source ``line`` is the line itself, for good: it is ``broken``, or ``off_sheave``: the cable
+    lies nearer to the sheave's axle by ``size``, m, or is held lower by so much than in its eyelet.
+    """
 
     source: Literal[
         "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier",
-        "load_cells", "motor_torques",
+        "load_cells", "motor_torques", "retraction", "swivels", "line",
     ]  # fmt: skip
     line: str | None = None
-    kind: Literal["silent", "stuck"] = "silent"
+    kind: Literal["silent", "stuck", "slip", "offset", "broken", "off_sheave"] = "silent"
     begin: Delay = 0.0
     end: Time = 1e9
+    size: Annotated[float, Field(ge=-1e6, le=1e6)] | None = None
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
@@ -216,6 +249,19 @@ class FaultPlan(Description):
             raise refusal("line", f"is for {', '.join(BY_LINE)}; {self.source} is not of a line")
         if not self.begin < self.end:
             raise refusal("end", f"must be after begin, {self.begin:g} s")
+        sources = FAULT_KINDS[self.kind]
+        if sources and self.source not in sources:
+            raise refusal("kind", f"{self.kind!r} is for {', '.join(sources)}, not for {self.source}")
+        if not sources and self.source == "line":
+            raise refusal("kind", "of a line must be 'broken' or 'off_sheave'")
+        if self.source == "encoders" and (self.kind == "slip") != (self.line is not None):
+            raise refusal("line", "is for a 'slip', and must then be given; else encoders is not of a line")
+        if self.source == "line" and self.line is None:
+            raise refusal("line", "must be given: the name of the line")
+        if (self.size is not None) != (self.kind in _SIZED) and not (self.size is None and self.kind == "off_sheave"):
+            raise refusal("size", f"is for {', '.join(_SIZED)}, and must then be given")
+        if self.kind == "off_sheave" and self.size is not None and not self.size > 0.0:
+            raise refusal("size", "must be above 0 m")
         return self
 
 
@@ -230,7 +276,8 @@ class SimulationSettings(Description):
     substep: Time
     quasi_static_period: Time
     tolerances: Tolerances
-    drum: DrumMotion
+    drum: DrumMotion | None = None
+    body: BodyMotion | None = None
     winch: Winding
     line: LineMotion
     climate: ClimateLaw
@@ -246,6 +293,8 @@ class SimulationSettings(Description):
     encoders: SensorFlaws = SensorFlaws()
     climate_sensor: SensorFlaws = SensorFlaws()
     barrier: BarrierFlaws = BarrierFlaws()
+    swivels: SensorFlaws = SensorFlaws()
+    retraction: SensorFlaws = SensorFlaws()
     load_cells: TensionFlaws = TensionFlaws()
     motor_torques: TensionFlaws = TensionFlaws()
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
@@ -265,6 +314,11 @@ class MachineFile(MachineSettings):
     def _flaws_are_of_sensors(self) -> Self:
         if self.simulation is None:
             return self
+        own, other = ("drum", "body") if self.body is None else ("body", "drum")
+        if getattr(self.simulation, own) is None:
+            raise refusal(own, f"must be given: how the [{own}] moves", ("simulation",))
+        if getattr(self.simulation, other) is not None:
+            raise refusal(other, f"the machine has none: no [{other}]", ("simulation",))
         for key in self.simulation.model_fields_set.intersection(_SENSORS):
             if getattr(self, key) is None:
                 raise refusal(key, f"the machine has no such sensor: no [{key}]", ("simulation",))
@@ -335,7 +389,7 @@ def check_faults(settings: TwinSettings, lines: tuple[str, ...]) -> None:
     """Raise `UnknownName` where a planned fault names a line or a sensor that robot and machine do not have."""
     own = settings.owner
     has = {*own.lidars, *(key for key in _SENSORS if getattr(own, key) is not None)}
-    sources = {"climate" if key == "climate_sensor" else key for key in has}
+    sources = {"climate" if key == "climate_sensor" else key for key in has} | {"line"}
     for fault in settings.simulation.faults:
         if fault.source not in sources:
             raise UnknownName("sensor to have a fault", fault.source, sorted(sources))

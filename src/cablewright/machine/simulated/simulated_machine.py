@@ -6,10 +6,10 @@ import dataclasses
 import hashlib
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, Final, Protocol, Self, get_args
+from typing import Any, Final, Protocol, Self, TypeVar, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.choices import PlantName
@@ -20,15 +20,16 @@ from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.as_built_parts import as_built_machine, line_sensors, mass_factors, mounting
 from cablewright.machine.simulated.distance_sensor import Rangefinder
 from cablewright.machine.simulated.drum_clock import DrumClock
-from cablewright.machine.simulated.encoders import EncoderReader, Thermometer
+from cablewright.machine.simulated.encoders import BeamReader, EncoderReader, SwivelReader, Thermometer
 from cablewright.machine.simulated.found_room import FoundRoom
 from cablewright.machine.simulated.inertial_unit import InertialUnit
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.light_barrier import LightBarrier
 from cablewright.machine.simulated.line_angles import LineAccelerometers
 from cablewright.machine.simulated.link import Channel, Gaps
+from cablewright.machine.simulated.motion.retraction import OUTPUT
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
-from cablewright.machine.simulated.rig import Rig, RigState
+from cablewright.machine.simulated.rig import Rig, RigState, start_pose
 from cablewright.machine.simulated.settings import (
     FaultPlan,
     LidarFlaws,
@@ -38,23 +39,27 @@ from cablewright.machine.simulated.settings import (
 )
 from cablewright.machine.simulated.snapshot import Archive, Snapshot
 from cablewright.machine.simulated.tensions import TensionSensors
-from cablewright.robot import Robot
+from cablewright.robot import Robot, Swivel
 from cablewright.signals import (
     PER_LINE,
     SOURCES,
     Command,
     Condition,
+    Encoders,
     LineAngles,
     Notice,
     Reading,
     Scan,
     SensorFrame,
+    Swivels,
     Tensions,
     Truth,
     WinchMode,
 )
 
 PLANTS: Final = get_args(PlantName)
+_ByLine = LineAngles | Tensions | Swivels
+_Number = TypeVar("_Number", np.int64, np.float64)
 
 
 class _Sensor(Protocol):
@@ -63,7 +68,7 @@ class _Sensor(Protocol):
     def archive_state(self, archive: Archive) -> None: ...
 
 
-_WIRED: Final = ("encoders", "climate", "load_cells", "motor_torques")
+_WIRED: Final = ("encoders", "climate", "load_cells", "motor_torques", "retraction", "swivels")
 _TIMED_SENSORS: Final[dict[str, tuple[str, Callable[..., _Sensor]]]] = {
     "inertial": ("inertial", InertialUnit),
     "line_angles": ("line_angles", LineAccelerometers),
@@ -73,6 +78,8 @@ _TIMED_SENSORS: Final[dict[str, tuple[str, Callable[..., _Sensor]]]] = {
     "barrier": ("barrier", LightBarrier),
     "load_cells": ("load_cells", TensionSensors),
     "motor_torques": ("motor_torques", TensionSensors),
+    "retraction": ("retraction", BeamReader),
+    "swivels": ("swivels", SwivelReader),
 }
 """Key of the settings and class, by source."""
 
@@ -96,7 +103,9 @@ class SimulatedMachine:
         seed: int,
         plant: PlantName = "dynamic",
     ) -> None:
-        """Build a machine as *robot* describes it within tolerances, by *seed*, at rest at *start* (3,), m.
+        """Build a machine as *robot* describes it within tolerances, by *seed*, at rest at *start* (n,), a pose.
+
+        (3,) m of a body is a pose without rotation. A platform that retracts begins with the length of *robot*.
 
         Raises `InputError` for what cannot be simulated (a rate that does not fit, an unknown plant, a robot without
         the data of a winch), `AnswerError` where the drum has no equilibrium at *start*.
@@ -104,7 +113,7 @@ class SimulatedMachine:
         if plant not in PLANTS:
             raise UnknownName("plant", plant, PLANTS)
         check_faults(settings, tuple(line.name for line in robot.lines))
-        self._start = np.array(start, dtype=np.float64)
+        self._start = np.nan_to_num(start_pose(robot, start))
         self._identity = _identity_of(robot, settings, seed, plant)
         tolerances = settings.simulation.tolerances
         true_robot, built = as_built(robot, tolerances, seed), as_built_machine(settings, seed)
@@ -179,14 +188,16 @@ class SimulatedMachine:
 
     def refill(self, powder: float) -> None:
         """Set the *powder* in the drum, kg, as it is weighed. Raises `InputError` for more than its capacity."""
-        if not 0.0 <= powder <= self.settings.drum.capacity:
-            raise InputError(f"powder = {powder:g} kg: the drum takes 0 to {self.settings.drum.capacity:g} kg")
+        capacity, what = self.settings.carrier.capacity, "drum" if self.settings.body is None else "hopper"
+        if not 0.0 <= powder <= capacity:
+            raise InputError(f"powder = {powder:g} kg: the {what} takes 0 to {capacity:g} kg")
         self.rig.fill(powder * self._powder_factor)
         self._rig_state = self.rig.observe(self.time)
 
     def step(self, command: Command) -> SensorFrame:
         """As `Machine`."""
         speeds = self._checked(command)
+        self.rig.retraction.command(command.outputs.get(OUTPUT, 0.0))
         notices = self.rig.advance_slowly(self.time, self.period, command.valve)
         notices += self._plant.advance(speeds)
         notices += self.rig.take_notices()
@@ -228,7 +239,7 @@ class SimulatedMachine:
         """
         if snapshot.values.get("machine") != _identity_of(robot, settings, seed, plant):
             raise InputError("the snapshot is of another machine: robot, settings, seed or plant differ")
-        archive, start = Archive(snapshot, loading=True), np.zeros(3)
+        archive, start = Archive(snapshot, loading=True), np.zeros(robot.n)
         archive.array("start", start)
         machine = cls(robot, settings, start, seed=seed, plant=plant)
         machine._archive_state(archive)
@@ -263,6 +274,7 @@ class SimulatedMachine:
             self.rig.robot.m,
             frozenset(self._sensors),
             frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY}),
+            frozenset({OUTPUT} if self.rig.retraction.has_drive else ()),
             real_time=False,
             truth=lambda: self.truth,
             snapshot=self.snapshot,
@@ -276,7 +288,7 @@ class SimulatedMachine:
         ends = [end for wall in built.room.walls for end in (wall.start, wall.end)]
         scene = self.rig.robot.scene
         corners = np.array([*ends, scene.frame_min[:2], scene.frame_max[:2]])
-        room = FoundRoom(built.room, simulation, corners.min(axis=0), corners.max(axis=0), built.drum.radius, seed)
+        room = FoundRoom(built.room, simulation, corners.min(axis=0), corners.max(axis=0), built.carrier.radius, seed)
         for source, lidar in built.lidars.items():
             flaws = simulation.lidars.get(source, LidarFlaws())
             yield source, SimulatedLidar(source, lidar, flaws, room, period, random[source])
@@ -291,8 +303,9 @@ class SimulatedMachine:
         tolerances, own = self.simulation.tolerances, self._line_sensors
         extra = {
             "inertial": (self.rig.robot.scene.gravity, mounting("inertial", tolerances, seed)),
-            "distance": (built.drum.valve, mounting("distance", tolerances, seed)),
+            "distance": (self.rig.masses.nozzle, mounting("distance", tolerances, seed)),
             "line_angles": (own.zeros,),
+            "swivels": (np.array([isinstance(line.sheave, Swivel) for line in self.rig.robot.lines]),),
         }
         for source in ("load_cells", "motor_torques"):
             sensor = getattr(built, source)
@@ -306,7 +319,9 @@ class SimulatedMachine:
             if not fault.begin <= reading.time < fault.end:
                 self._held_readings[fault] = reading
                 continue
-            if isinstance(reading, LineAngles | Tensions) and fault.line is not None:
+            if fault.kind in ("slip", "offset"):
+                reading = self._apply_offset(fault, reading)
+            elif isinstance(reading, LineAngles | Tensions | Swivels) and fault.line is not None:
                 reading = self._apply_line_fault(fault, fault.line, reading)
             elif fault.kind == "silent":
                 return None
@@ -314,7 +329,19 @@ class SimulatedMachine:
                 reading = _repeated(self._held_readings.setdefault(fault, reading), reading)
         return reading
 
-    def _apply_line_fault(self, fault: FaultPlan, line: str, reading: LineAngles | Tensions) -> LineAngles | Tensions:
+    def _apply_offset(self, fault: FaultPlan, reading: Reading) -> Reading:
+        """Return *reading* with the size of the fault added: cable that an encoder counts too much, or tension."""
+        lines, size = self.rig.robot.lines, 0.0 if fault.size is None else fault.size
+        off = np.array([fault.line in (None, line.name) for line in lines], dtype=np.float64)
+        if isinstance(reading, Encoders):
+            winch = self.settings.winch
+            turns = np.array([size / ((line.winch.drum_radius or np.inf) * math.tau) for line in lines])
+            more = np.rint(off * turns * (winch.ratio * winch.counts)).astype(np.int64)
+            return dataclasses.replace(reading, counts=_read_only(reading.counts + more))
+        assert isinstance(reading, Tensions)  # a plan has no other
+        return dataclasses.replace(reading, tensions=_read_only(reading.tensions + off * size))
+
+    def _apply_line_fault(self, fault: FaultPlan, line: str, reading: _ByLine) -> _ByLine:
         """Return *reading* with one line's number lost or stuck."""
         (name,) = PER_LINE[type(reading)]
         index = [each.name for each in self.rig.robot.lines].index(line)
@@ -347,6 +374,11 @@ def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
     if settings.owner.clock is not None:
         slowed["clock"] = settings.owner.clock.model_copy(update={"latency": 0.0})
     return settings.with_owner(**slowed).with_simulation(**links)
+
+
+def _read_only(values: NDArray[_Number]) -> NDArray[_Number]:
+    values.flags.writeable = False
+    return values
 
 
 def _repeated(held: Reading, now: Reading) -> Reading:

@@ -24,7 +24,7 @@ class Ground:
         self.field = HeightField.flat(low[:2], high[:2], settings.simulation.room.cell)
         self.outside_mass = 0.0  # kg
         self._extrusion = settings.owner.extrusion
-        self._powder = Powder(density=settings.owner.drum.powder_density)
+        self._powder = Powder(density=settings.owner.carrier.powder_density)
         self._max_height = 0.0
 
     @property

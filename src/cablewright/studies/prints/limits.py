@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -23,10 +24,13 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.estimator_settings import with_drum_mass
+from cablewright.studies.prints import body_limits
 from cablewright.studies.prints.loop import PrintPlan
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
+_BODY_GAIN: Final = 4.0  # 1/s, of a rigid platform's errors: its estimate is by the lengths, and does not swing
+_BEYOND: Final = 0.02  # m beyond the frame for a rigid platform, whose path may begin on the floor
 _DRUM_SPEED: Final = 1.2  # of a winch's own limit: where the machine stops
 _RAMP_TIMES: Final = (0.05, 0.5)  # s: shortest and longest ramp of a stop
 _LOAD_SHARE: Final = 0.5  # share of a line's breaking load at which the machine stops
@@ -47,16 +51,25 @@ def planned(
     or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
     """
     model = Model(with_drum_mass(robot, settings))
-    _check_path(model, path)
+    if path.attitude is None:
+        _check_path(model, path)
+        narrow = model
+    else:
+        body_limits.require_lines(model, path)
+        body_limits.check_held(model, path)
+        body_limits.check_speeds(model, path, settings)
+        narrow = body_limits.with_margin(model, path)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
-        model,
+        narrow,
         settings.winch.max_speed,
         law,
         manage_slack=model.m > model.n and settings.line_angles is not None,
     )
+    if path.attitude is not None:
+        velocity = replace(velocity, gain=_BODY_GAIN)
     over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
-    drum = settings.drum
+    drum = settings.carrier
     return PrintPlan(
         path,
         velocity,
@@ -67,6 +80,7 @@ def planned(
         drum.flow if drum.capacity else 0.0,
         drum.powder if drum.capacity else math.inf,
         frozenset({"encoders"}),
+        beam=body_limits.beam_of(robot, settings),
     )
 
 
@@ -86,9 +100,12 @@ def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estim
 def _limits(robot: Robot, settings: MachineSettings, path: TimedPath, period: float) -> SupervisorSettings:
     """The limits at which the machine stops, or waits."""
     fastest, barrier, scene = max(path.print_speed, path.travel_speed), settings.barrier, robot.scene
+    beyond = 0.0 if path.attitude is None else _BEYOND
+    x, y, z = scene.frame_min
+    far_x, far_y, far_z = scene.frame_max
     return SupervisorSettings(
-        scene.frame_min,
-        scene.frame_max,
+        (x - beyond, y - beyond, z - beyond),
+        (far_x + beyond, far_y + beyond, far_z + beyond),
         _SPEED_FACTOR * fastest + _SWING_SPEED,
         max_error=max(0.15, fastest),
         barrier_timeout=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * period),
@@ -106,6 +123,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
             timeouts[source] = max(0.5, 2.5 / sensor.rate, 2.5 * period)
     return GuardSettings(
         _max_tensions(robot),
+        body_limits.least_tensions(robot) if path.attitude is not None else None,
         max_drum_speed=_DRUM_SPEED * winch.max_speed,
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         timeouts=timeouts,

@@ -10,14 +10,15 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final, Protocol
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.control import guard, guide, height, manual, supervisor, velocity
+from cablewright.control import beam, guard, guide, height, manual, supervisor, velocity
+from cablewright.control.beam import Beam, BeamSettings, BeamState
 from cablewright.control.clock import FrameClock
-from cablewright.control.guard import GuardSettings, GuardState
+from cablewright.control.guard import Cause, GuardSettings, GuardState
 from cablewright.control.guide import GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings, ManualState
@@ -43,8 +44,23 @@ from cablewright.signals import (
 from cablewright.studies.estimators import Estimator
 
 MakeEstimator = Callable[[Array, Array], Estimator]
-"""Makes an estimator from the platform's last position (3,), m, and the winch drums' radii (m,), m; 0: unknown."""
+"""Makes an estimator from the platform's last pose (n,), m and rad, and the drums' radii (m,), m; 0: unknown."""
 
+
+@runtime_checkable
+class Learning(Protocol):
+    """An estimator whose state is saved with a print, and which may find that the machine is to stop."""
+
+    @property
+    def danger(self) -> str:
+        """Why the machine is to stop; empty: nothing."""
+
+    def archive_state(self, archive: Archive) -> None:
+        """Save or load its state."""
+
+
+_TENSIONED: Final = 0.1  # share of the least tension by which tensions may be off when a path begins ...
+_TENSIONING_TIME: Final = 30.0  # s: ... unless that takes longer
 _COLLECT_STEPS: Final = 100  # between garbage collections of a loop in real time
 _MAX_STEPS: Final = 100_000_000
 _SAFETY_TIMEOUT: Final = 0.5  # s without drives or inputs, of a machine that has them
@@ -64,6 +80,7 @@ class PrintPlan:
     powder: float = math.inf  # kg in a full drum
     sensors: frozenset[str] = frozenset()  # that the machine must have
     procedures: Mapping[PrintState, Procedure] = field(default_factory=dict)
+    beam: BeamSettings | None = None  # of a platform that retracts
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +119,7 @@ class Printer:
         self.velocity = velocity.start(plan.velocity)
         self.powder = plan.powder  # kg in the drum, estimated
         self.target: Target | None = None
-        self.last_position = plan.path.track.at(0.0).position.copy()  # (3,) m, last valid one of the platform
+        self.last_pose = plan.path.start_pose.copy()  # (n,) m and rad, last valid one of the platform
         self.radii = np.zeros(m)  # (m,) m, last estimated, of the winch drums; 0: unknown
         self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self.speed_share = 1.0  # of the planned speed
@@ -114,7 +131,11 @@ class Printer:
         self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
         if archive is not None:
             self.archive_state(archive)
-        self.estimator = make(self.last_position, self.radii)
+        self.estimator = make(self.last_pose, self.radii)
+        self._beam = None if plan.beam is None else BeamState(plan.path.start_retraction)
+        self._learning = self.estimator if isinstance(self.estimator, Learning) else None
+        if archive is not None and self._learning is not None:
+            self._learning.archive_state(archive.section("estimator"))
 
     @property
     def finished(self) -> bool:
@@ -141,8 +162,10 @@ class Printer:
         supervised.barrier_stops = archive.count("barrier_stops", supervised.barrier_stops)
         supervised.refills = archive.count("refills", supervised.refills)
         supervised.finished = bool(archive.count("finished", int(supervised.finished)))
-        archive.array("position", self.last_position)
+        archive.array("position", self.last_pose)
         archive.array("radii", self.radii)
+        if not archive.loading and self._learning is not None:
+            self._learning.archive_state(archive.section("estimator"))
 
     def refilled(self) -> None:
         """Set the estimated powder to that of a full drum."""
@@ -155,6 +178,8 @@ class Printer:
         self.frame_times = time.perf_counter(), time.thread_time()
         self.powder -= self.plan.flow * command.valve * dt
         estimate = self.estimator.step(frame)
+        if self._beam is not None and self.plan.beam is not None:
+            beam.read(self.plan.beam, self._beam, frame)
         state = self.supervisor.state
         stopped = self._stop is None or self._stop.at_rest(self.plan.guard.stop)
         verdict = supervisor.step(
@@ -162,7 +187,7 @@ class Printer:
             self.supervisor,
             frame,
             estimate,
-            cause=guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions),
+            cause=self._cause(frame, state),
             standing=not command.winch_speeds.any() and WinchMode.TENSION not in command.modes,
             stopped=stopped,
             target=self.target,
@@ -177,19 +202,29 @@ class Printer:
             ),
         )
         if estimate.valid:
-            self.last_position[:], self.radii[:] = estimate.position, estimate.radii
+            self.last_pose[:3], self.radii[:] = estimate.position, estimate.radii
+            self.last_pose[3:] = estimate.rotation[: len(self.last_pose) - 3]
         self._on_transition(state, verdict)
         self._begin_stop(state, verdict, command)
         self._obey(verdict.orders, state, estimate)
         if self.plan.height is not None and verdict.state is PrintState.PRINTING:
             self.guide.height_offset = height.step(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
         if self._approach_pending and estimate.valid:
-            self.guide.position, self._approach_pending = estimate.position.copy(), False
+            guide.leave_path(self.plan.path, self.guide, estimate.position, estimate.rotation)
+            self._approach_pending = False
         target = self._next_target(verdict, dt)
         self.target = None if self._approach_pending else target
         self._command = self._with_reset(verdict, self._sound(self._decide(frame, verdict, estimate, target, dt)))
         guard.take_note(self._guard, frame.time, closed=WinchMode.OFF in self._command.modes)
         return Step(command, frame, estimate, self._progress(verdict, estimate, target), verdict.orders)
+
+    def _cause(self, frame: SensorFrame, state: PrintState) -> Cause | None:
+        """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
+        lowest = state is PrintState.PRINTING
+        found = guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions, lowest=lowest)
+        if found is None and self._learning is not None and self._learning.danger:
+            return Cause(self._learning.danger, StopKind.HOLD)
+        return found
 
     def _begin_stop(self, previous: PrintState, verdict: Verdict, command: Command) -> None:
         """Begin a stop of the winches, make one more urgent, or end it where the state lets them move."""
@@ -232,13 +267,24 @@ class Printer:
 
     def _next_target(self, verdict: Verdict, dt: float) -> Target:
         if verdict.state is not PrintState.MANUAL:
-            return guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
+            target = guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
+            waits = verdict.state is PrintState.READY and not self._is_tensioned()
+            return target._replace(arrived=False) if waits else target
         motion = manual.step(self.plan.manual, self._manual, self.time, dt)
         if motion.done:
             supervisor.end_procedure(self.supervisor, self.time)
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
         layer = int(path.track.layer[path.track.piece(distance)])
-        return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False)
+        turned = self.last_pose[3:] if self.plan.path.attitude is not None else np.zeros(3)
+        return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False, turned)
+
+    def _is_tensioned(self) -> bool:
+        """Whether the lines of a rigid platform have about the tensions that they are to have on the path."""
+        if self.plan.path.attitude is None or self.estimator.tensions is None:
+            return True
+        least = self.plan.velocity.model.lines.tension_min
+        waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
+        return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         now, m = frame.time, self.plan.velocity.model.m
@@ -249,9 +295,18 @@ class Printer:
             return self._proceed(now, verdict, frame, estimate, dt)
         if verdict.hold_winches or not estimate.valid:
             return Command(now, frozen(np.zeros(m)))
-        speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt)
+        tensions = self.estimator.tensions if self.plan.path.attitude is not None else None
+        moved = self._retract(target, dt)
+        speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
+        outputs = {} if moved is None else {beam.OUTPUT: moved.speed}
         opening = target.path_speed / self.plan.path.print_speed if target.extruding and verdict.valve_allowed else 0.0
-        return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0))
+        return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0), outputs=outputs)
+
+    def _retract(self, target: Target, dt: float) -> Beam | None:
+        """The motion of the beam in the next step; None of a platform that does not retract."""
+        if self.plan.beam is None or self._beam is None:
+            return None
+        return beam.step(self.plan.beam, self._beam, target.retraction, target.retraction_rate, dt)
 
     def _standing(self, now: float, speeds: Array, mode: WinchMode) -> Command:
         """A command of a stop, in its mode where the machine has it."""
@@ -299,10 +354,10 @@ class Printer:
     def _progress(self, verdict: Verdict, estimate: Estimate, target: Target) -> Progress:
         error = math.nan
         if verdict.state is PrintState.PRINTING and estimate.valid:
-            error = self.plan.path.track.nearest(estimate.position, target.distance).offset
-        return Progress(
-            estimate.time, verdict.state, target.layer, target.distance, frozen(target.position), error, verdict.reason
-        )
+            printed = self.plan.path.printing_point(estimate.position, estimate.rotation)
+            error = self.plan.path.track.nearest(printed, target.distance).offset
+        place = frozen(self.plan.path.printing_point(target.position, target.rotation))
+        return Progress(estimate.time, verdict.state, target.layer, target.distance, place, error, verdict.reason)
 
 
 _RESET: Final = "reset"  # output of machines whose drives are to be reset too

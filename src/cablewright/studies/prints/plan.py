@@ -22,6 +22,7 @@ from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.studies.estimators import ESTIMATORS
+from cablewright.studies.prints.body_limits import nozzle_of, require_fit
 from cablewright.studies.prints.limits import planned
 from cablewright.studies.prints.loop import PrintPlan
 from cablewright.studies.prints.structure import CELLS_PER_BEAD
@@ -97,8 +98,9 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         if not 1e-3 <= choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: must be from 1 ms to 60 s")
         settings = settings.with_simulation(quasi_static_period=choices.period)
-    nozzle = 0.0 if owner.extrusion is None else owner.drum.valve  # a strand's path is the nozzle's
-    path = TimedPath.of(job, choices.layers, nozzle)
+    require_fit(robot, job, owner, choices.law)
+    lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
+    path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot))  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
     return MachineTwin(robot, settings, choices, choices.estimator or _best_estimator(owner, choices), path)
 
@@ -116,6 +118,8 @@ def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
 
 def _best_estimator(settings: MachineSettings, choices: PrintOptions) -> str:
     """The best estimator for a machine's sensors: the filter, or the paper's chain for long steps."""
+    if settings.body is not None:
+        return "encoders" if settings.load_cells is None and settings.motor_torques is None else "filter"
     if settings.line_angles is None or not {"north", "south"} & settings.lidars.keys():
         return "encoders"
     return "filter" if choices.plant == "dynamic" else "paper"

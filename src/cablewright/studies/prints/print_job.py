@@ -137,5 +137,7 @@ def print_job(
     assert isinstance(run.machine, SimulatedMachine)
     structure = run.machine.rig.ground.field
     with alone_in(run.folder):  # nobody resumes the print while its log is joined
-        record, log = finish(run.folder, twin.path.track, twin.path.print_speed, structure, progress)
+        record, log = finish(
+            run.folder, twin.path.track, twin.path.print_speed, structure, progress, twin.path.attitude
+        )
         return PrintedJob(twin.estimator, run, record, log).written()

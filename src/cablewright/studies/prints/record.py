@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.control.attitude import Attitude
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import Entry, read_log
@@ -30,6 +31,7 @@ from cablewright.studies.prints.result import PrintRecord, Span
 from cablewright.studies.prints.steps_table import ERRORS, STATES, StepsTable, in_state, row_type
 from cablewright.studies.prints.structure import StructureScans, structure_of
 from cablewright.studies.prints.vibration import VibrationWindows
+from cablewright.studies.prints.whole_errors import WholeErrorSums
 from cablewright.studies.running_statistics import Moments, ThinnedRows
 
 UNUSED: Final = (Inertial, Distance, "/scan/north", "/scan/south")
@@ -47,12 +49,13 @@ def record(
     *,
     print_speed: float,
     true_structure: HeightField | None = None,
+    attitude: Attitude | None = None,
 ) -> PrintRecord:
     """Return the record of the print that followed *track* (of the platform), from the *entries* and *head* of its log.
 
-    *print_speed*: m/s, planned. *true_structure*: at the end, if known.
+    *print_speed*: m/s, planned. *true_structure*: at the end, if known. *attitude*: of a rigid platform.
     """
-    recorder = Recorder(head, track, print_speed)
+    recorder = Recorder(head, track, print_speed, attitude)
     for entry in entries:
         recorder.add(entry)
     return recorder.finish(true_structure)
@@ -64,16 +67,17 @@ def finish(
     print_speed: float,
     true_structure: HeightField | None = None,
     progress: Progress | None = None,
+    attitude: Attitude | None = None,
 ) -> tuple[PrintRecord, Path]:
     """Join the log of the print in *folder* and make its record; return the record and the joined log's path.
 
-    *track*, *print_speed* (m/s) and *true_structure*: as in `Recorder`. May be repeated.
+    *track*, *print_speed* (m/s), *true_structure* and *attitude*: as in `record`. May be repeated.
 
     Raises `InputError` where there is no log, `EnvironmentFault` where it cannot be written.
     """
     joined = join_log(folder)
     with read_log(joined) as log:
-        recorder = Recorder(log.head, track, print_speed)
+        recorder = Recorder(log.head, track, print_speed, attitude)
         for count, entry in enumerate(log.entries(without=UNUSED)):
             recorder.add(entry)
             if progress is not None and count % 1000 == 0:
@@ -84,10 +88,11 @@ def finish(
 class Recorder:
     """Accumulates the steps of a print. Its memory grows only with the number of layers."""
 
-    def __init__(self, head: LogHead, track: Track, print_speed: float) -> None:
+    def __init__(self, head: LogHead, track: Track, print_speed: float, attitude: Attitude | None = None) -> None:
         """Start with no steps; arguments: see `record`."""
         self.head, self.track, self.print_speed = head, track, print_speed
         m = head.robot.m
+        self._carrying, self._whole = attitude, WholeErrorSums(head.robot, attitude)
         self._table = StepsTable(m, head.settings, head.period, _BLOCK)
         self._true, self._estimated = PathErrors(track, print_speed, "true_"), PathErrors(track, print_speed, "")
         self._lines = LineStatistics(head)
@@ -136,7 +141,7 @@ class Recorder:
             return
         estimate, expected = entry.estimate, np.full(self.head.robot.m, np.nan)
         if estimate is not None and estimate.valid:
-            mass = self.head.settings.drum.empty_mass + max(self._table.left, 0.0)
+            mass = self.head.settings.carrier.empty_mass + max(self._table.left, 0.0)
             expected = self._tensions.frequencies(estimate, mass)
         if complete:
             self._vibration.close(self._table.temperature, 0.5 * (self._expected + expected))
@@ -165,6 +170,10 @@ class Recorder:
         rows = self._table.take()
         if not len(rows):
             return
+        if self._carrying is not None:
+            for who in ("", "true_"):
+                rows[f"{who}position"] = self._carrying.nozzles_at(rows[f"{who}position"], rows[f"{who}rotation"])
+        self._whole.add(rows)
         printing = in_state(rows, PrintState.PRINTING)
         chosen = printing & np.isfinite(rows["distance"])
         if chosen.any():
@@ -188,7 +197,7 @@ class Recorder:
         """Return the record. *true_structure*: at the end, if known; *notes*: the log's."""
         self._flush()
         rows = self._rows.rows.view(row_type(self.head.robot.m)).ravel()
-        masses = self.head.settings.drum.empty_mass + np.maximum(rows["left"], 0.0)
+        masses = self.head.settings.carrier.empty_mass + np.maximum(rows["left"], 0.0)
         rows["taut"], rows["estimated_tensions"] = self._tensions.series(rows, masses)
         vibration, spools = self._vibration.result(), self._lines.spools()
         tensions = rows["estimated_tensions"][in_state(rows, PrintState.PRINTING)]
@@ -196,7 +205,7 @@ class Recorder:
         true = self._true.result()
         settings = self.head.settings
         extrusion = settings.extrusion
-        density = settings.drum.powder_density if extrusion is None else extrusion.density
+        density = settings.carrier.powder_density if extrusion is None else extrusion.density
         bead = None if extrusion is None else extrusion.bead
         return PrintRecord(
             head=self.head,
@@ -209,6 +218,7 @@ class Recorder:
             travelled=self._travelled if true.error.count else math.nan,
             layers=done,
             layers_begun=begun,
+            whole=self._whole.result(),
             true=true,
             estimated=self._estimated.result(),
             estimation_error=self._estimation_error.summary(),

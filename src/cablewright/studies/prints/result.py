@@ -19,6 +19,7 @@ from cablewright.studies.prints.spooling import SpoolRadii
 from cablewright.studies.prints.steps_table import Rows
 from cablewright.studies.prints.structure import PrintedStructure
 from cablewright.studies.prints.vibration import LineVibration
+from cablewright.studies.prints.whole_errors import WholeErrors
 from cablewright.studies.running_statistics import Histogram, Summary
 
 
@@ -201,6 +202,7 @@ class PrintRecord(Result):
         Figure("travelled", "m", "True path of the platform; null where it is not known.", detail=True, shown="m"),
         Figure("steps", "1", "Number of steps in the log.", detail=True),
         Figure("duration", "s", "Duration of the print on the machine's clock."),
+        *(each.of_part("whole") for each in WholeErrors.FIGURES),
         *_of("true", ""),
         *_of("estimated", "estimated_"),
         Figure("mean_estimation_error", "m", "Mean of the estimated less the true distance beside the path.",
@@ -238,6 +240,7 @@ class PrintRecord(Result):
     travelled: float  # m, true path of the platform
     layers: int  # finished
     layers_begun: int
+    whole: WholeErrors
     true: PathFollowing
     estimated: PathFollowing  # by the estimates
     estimation_error: Summary  # m: estimated error less true one

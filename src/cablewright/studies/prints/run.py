@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import gc
 import json
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -20,6 +21,7 @@ from typing import Any, Final
 from filelock import FileLock, Timeout
 
 from cablewright.arrays import Array
+from cablewright.control.guide import TimedPath
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, is_unfinished, write_whole
 from cablewright.machine.interface import Machine
@@ -31,6 +33,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Archive, read_snapshots, write_snapshots
 from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.progress import Progress
+from cablewright.robot import Robot
 from cablewright.signals import Estimate, PrintState, Scan, Truth
 from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.prints import loop
@@ -116,14 +119,16 @@ def run_print(
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:
             plant, seed, simulation = twin.choices.plant, twin.choices.seed, machine.simulation
+            begin = twin.path.start_pose
             head = LogHead(
-                twin.robot,
+                started(twin.robot, twin.path),
                 machine.settings,
                 machine.period,
                 simulation=simulation,
                 plant=plant,
                 seed=seed,
                 epoch=log_epoch(folder, real_time),
+                home=tuple(begin.tolist()) if len(begin) == 6 else None,
             )
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone
@@ -183,10 +188,16 @@ def alone_in(folder: Path) -> Iterator[None]:
         lock.release()
 
 
+def started(robot: Robot, path: TimedPath) -> Robot:
+    """Return *robot* with the retraction with which *path* begins."""
+    length = path.start_retraction
+    return robot if math.isnan(length) else robot.retracted(length)
+
+
 def _begun(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:
     """Machine and print at the start of the path."""
-    choices, begin = twin.choices, twin.path.track.at(0.0).position
-    machine = SimulatedMachine(twin.robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
+    choices, begin, robot = twin.choices, twin.path.start_pose, started(twin.robot, twin.path)
+    machine = SimulatedMachine(robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
     return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, archive=None)
 
 
@@ -203,7 +214,7 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
     if not {"machine", "print"} <= found.keys():
         raise InputError(f"{path}: holds no machine and print")
     machine = SimulatedMachine.resumed(
-        twin.robot, twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
+        started(twin.robot, twin.path), twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
     )
     if machine.time > 0.0 and not _has_log(folder):
         why = f"the log is missing, without which nobody knows what was printed until {CHECKPOINT}"
@@ -234,9 +245,8 @@ def _logged_distance(folder: Path) -> float:
 
 def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Array], Estimator]:
     """Return what makes the print's estimator, from a place and the radii of the drums."""
-    return lambda place, radii: estimator(
-        twin.estimator, twin.robot, machine.settings, place, twin.choices.lasers, radii
-    )
+    robot = started(twin.robot, twin.path)
+    return lambda place, radii: estimator(twin.estimator, robot, machine.settings, place, twin.choices.lasers, radii)
 
 
 def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> None:

@@ -64,8 +64,8 @@ class StepsTable:
         self._turn = 2.0 * np.pi / (settings.winch.counts * settings.winch.ratio)
         self._last: float | None = None
         self._period = period
-        self._drum, self._refilling = settings.drum, False
-        self.left = settings.drum.powder
+        self._drum, self._refilling = settings.carrier, False
+        self.left = settings.carrier.powder
         """kg of powder in the drum, estimated."""
 
     @property

@@ -1,0 +1,33 @@
+"""Lengths that hold a rigid platform at a pose with the tensions that the full model chooses.
+
+With more lines than freedoms a pose alone does not determine the lengths: the tensions that balance no load are free.
+The model chooses them within its limits, near a preferred tension. Lengths that follow are exact for sag, stretch and
+sheaves, so that a platform whose lengths are these has both the pose and the tensions.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.models.statics import Model
+from cablewright.solvers.inverse import solve_inverse
+
+PREFERRED: Final = 2.5
+"""Tensions, as multiples of the least that is to be kept, to which those of a held pose stay near."""
+
+
+class Held(NamedTuple):
+    """Tensions and lengths (k, m) at k poses."""
+
+    tensions: Array  # N, at the sheaves
+    lengths: Array  # m, unstrained
+
+
+def held_at(model: Model, poses: Array, retraction: Array | None) -> Held | None:
+    """Return how *model* holds *poses* (k, 6), at *retraction* lengths (k,), m; None where no tensions do."""
+    preferred = np.broadcast_to(PREFERRED * model.lines.tension_min, (len(poses), model.m))
+    solved = solve_inverse(model, poses, path=True, retraction=retraction, preferred=preferred)
+    return Held(solved.tensions, solved.lengths) if np.isfinite(solved.lengths).all() else None

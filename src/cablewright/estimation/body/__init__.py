@@ -1,0 +1,1 @@
+"""Pose of a rigid platform from its encoders, load cells and inertial unit."""

@@ -1,0 +1,65 @@
+"""Correction of the unknowns by a measurement, linearised anew until it no longer moves.
+
+Tensions are not linear in the lengths: a line that sags is several times softer than one that does not. Homed lengths
+are off by more than a line's stretch, so that one linear step would leave the unknowns wrong and sure of it.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.estimation.body import diagnosis, measurement
+from cablewright.estimation.body.measurement import Slopes
+from cablewright.estimation.body.settings import BodySettings
+from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
+from cablewright.estimation.body.unknowns import wind
+
+_ROUNDS: Final = 8
+_SAME: Final = 3e-5  # m: by less than this no length moves any more
+_LONGEST: Final = 2e-3  # m: largest change of a length in one round
+
+
+def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Slopes | None:
+    """Correct the unknowns by the window's readings, or doubt these; *state* changes in place.
+
+    *acceleration*: m/s^2, of the platform. Returns the slopes at the corrected lengths; None where there are none.
+    """
+    wind(settings, state.layout, state.unknowns, state.covariance, state.paid - state.measured_at)
+    state.measured_at = state.paid
+    measurement.set_gradients(state)
+    slopes = measurement.slopes_of(state)
+    measured = None if slopes is None else measurement.measurement_of(settings, state, slopes, acceleration)
+    if slopes is None or measured is None or not diagnosis.fits(settings, state, measured):
+        return slopes
+    before, base, covariance = state.unknowns.copy(), measurement.predictions(state), state.covariance
+    for _ in range(_ROUNDS):
+        gain, after = measurement.gain_of(covariance, measured)
+        innovation = measured.innovation + (base - measurement.predictions(state))[measured.rows]
+        goal = before + gain @ (innovation - measured.gradients @ (before - state.unknowns))
+        moved = float(np.abs(state.gradients @ (goal - state.unknowns)).max())
+        share = min(1.0, _LONGEST / max(moved, 1e-12))
+        if not _go_to(settings, state, state.unknowns + share * (goal - state.unknowns)):
+            _go_to(settings, state, before)
+            return slopes
+        if share == 1.0 and moved < _SAME:
+            break
+        again = measurement.slopes_of(state)
+        if again is None:
+            return slopes
+        slopes = again
+        there = measurement.measurement_of(settings, state, slopes, acceleration)
+        assert there is not None  # of the same window
+        measured = there
+    state.covariance = after
+    return slopes
+
+
+def _go_to(settings: BodySettings, state: BodyState, unknowns: Array) -> bool:
+    """Let the platform follow the lengths of other *unknowns*; whether it could."""
+    state.unknowns = unknowns
+    set_load(state, settings.model)
+    state.lengths = corrected(state)
+    return follow(state)

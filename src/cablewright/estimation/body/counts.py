@@ -1,0 +1,91 @@
+"""Lengths of the lines by the encoders, and counts that jump by more than a winch can turn."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array
+from cablewright.estimation.body.settings import BodySettings
+from cablewright.estimation.body.state import BodyState
+from cablewright.models.coil import Coil
+from cablewright.signals import Encoders
+
+_FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
+_LEAST: Final = 0.05  # rad: ... and by this much of a drum at least
+
+
+def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
+    """Take one reading of all encoders; *state* changes in place.
+
+    Counts that jump are believed once they are read again: then they have slipped, and the jump is left out.
+    """
+    if len(reading.counts) != state.layout.m:
+        state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} lines: not used")
+        return
+    if state.home_counts is None:
+        state.home_counts = reading.counts.copy()
+    if state.last_counts is None:
+        state.last_counts = reading.time, reading.counts
+        _unwind(settings, state, reading.counts - state.home_counts)
+        return
+    (before, last), pending = state.last_counts, state.pending
+    dt = reading.time - before
+    if pending is None and _jumps(settings, reading.counts - last, dt).any():
+        state.pending = reading.counts
+        return
+    if pending is not None:
+        jumped = _jumps(settings, pending - last, 0.5 * dt)
+        if not _jumps(settings, reading.counts - pending, 0.5 * dt).any():
+            _leave_out(settings, state, jumped, pending - last)
+    state.pending = None
+    state.last_counts = reading.time, reading.counts
+    _unwind(settings, state, reading.counts - state.home_counts)
+
+
+def _jumps(settings: BodySettings, change: NDArray[np.int64], dt: float) -> NDArray[np.bool_]:
+    most = max(_FASTER * settings.max_drum_speed * max(dt, 0.0), _LEAST)
+    return np.asarray(np.abs(change) / settings.counts_per_radian > most)
+
+
+def _leave_out(settings: BodySettings, state: BodyState, jumped: NDArray[np.bool_], change: NDArray[np.int64]) -> None:
+    """Move the home counts of the lines whose encoders slipped, and say so."""
+    assert state.home_counts is not None
+    state.home_counts = state.home_counts + np.where(jumped, change, 0)
+    for i in np.flatnonzero(jumped):
+        name = settings.model.robot.lines[i].name
+        radius = settings.coils[i].radius(float(state.angles[i]))
+        slipped = 1e3 * float(change[i]) / settings.counts_per_radian * radius
+        why = f"the encoder of line {name} slipped by {slipped:.1f} mm: it jumped by more than its winch can turn"
+        state.monitor.report("encoders", f"slip {name}", why)
+        state.danger = state.danger or why
+
+
+def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64]) -> None:
+    """Set the lengths paid out by *counts* (m,) since home."""
+    angles = state.home_angles - counts / settings.counts_per_radian
+    ends = [math.tau * (len(coil.radii) - 1) for coil in settings.coils]
+    if not all(0.0 <= angle <= end for angle, end in zip(angles.tolist(), ends, strict=True)):
+        state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
+        return
+    state.monitor.clear("encoders", "jump")
+    rows = zip(settings.coils, state.home_angles.tolist(), angles.tolist(), strict=True)
+    state.paid = np.array([coil.length(before) - coil.length(now) for coil, before, now in rows])
+    state.angles = angles
+
+
+def radii(settings: BodySettings, state: BodyState) -> Array:
+    """Return the radii (m,), m, at which cable leaves the drums, as estimated."""
+    bare = [_radius(coil, angle) for coil, angle in zip(settings.coils, state.angles.tolist(), strict=True)]
+    return np.array(bare) * (1.0 + state.unknowns[state.layout.radius])
+
+
+def _radius(coil: Coil, angle: float) -> float:
+    """As `Coil.radius`, in a fifth of the time."""
+    turns = angle / math.tau
+    whole = min(max(int(turns), 0), len(coil.radii) - 2)
+    low, high = float(coil.radii[whole]), float(coil.radii[whole + 1])
+    return low + min(max(turns - whole, 0.0), 1.0) * (high - low)

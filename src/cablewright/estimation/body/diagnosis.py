@@ -1,0 +1,212 @@
+"""Readings that contradict the statics: which cell is off, or which line is not as long as it should be, or broken.
+
+Each single cause predicts its own pattern of tensions, tilt and swivels. A cell that is off changes one number alone; a
+line that is longer or shorter than its encoder says changes all tensions at once, by the equilibrium of the changed
+length; a line that broke pulls nothing, and the others carry the platform. The cause that leaves least of the
+contradiction is named.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.estimation.body import broken
+from cablewright.estimation.body.broken import Hanging
+from cablewright.estimation.body.measurement import Measurement, predicted_tilt
+from cablewright.estimation.body.settings import BodySettings
+from cablewright.estimation.body.state import BodyState
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.taut import taut_of_body
+
+_SIGMAS: Final = 5.5  # of a normal distribution: how unlikely readings must be
+_DOUBTS: Final = 2  # measurements in a row that contradict before a cause is named
+_SHIFTS: Final = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # m
+_TRIED: Final = np.array([*(-shift for shift in reversed(_SHIFTS)), *_SHIFTS])
+_LEFT: Final = 0.5  # share of the contradiction that a cause may leave
+_ALIKE: Final = 25.0  # of the sum of squares: causes that differ by less cannot be told apart
+_TORN: Final = 0.055  # m: a line that seems longer by more may have broken ...
+_PULLS: Final = 2.0  # sigmas of its cell: ... if it pulls no more than this
+_LOOSE: Final = 1.0  # m: by so much a broken line is taken to be longer
+_OWN_SIGMA: Final = 2e-3  # m, of a length that was found to be off
+
+
+class Cause(NamedTuple):
+    """A cause, by how much of the contradiction it leaves.
+
+    ``shift``: m, of a line that is longer. ``hangs``: where the platform hangs without a line that broke.
+    """
+
+    left: float
+    kind: str  # cell, length or break
+    line: int
+    shift: float = 0.0
+    hangs: Hanging | None = None
+
+
+def read(settings: BodySettings, state: BodyState, tensions: Array) -> None:
+    """Watch the readings of the cells for one that is silent."""
+    silent = np.isnan(tensions)
+    for i in np.flatnonzero(silent != state.silent):
+        name = settings.model.robot.lines[i].name
+        what = f"the cell of line {name} gives no reading"
+        state.monitor.set("load_cells", f"silent {name}", what, active=bool(silent[i]))
+    state.silent = silent
+
+
+def fits(settings: BodySettings, state: BodyState, measured: Measurement) -> bool:
+    """Whether a measurement may be used; one that contradicts the statics is not, and after some a cause is named."""
+    spread = measured.gradients @ state.covariance @ measured.gradients.T + measured.noise
+    inverse = np.asarray(np.linalg.inv(spread))
+    contradiction = float(measured.innovation @ inverse @ measured.innovation)
+    count = len(measured.innovation)
+    state.consistency = {"statics": contradiction / count}
+    if contradiction <= most_likely(count):
+        state.doubts = 0
+        state.monitor.clear("load_cells", "contradiction")
+        return True
+    state.doubts += 1
+    if state.doubts > _DOUBTS and not state.danger:
+        _name(settings, state, measured, inverse, contradiction)
+    return False
+
+
+def most_likely(count: int) -> float:
+    """Return the sum of squares of *count* normal numbers that is as unlikely as `_SIGMAS` (Wilson and Hilferty)."""
+    part = 2.0 / (9.0 * count)
+    return float(count * (1.0 - part + _SIGMAS * math.sqrt(part)) ** 3)
+
+
+def _name(settings: BodySettings, state: BodyState, measured: Measurement, inverse: Array, whole: float) -> None:
+    """Name the cause that explains most of the contradiction, and go on with what is left to be trusted."""
+    causes = [*_cells(measured, inverse, whole), *_lines(settings, state, measured, inverse)]
+    best = _slackest(state, measured, causes, min(causes, key=lambda cause: cause.left))
+    robot = settings.model.robot
+    name = robot.lines[best.line].name
+    alike = [
+        robot.lines[each.line].name
+        for each in causes
+        if each.kind == best.kind == "length" and each.line != best.line and each.left < best.left + _ALIKE
+    ]
+    if best.left > max(_LEFT * whole, most_likely(len(measured.innovation))):
+        why = f"tensions contradict the statics by {math.sqrt(whole):.0f} sigma, and no single cause explains it"
+        state.monitor.report("load_cells", "contradiction", why)
+        state.danger = why
+    elif best.kind == "cell":
+        off = float(measured.innovation[np.flatnonzero(measured.cells == best.line)[0]])
+        what = f"the cell of line {name} is off by {off:.0f} N, against the statics of the others: not used"
+        state.monitor.report("load_cells", f"off {name}", what)
+        state.cells_used[best.line], state.doubts = False, 0
+        if state.cells_used.sum() < settings.model.n:
+            state.danger = f"too few load cells are left that agree: {what}"
+    elif best.kind == "length":
+        what = f"line {name} is {1e3 * best.shift:+.1f} mm longer than its encoder says: it slipped, or left its sheave"
+        if alike:
+            what += f"; line {' or '.join(alike)} off by as much would show the same"
+        state.monitor.report("encoders", f"length {name}", what)
+        state.danger = what
+        _shift(state, best.line, best.shift, _OWN_SIGMA)
+    else:
+        state.danger = broken.sentence(robot, best.line, state.pose, best.hangs)
+        state.monitor.report("load_cells", f"broken {name}", state.danger)
+        state.cells_used[best.line] = False
+        _shift(state, best.line, _LOOSE, _OWN_SIGMA)
+
+
+def _slackest(state: BodyState, measured: Measurement, causes: list[Cause], best: Cause) -> Cause:
+    """Decide between a line that is too long and one that broke: a broken one pulls nothing at all."""
+    rows = np.flatnonzero(measured.cells == best.line)
+    if best.kind == "cell" or not len(rows):
+        return best
+    place = state.layout.zero.start + best.line
+    sigma = math.sqrt(float(measured.noise[rows[0], rows[0]] + state.covariance[place, place]))
+    pulls = float(state.tensions[best.line] + measured.innovation[rows[0]])
+    kind = best.kind
+    if kind == "break" and pulls > _PULLS * sigma:
+        kind = "length"
+    elif kind == "length" and best.shift >= _TORN and pulls <= _PULLS * sigma:
+        kind = "break"
+    others = [each for each in causes if each.kind == kind and each.line == best.line]
+    return min(others, key=lambda each: each.left)._replace(left=best.left) if others else best
+
+
+def _shift(state: BodyState, line: int, shift: float, sigma: float) -> None:
+    """Take a line to be longer by *shift*, m."""
+    place = state.layout.home.start + line
+    state.unknowns[place] += shift
+    state.covariance[place, place] += sigma**2
+    state.doubts = 0
+
+
+def _cells(measured: Measurement, inverse: Array, whole: float) -> list[Cause]:
+    """What is left of the contradiction without each one of the cells."""
+    weighted = inverse @ measured.innovation
+    return [
+        Cause(whole - float(weighted[k]) ** 2 / float(inverse[k, k]), "cell", int(line))
+        for k, line in enumerate(measured.cells)
+    ]
+
+
+def _lines(settings: BodySettings, state: BodyState, measured: Measurement, inverse: Array) -> list[Cause]:
+    """What is left with each line longer or shorter than by its encoder, and with each one broken."""
+    m, found = state.layout.m, []
+    here = _solved(settings, state, state.lengths[None])
+    shifted = state.lengths + np.kron(np.eye(m), _TRIED[:, None])
+    left = _left(measured, inverse, here, _solved(settings, state, shifted)).reshape(m, -1)
+    for i, row in enumerate(left):
+        k = int(np.argmin(row))
+        if np.isfinite(row[k]):
+            found.append(_refined(settings, state, measured, inverse, here, i, k))
+        for rest in broken.hanging_without(settings.model.robot, state.lengths, i, state.pose, state.retraction):
+            after = np.concatenate([rest.tensions, _shown(state, rest.pose)])
+            after[m + 2 + i] = np.nan  # nobody knows how a broken line hangs
+            found.append(Cause(float(_left(measured, inverse, here, after[None])[0]), "break", i, hangs=rest))
+    return found
+
+
+def _refined(
+    settings: BodySettings, state: BodyState, measured: Measurement, inverse: Array, here: Array, line: int, k: int
+) -> Cause:
+    """The best shift of a *line* between the neighbours of the tried one *k*."""
+    low, high = _TRIED[max(k - 1, 0)], _TRIED[min(k + 1, len(_TRIED) - 1)]
+    shifts = np.linspace(low, high, 17)
+    rows = np.repeat(state.lengths[None], len(shifts), axis=0)
+    rows[:, line] += shifts
+    left = _left(measured, inverse, here, _solved(settings, state, rows))
+    best = int(np.argmin(left))
+    return Cause(float(left[best]), "length", line, float(shifts[best]))
+
+
+def _solved(settings: BodySettings, state: BodyState, lengths: Array) -> Array:
+    """Tensions, tilt and swivels (k, 2 m + 2) at *lengths* (k, m), from the present pose; NaN: nothing is found."""
+    model, retraction = settings.model, None if math.isnan(state.retraction) else np.array([state.retraction])
+    rows = len(lengths)
+    found = solve_forward(
+        model,
+        lengths,
+        guess=np.repeat(state.pose[None], rows, axis=0),
+        retraction=None if retraction is None else np.repeat(retraction, rows),
+    )
+    return np.concatenate([found.tensions, np.array([_shown(state, pose) for pose in found.pose])], axis=1)
+
+
+def _shown(state: BodyState, pose: Array) -> Array:
+    """Tilt and swivels (m + 2) at a *pose* (6,)."""
+    planes = taut_of_body(state.tracker.packed.lines, pose).planes
+    return np.concatenate([predicted_tilt(pose), np.arctan2(planes[:, 1], planes[:, 0])])
+
+
+def _left(measured: Measurement, inverse: Array, here: Array, after: Array) -> Array:
+    """What is left (k,) of the contradiction where predictions were *after* (k, 2 m + 2), not *here* (1, 2 m + 2).
+
+    Where they are not known, nothing is left.
+    """
+    change = (after - here)[:, measured.rows]
+    rest = np.where(np.isnan(change), 0.0, measured.innovation - change)
+    rest[np.isnan(change).all(axis=1)] = np.inf
+    with np.errstate(invalid="ignore"):
+        left = np.einsum("ki,ij,kj->k", rest, inverse, rest)
+    return np.where(np.isfinite(left), left, np.inf)

@@ -1,0 +1,106 @@
+"""What the estimator of a rigid platform is told: its model, its sensors, and how far all of it may be off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cablewright.errors import InputError, require_positive
+from cablewright.models.coil import Coil
+from cablewright.models.statics import Model
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations of the machine from its description.
+
+    ``home_length``: m, of each line's length where the machine was homed. ``drum_radius``: share of each drum's.
+    ``exit_point``: m, of each coordinate. ``mass``: share of the platform's; ``centre``: m, of each coordinate of its
+    centre of mass. ``uneven``: m, of a length for how the cable lies on its drum, which changes over ``uneven_length``,
+    m, of cable. ``model``: N, of a tension that a perfect description would predict, for what no model has.
+    """
+
+    home_length: float = 2e-3
+    drum_radius: float = 3e-3
+    exit_point: float = 1e-3
+    mass: float = 5e-3
+    centre: float = 2e-3
+    uneven: float = 2e-4
+    uneven_length: float = 2.0
+    model: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for numbers that are not positive and finite."""
+        require_positive(**vars(self))
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name."""
+
+    source: str
+    deviation: float
+    zero: float
+    gain: float
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for numbers that are not positive and finite."""
+        require_positive(deviation=self.deviation, zero=self.zero, gain=self.gain)
+
+
+@dataclass(frozen=True)
+class Tilt:
+    """The accelerometer: noise and bias, m/s^2, and turn of its mounting, rad, standard deviations."""
+
+    deviation: float
+    bias: float
+    turn: float
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for numbers that are not positive and finite."""
+        require_positive(**vars(self))
+
+
+@dataclass(frozen=True)
+class Swivelling:
+    """Encoders of the swivelling sheaves: noise and zero, rad, standard deviations."""
+
+    deviation: float
+    zero: float
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for numbers that are not positive and finite."""
+        require_positive(**vars(self))
+
+
+@dataclass(frozen=True, eq=False)
+class BodySettings:
+    """The machine as described.
+
+    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
+    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``cells``, ``tilt``,
+    ``swivels``: None where there are none, or where they are not to be used. ``beam_deviation``: m, of a
+    reading of the length of a platform that retracts. ``interval``: s of readings that are one measurement.
+    ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
+    """
+
+    model: Model
+    counts_per_radian: float
+    coils: tuple[Coil, ...]
+    total_length: float
+    max_drum_speed: float
+    deviations: Deviations = field(default_factory=Deviations)
+    cells: Cells | None = None
+    tilt: Tilt | None = None
+    swivels: Swivelling | None = None
+    beam_deviation: float = 0.0
+    timeouts: dict[str, float] = field(default_factory=lambda: {"encoders": 0.5})
+    interval: float = 0.1
+    smoothing_time: float = 0.2
+    slack_threshold: float = 2.5e-3
+
+    def __post_init__(self) -> None:
+        """Refuse point platforms, and another number of coils than lines."""
+        if self.model.n != 6 or len(self.coils) != self.model.m:
+            raise InputError(f"robot {self.model.robot.name!r}: a rigid platform and a coil for each line are expected")
+        self.model.robot.require_plain("estimation of a rigid platform")
+        require_positive(interval=self.interval, smoothing_time=self.smoothing_time, max_drum_speed=self.max_drum_speed)

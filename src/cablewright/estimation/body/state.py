@@ -1,0 +1,151 @@
+"""State of the estimator of a rigid platform."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array, Mask
+from cablewright.errors import Status
+from cablewright.estimation.body.settings import BodySettings
+from cablewright.estimation.body.unknowns import Layout, prior
+from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.kernels.layout import Packed
+from cablewright.models.packed_views import LineStates, PlatformNumbers
+from cablewright.models.statics import Model
+from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.taut import Taut, taut_of_body
+
+
+@dataclass(eq=False)
+class Window:
+    """Readings less what was predicted of them, since the last measurement."""
+
+    begin: float = math.nan  # s
+    tensions: list[Array] = field(default_factory=list)  # (m,) N each
+    tilts: list[Array] = field(default_factory=list)  # (2,) each
+    swivels: list[Array] = field(default_factory=list)  # (m,) rad each
+    velocity: Array | None = None  # (3,) m/s, at its begin
+
+
+@dataclass(eq=False)
+class BodyState:
+    """Changed in place by `step`."""
+
+    layout: Layout
+    tracker: Tracker
+    unknowns: Array  # (size,)
+    covariance: Array  # (size, size)
+    home_lengths: Array  # (m,) m
+    home_angles: Array  # (m,) rad, wound on each drum at home
+    home_toward: Array  # (m, 3)
+    taut: Taut
+    monitor: FaultMonitor
+    gradients: Array  # (m, size) of the lengths by the unknowns
+    cells_used: Mask  # (m,)
+    paid: Array  # (m,) m since home, by the encoders
+    angles: Array  # (m,) rad, wound
+    lengths: Array  # (m,) m, corrected
+    measured_at: Array  # (m,) m paid out at the last measurement
+    velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
+    home_counts: NDArray[np.int64] | None = None
+    last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
+    pending: NDArray[np.int64] | None = None  # (m,) counts that jumped, not yet believed
+    time: float = -math.inf
+    retraction: float = math.nan  # m
+    window: Window = field(default_factory=Window)
+    pose_covariance: Array = field(default_factory=lambda: np.zeros((6, 6)))
+    consistency: dict[str, float] = field(default_factory=dict)
+    silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
+    specific_force: Array | None = None  # (3,) m/s^2, platform: its mean of late
+    shaken_at: float = math.nan  # s
+    shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
+    doubts: int = 0  # measurements in a row that contradict the statics
+    danger: str = ""  # why the machine is to stop
+
+    @property
+    def pose(self) -> Array:
+        """The pose (6,), m and rad."""
+        return self.tracker.pose
+
+    @property
+    def tensions(self) -> Array:
+        """Tensions (m,), N, at the sheaves."""
+        return np.asarray(LineStates(self.tracker.states).tension)
+
+
+def start(settings: BodySettings, pose: Array, retraction: float = math.nan, lengths: Array | None = None) -> BodyState:
+    """Return the state with the platform at *pose* (6,), homed there with a *retraction*, m (NaN: the robot's).
+
+    *lengths* (m,), m: at which an estimate had left it; None: those that hold it. Raises `AnswerError`.
+    """
+    model = settings.model if math.isnan(retraction) else Model(settings.model.robot.retracted(retraction))
+    if lengths is None:
+        lengths = solve_inverse(model, pose).checked().lengths
+    tracker = _tracker_near(model, lengths, pose)
+    layout = Layout(model.m)
+    wound = [
+        coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
+    ]
+    taut = taut_of_body(model.packed.lines, tracker.pose)
+    variances = prior(settings, layout)
+    return BodyState(
+        layout,
+        tracker,
+        np.zeros(layout.size),
+        np.diag(variances),
+        lengths.copy(),
+        np.array(wound),
+        taut.toward,
+        taut,
+        FaultMonitor(dict(settings.timeouts)),
+        np.eye(model.m, layout.size),
+        np.ones(model.m, dtype=bool),
+        np.zeros(model.m),
+        np.array(wound),
+        lengths.copy(),
+        np.zeros(model.m),
+        retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
+    )
+
+
+def _own_retraction(model: Model) -> float:
+    own = model.robot.retraction
+    return math.nan if own is None else own.length
+
+
+def _tracker_near(model: Model, lengths: Array, pose: Array) -> Tracker:
+    """Return the tracker at the equilibrium of *lengths* near *pose*, where a body could hang in several."""
+    near = solve_forward(model, lengths, guess=pose).checked()
+    return Tracker(model, lengths, TrackerSettings(certify=False), begin=near)
+
+
+def corrected(state: BodyState) -> Array:
+    """Return the lengths (m,), m, by the encoders and what is known of the unknowns."""
+    return np.asarray(state.home_lengths + state.paid + state.gradients @ state.unknowns)
+
+
+def follow(state: BodyState) -> bool:
+    """Let the platform follow the corrected lengths; whether an equilibrium was found."""
+    status = state.tracker.step(state.lengths)
+    if status is Status.OK or state.tracker.restart(state.lengths):
+        state.monitor.clear("encoders", "lost")
+        state.taut = taut_of_body(state.tracker.packed.lines, state.pose)
+        return True
+    state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
+    return False
+
+
+def set_load(state: BodyState, model: Model) -> None:
+    """Give the tracker the model's numbers at the present retraction and the estimated load."""
+    packed: Packed = model.packed
+    retraction = None if math.isnan(state.retraction) else np.array([state.retraction])
+    rows = model.rows(retraction=retraction)
+    platform = PlatformNumbers(packed.platform.copy())
+    platform.wrench = platform.wrench + state.unknowns[state.layout.load]
+    state.tracker.change(packed._replace(lines=rows.lines[0], platform=platform.array))

@@ -1,0 +1,29 @@
+"""How well a machine with a rigid platform is known: standard deviations of what it is from its description."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from cablewright.machine.quantities import Share
+from cablewright.units import Length
+from cablewright.validation import Description
+
+_Small = Annotated[Length, Field(gt=0.0, le=1.0)]
+
+
+class Accuracy(Description):
+    """Standard deviations, which the estimator of a rigid platform is told.
+
+    ``home_length``: m, of each line's length where the machine was homed. ``drum_radius``: share of each winch drum's.
+    ``exit_point``: m, of each coordinate. ``mass``: share of the platform's; ``centre``: m, of each coordinate of its
+    centre of mass. ``model``: N, of tensions that a perfect description would predict.
+    """
+
+    home_length: _Small = 2e-3
+    drum_radius: Annotated[Share, Field(gt=0.0)] = 3e-3
+    exit_point: _Small = 1e-3
+    mass: Annotated[Share, Field(gt=0.0)] = 5e-3
+    centre: _Small = 2e-3
+    model: Annotated[float, Field(gt=0.0, le=1e6)] = 0.5

@@ -1,0 +1,99 @@
+"""What a machine's lines carry, as its owner knows it: a drum below a point, or a body; and a retraction's drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from cablewright.machine.quantities import Delay, Heavy, Rate, Span, Width
+from cablewright.units import Density, Force, Mass, NonNegative, Positive, Vec3
+from cablewright.validation import Description, refusal
+
+
+class _Carrier(Description):
+    """What drum and body have in common: their own mass, and the material that they carry and lay.
+
+    Without ``capacity`` nothing is carried: material comes through a hose, without end. ``flow``: kg/s. ``radius``: m,
+    of the material, a cylinder.
+    """
+
+    OF_POWDER: ClassVar[tuple[str, ...]] = ("powder_density", "radius")
+
+    empty_mass: Heavy
+    powder: NonNegative[Mass] = 0.0
+    capacity: NonNegative[Mass] = 0.0
+    powder_density: Positive[Density] = 1500.0
+    flow: NonNegative[float]
+    radius: Span = 0.1
+
+    @model_validator(mode="after")
+    def _powder_fits(self) -> Self:
+        if self.powder > self.capacity:
+            raise refusal("powder", f"must be at most capacity, {self.capacity:g} kg")
+        if self.capacity:
+            for key in self.OF_POWDER:
+                if key not in self.model_fields_set:
+                    raise refusal(key, "must be given where capacity is")
+        return self
+
+    def fill_height(self, powder: float) -> float:
+        """Height, m, of so much *powder*, kg."""
+        return powder / (self.powder_density * math.pi * self.radius**2)
+
+
+class Drum(_Carrier):
+    """The drum that hangs from the platform point B. Depths are below B, along its axis."""
+
+    MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("swing_damping", "yaw_stiffness", "yaw_damping", "yaw_wander", "yaw_wander_length", "drag"),
+        "[simulation.drum]",
+    )
+    OF_POWDER: ClassVar[tuple[str, ...]] = ("powder_density", "radius", "powder_bottom")
+
+    powder_bottom: Span = 0.1
+    empty_centre: Span
+    empty_gyration: tuple[Span, Span, Span]
+    valve: Span
+
+
+class Body(_Carrier):
+    """A rigid platform. Its centre of mass, its inertia and its nozzle are those of the robot's description.
+
+    ``empty_mass``: without material; the described inertia goes with it in proportion. ``hopper``: (3,) m, platform
+    frame: middle of the bottom on which the material stands, along the platform's z. ``gyration``: (3,) m, radii of
+    gyration about the centre of mass, of a robot that gives no inertia.
+    """
+
+    MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(("turn_damping", "drag"), "[simulation.body]")
+    OF_POWDER: ClassVar[tuple[str, ...]] = ("powder_density", "radius", "hopper")
+
+    hopper: Vec3 = (0.0, 0.0, 0.0)
+    gyration: tuple[Span, Span, Span] | None = None
+
+
+class RetractionDrive(Description):
+    """The drive of a platform's retraction, and the sensor of its length.
+
+    ``max_speed``: m/s; ``max_force``: N along the beam; ``lag``: s. ``moving_mass``: kg of ``empty_mass`` that moves
+    with the platform points, its centre at ``moving_centre``, (3,) m, platform frame, at the ``length``, m, at which
+    the robot's centre of mass and inertia are given too. ``rate``: Hz, and ``deviation``: m, standard deviation of a
+    reading of the length.
+    """
+
+    max_speed: Annotated[float, Field(gt=0.0, le=100.0)]
+    max_force: Positive[Force]
+    lag: Delay = 0.0
+    moving_mass: NonNegative[Mass] = 0.0
+    moving_centre: Vec3 = (0.0, 0.0, 0.0)
+    length: Span | None = None
+    rate: Rate
+    deviation: Width = 0.0
+
+    @model_validator(mode="after")
+    def _place_is_known(self) -> Self:
+        if self.moving_mass and self.length is None:
+            raise refusal("length", "must be given where moving_mass is")
+        return self

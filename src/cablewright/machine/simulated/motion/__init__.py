@@ -1,0 +1,1 @@
+"""What moves in a simulated machine besides its winches: masses, a retraction, lines that break."""

@@ -1,0 +1,65 @@
+"""Planned faults of lines: one that breaks, one that leaves its sheave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.kernels.layout import EXIT_Z, PULLS, RADIUS, TAU, WEIGHT
+from cablewright.kernels.statics.line import SLACK_TENSION
+from cablewright.machine.simulated.settings import FaultPlan
+from cablewright.machine.simulated.snapshot import Archive
+from cablewright.robot import Robot
+
+FALLEN: Final = 0.02  # m, by which a cable that has left its sheave lies nearer to the axle, if a plan does not say
+_AXLE: Final = 1e-3  # m, least radius
+
+
+class LineFaults:
+    """Faults of lines, each from its time on for good."""
+
+    def __init__(self, robot: Robot, faults: Sequence[FaultPlan]) -> None:
+        """Take those of *faults* that are a line's own."""
+        names = [line.name for line in robot.lines]
+        self._plans = [(fault, names.index(fault.line)) for fault in faults if fault.source == "line" and fault.line]
+        self._begun = np.zeros(len(self._plans), dtype=np.int64)
+
+    def broken(self) -> list[int]:
+        """Numbers of the lines that have broken."""
+        return [
+            i for (fault, i), begun in zip(self._plans, self._begun, strict=True) if begun and fault.kind == "broken"
+        ]
+
+    def begin(self, time: float, lines: Array, states: Array) -> None:
+        """Begin what is due at *time*, s, on the packed *lines* and their *states*."""
+        for k, (fault, i) in enumerate(self._plans):
+            if not self._begun[k] and time >= fault.begin:
+                self._begun[k] = 1
+                if fault.kind == "broken":
+                    states[i, TAU] = np.log(SLACK_TENSION)
+                _change(fault, lines[i])
+
+    def archive_state(self, archive: Archive, lines: Array) -> None:
+        """Save or load which have begun; loading changes the packed *lines*."""
+        if not self._plans:
+            return
+        before = self._begun.copy()
+        archive.array("begun", self._begun)
+        for (fault, i), was, now in zip(self._plans, before, self._begun, strict=True):
+            if now and not was:
+                _change(fault, lines[i])
+
+
+def _change(fault: FaultPlan, row: Array) -> None:
+    """Change a line's packed *row*: a broken one weighs and pulls nothing, as a slack one without weight."""
+    if fault.kind == "broken":
+        row[WEIGHT] = row[PULLS] = 0.0
+        return
+    size = FALLEN if fault.size is None else fault.size
+    if row[RADIUS] > 0.0:
+        row[RADIUS] = max(_AXLE, row[RADIUS] - size)
+    else:
+        row[EXIT_Z] -= size

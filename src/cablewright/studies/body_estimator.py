@@ -1,0 +1,140 @@
+"""The estimator of a rigid platform, from what a machine's owner knows."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.errors import InputError
+from cablewright.estimation.body import filter as of_body
+from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Swivelling, Tilt
+from cablewright.estimation.body.state import BodyState, set_load, start
+from cablewright.machine.coils import coil_of
+from cablewright.machine.sensors import InertialSensor, SwivelSensor, TensionSensor
+from cablewright.machine.settings import MachineSettings
+from cablewright.machine.simulated.snapshot import Archive
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
+from cablewright.signals import Estimate, SensorFrame
+from cablewright.studies.estimator_settings import with_drum_mass
+
+_LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
+_LEAST_UNEVEN: Final = 1e-4  # m
+_LEAST_ZERO: Final = 0.1  # N: ... nor its zero
+
+
+def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> BodySettings:
+    """Return the settings for a machine; *sensors*: whether load cells and inertial unit are used, if it has them.
+
+    Raises `InputError` for a machine without encoders.
+    """
+    if settings.encoders is None:
+        raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
+    winch, source = settings.winch, "load_cells" if settings.load_cells is not None else "motor_torques"
+    cells, unit = settings.load_cells or settings.motor_torques, settings.inertial
+    timeouts = {"encoders": max(0.5, 2.5 / settings.encoders.rate)}
+    used = {source: cells, "inertial": unit} if sensors else {}
+    timeouts |= {name: max(0.5, 2.5 / each.rate) for name, each in used.items() if each is not None}
+    return BodySettings(
+        Model(with_drum_mass(robot, settings)),
+        winch.counts * winch.ratio / math.tau,
+        tuple(coil_of(line, winch) for line in robot.lines),
+        winch.held,
+        winch.max_speed,
+        _deviations(robot, settings),
+        None if cells is None or not sensors else _cells(source, cells),
+        None if unit is None or not sensors else _tilt(unit),
+        None if settings.swivels is None or not sensors else _swivelling(settings.swivels),
+        0.0 if settings.retraction is None else settings.retraction.deviation,
+        timeouts,
+    )
+
+
+def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
+    """What the owner knows of the machine's accuracy, and how unevenly cable lies on the drums."""
+    winch = settings.winch
+    radius = min(line.winch.drum_radius or math.inf for line in robot.lines)
+    length = min(winch.radius_turns * math.tau * radius, 10.0)
+    uneven = max(0.5 * winch.radius_deviation / radius * length, _LEAST_UNEVEN)
+    known = {} if settings.accuracy is None else settings.accuracy.model_dump()
+    return Deviations(uneven=uneven, uneven_length=length, **known)
+
+
+def _swivelling(swivels: SwivelSensor) -> Swivelling:
+    return Swivelling(max(swivels.deviation, 1e-5), max(swivels.bias, 1e-5))
+
+
+def _cells(source: str, cells: TensionSensor) -> Cells:
+    zero = max(cells.bias, _LEAST_ZERO)
+    return Cells(source, max(cells.deviation, _LEAST_ZERO), zero, max(cells.gain_deviation, _LEAST_GAIN))
+
+
+def _tilt(unit: InertialSensor) -> Tilt:
+    least = 1e-4  # m/s^2 and rad
+    return Tilt(
+        *(max(each, least) for each in (unit.acceleration_deviation, unit.acceleration_bias, unit.turn_deviation))
+    )
+
+
+class BodyEstimator:
+    """The estimator of a print of a rigid platform that begins at a pose (6,), m and rad."""
+
+    def __init__(self, settings: BodySettings, pose: Array, retraction: float = math.nan) -> None:
+        """*retraction*: m, at the beginning; NaN: the robot's own. Raises `AnswerError` for a pose that is not held."""
+        self._settings, self._state = settings, start(settings, pose, retraction)
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        """As `Estimator`."""
+        return of_body.step(self._settings, self._state, frame)
+
+    @property
+    def tensions(self) -> Array | None:
+        """As `Estimator`."""
+        return np.asarray(self._state.tensions)
+
+    @property
+    def danger(self) -> str:
+        """Why the machine is to stop; empty: nothing."""
+        return self._state.danger
+
+    def archive_state(self, archive: Archive) -> None:
+        """Save or load all that it has learnt."""
+        _archive_state(self._settings, self._state, archive)
+
+
+def _archive_state(settings: BodySettings, state: BodyState, archive: Archive) -> None:
+    """Save or load what the next estimates depend on; windows and doubts begin anew."""
+    for name in (
+        "unknowns",
+        "covariance",
+        "home_lengths",
+        "home_angles",
+        "home_toward",
+        "paid",
+        "angles",
+        "lengths",
+        "measured_at",
+    ):
+        archive.array(name, getattr(state, name))
+    for name in ("gradients", "pose_covariance"):
+        archive.array(name, getattr(state, name))
+    known = archive.count("homed", int(state.home_counts is not None))
+    counts = np.zeros(state.layout.m, dtype=np.int64) if state.home_counts is None else state.home_counts
+    archive.array("home_counts", counts)
+    used = state.cells_used.astype(np.float64)
+    archive.array("cells_used", used)
+    pose, states = state.tracker.pose.copy(), state.tracker.states.copy()
+    archive.array("pose", pose)
+    archive.array("states", states)
+    if not math.isnan(state.retraction):
+        state.retraction = archive.number("retraction", state.retraction)
+    if archive.loading:
+        state.home_counts = counts if known else None
+        state.cells_used = used > 0.5
+        state.last_counts = None
+        state.tracker.pose, state.tracker.states = pose, states
+        set_load(state, settings.model)
+        state.tracker.restart(state.lengths)

@@ -1,0 +1,171 @@
+"""What a rigid platform must be able to do along a path, checked before anything moves, and the tensions it keeps."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array
+from cablewright.choices import LawName
+from cablewright.control.beam import BeamSettings
+from cablewright.control.guide import TimedPath
+from cablewright.errors import AnswerError, InputError
+from cablewright.machine.settings import MachineSettings
+from cablewright.models.rotation import matrices
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.printing.job import Job
+from cablewright.robot import RigidPlatform, Robot
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.linearise import linearise_where_regular, tension_changes
+
+_SAMPLES: Final = 400  # places of a path at which tensions and speeds are judged
+_MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
+_BELOW: Final = 0.05  # of the range of tensions, kept below the largest
+_STOPS: Final = 0.5  # share of the least tension under which a print stops
+
+
+def nozzle_of(robot: Robot) -> tuple[float, float, float] | None:
+    """Return the nozzle of a rigid platform, m, platform frame; None of a point platform."""
+    return robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else None
+
+
+def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) -> None:
+    """Raise `InputError` where robot, job and machine do not go together."""
+    turns = any(step.rotation is not None for step in job.schedule)
+    if robot.n == 3:
+        if turns:
+            raise InputError(f"job {job.name}: schedule sets a rotation; the platform of {robot.name} is a point")
+        return
+    if law != "model":
+        raise InputError(f"law = {law}: is one of a point platform; that of {robot.name!r} is rigid")
+    if owner.body is None:
+        raise InputError(f"machine {owner.name!r}: has no [body]; the platform of {robot.name!r} is rigid")
+    for step in job.schedule:
+        if step.retraction is not None:
+            try:
+                robot.retraction_to(step.retraction)
+            except InputError as reason:
+                raise InputError(f"job {job.name}: schedule at {step.z:g} m: {reason}") from None
+    if owner.retraction is None and any(step.retraction is not None for step in job.schedule):
+        raise InputError(f"machine {owner.name!r}: has no [retraction], which the job's schedule moves")
+
+
+def require_lines(model: Model, path: TimedPath) -> None:
+    """Raise `InputError` for fewer lines than freedoms, with how far the platform would swing.
+
+    What the lines do not hold swings at sqrt(g / l) at most; an acceleration that begins and ends shifts it by up to
+    twice the acceleration times l / g.
+    """
+    robot = model.robot
+    if robot.m >= model.n:
+        return
+    drop = max(line.exit_point[2] for line in robot.lines) - float(path.track.positions[:, 2].min())
+    bound = 2.0 * path.acceleration / robot.scene.gravity * max(drop, 0.0)
+    raise InputError(
+        f"robot {robot.name!r}: {robot.m} lines hold {robot.m} of {model.n} freedoms; with {path.acceleration:g} m/s^2 "
+        f"its platform would swing by up to {bound:.3f} m, {drop:.2f} m below the exits: a print needs {model.n} lines"
+    )
+
+
+def poses_along(path: TimedPath, rows: NDArray[np.int64]) -> tuple[Array, Array | None]:
+    """Return poses (k, 6) and retraction lengths (k,), or None, at the points *rows* (k,) of the track."""
+    assert path.attitude is not None
+    places = path.track.positions[rows]
+    schedule = path.attitude.schedule
+    rotations = schedule.rotations(places[:, 2]) if schedule.turns else np.zeros_like(places)
+    origins = places - matrices(rotations) @ path.attitude.nozzle
+    return np.concatenate([origins, rotations], axis=1), schedule.retractions(places[:, 2])
+
+
+def check_held(model: Model, path: TimedPath) -> None:
+    """Raise `AnswerError` at the first place of the path that is out of the frame or cannot be held."""
+    everywhere = np.arange(len(path.track.positions))
+    poses, retraction = poses_along(path, everywhere)
+    scene = model.robot.scene
+    inside = ((poses[:, :3] >= scene.frame_min) & (poses[:, :3] <= scene.frame_max)).all(axis=1)
+    if not inside.all():
+        raise AnswerError(
+            f"the path leaves the frame of {model.robot.name!r} {_where(path, poses, int(inside.argmin()))}"
+        )
+    held = solve_inverse(model, poses, path=True, retraction=retraction)
+    if not held.ok.all():
+        bad = int(np.argmin(held.ok))
+        where = _where(path, poses, bad)
+        raise AnswerError(f"no tensions of {model.robot.name!r} hold the path {where}: {held[bad].sentence()}")
+    _check_accelerations(model, path, held)
+
+
+def _check_accelerations(model: Model, path: TimedPath, held: Equilibrium) -> None:
+    """Raise `AnswerError` where the path's acceleration needs tensions that lines cannot give."""
+    found, codes = linearise_where_regular(held)
+    if codes.any():
+        bad = int(np.flatnonzero(codes)[0])
+        raise AnswerError(f"the platform can move without any line resisting {_where(path, held.pose, bad)}")
+    by_wrench = tension_changes(held).by_pose @ np.linalg.inv(found.stiffness)
+    size = model.robot.platform.mass * path.acceleration * np.linalg.norm(by_wrench[..., :3], axis=-1)
+    left = held.tensions - size
+    if not (left > 0.0).all():
+        bad, line = divmod(int(np.argmin(left)), left.shape[1])
+        raise AnswerError(
+            f"line {model.robot.lines[line].name} would fall slack under {path.acceleration:g} m/s^2 "
+            f"{_where(path, held.pose, bad)}: {held.tensions[bad, line]:.0f} N less {size[bad, line]:.0f} N"
+        )
+
+
+def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> None:
+    """Raise `InputError` for a path too fast for the winches or the retraction."""
+    fastest = max(path.print_speed, path.travel_speed)
+    radius = min(line.winch.drum_radius or math.inf for line in model.robot.lines)
+    if fastest / radius > settings.winch.max_speed:  # no line changes faster than the nozzle moves, unturned
+        why = f"{fastest / radius:.3g} rad/s of a drum; at most {settings.winch.max_speed:g} is possible"
+        raise InputError(f"the path is too fast for the winches: {fastest:g} m/s takes {why}")
+    assert path.attitude is not None
+    lengths = path.attitude.schedule.retractions(path.track.positions[:, 2])
+    if lengths is None or settings.retraction is None:
+        return
+    time = np.maximum(np.diff(path.arrival), 1e-9)
+    speeds = np.abs(np.diff(lengths)) / time
+    worst = int(np.argmax(speeds))
+    if speeds[worst] > settings.retraction.max_speed:
+        where = f"at {path.track.distance[worst]:.1f} m along the path"
+        most = settings.retraction.max_speed
+        raise InputError(f"the schedule retracts by {speeds[worst]:.3g} m/s {where}; at most {most:g} is possible")
+
+
+def with_margin(model: Model, path: TimedPath) -> Model:
+    """Return the model with the narrowest limits of tension, within its own, that the whole path allows."""
+    robot = model.robot
+    if model.m <= model.n:
+        return model
+    rows = np.linspace(0, len(path.track.positions) - 1, min(len(path.track.positions), _SAMPLES)).astype(np.int64)
+    poses, retraction = poses_along(path, rows)
+    for share in _MARGINS:
+        lines = []
+        for line in robot.lines:
+            low, high = line.tension_limits
+            limits = (low + share * low, high - _BELOW * (high - low))
+            lines.append(line.model_copy(update={"tension_limits": limits}))
+        narrow = Model(robot.model_copy(update={"lines": tuple(lines)}), model.fidelity)
+        if solve_inverse(narrow, poses, path=True, retraction=retraction).ok.all():
+            return narrow
+    return model
+
+
+def least_tensions(robot: Robot) -> Array:
+    """Return the tensions (m,), N, under which a print stops."""
+    return np.array([_STOPS * line.tension_limits[0] for line in robot.lines])
+
+
+def beam_of(robot: Robot, settings: MachineSettings) -> BeamSettings | None:
+    """Return the settings of the retraction's drive; None without one."""
+    return None if settings.retraction is None else BeamSettings.of(robot, settings.retraction.max_speed)
+
+
+def _where(path: TimedPath, poses: Array, row: int) -> str:
+    x, y, z, *turn = poses[row].tolist()
+    turned = math.degrees(math.hypot(*turn))
+    by = f", turned by {turned:.1f} deg" if turned else ""
+    return f"at {x:.3f}, {y:.3f}, {z:.3f} m{by}, {path.track.distance[row]:.1f} m along it"

@@ -1,0 +1,104 @@
+"""A rigid platform prints in closed loop: true values, refusals before anything moves, and a print that goes on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright.errors import AnswerError, InputError
+from cablewright.machine.simulated.settings import FaultPlan, whole_machine
+from cablewright.printing.job import Job
+from cablewright.robot import Robot, load
+from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
+from cablewright.studies.prints.print_job import PrintedJob, print_job
+
+ROBOT = load("cogiro")
+
+
+def ring(**changes: object) -> Job:
+    return Job.model_validate({
+        "name": "ring",
+        "origin": [0.4, -0.3, 0.0],
+        "helix": {"radius": 0.4, "layers": 1, "layer_height": "12 mm", "first_height": "0.6 m"},
+        "motion": {"print_speed": "5 cm/s", "travel_speed": "5 cm/s", "acceleration": "50 mm/s^2"},
+        **changes,
+    })  # fmt: skip
+
+
+def printed(folder: Path, seed: int, estimator: str | None = None, **changes: object) -> PrintedJob:
+    options = PrintOptions(estimator, plant="quasi-static", period=0.5, seed=seed)
+    return print_job(ROBOT, ring(**changes), folder, options=options)
+
+
+def planned(job: Job, robot: Robot = ROBOT, machine: str | None = None) -> MachineTwin:
+    twin = twin_of(robot, job, machine, PrintOptions(plant="quasi-static"))
+    plan_print(twin)
+    return twin
+
+
+def test_a_body_prints_within_its_tensions_and_better_than_by_lengths_alone(tmp_path: Path) -> None:
+    closed, open_ = (printed(tmp_path / str(name), 21, name).record.whole for name in (None, "encoders"))
+    assert closed.position_rms < 4e-3
+    assert closed.position_max < 8e-3
+    assert closed.orientation_max < np.radians(0.3)
+    assert closed.min_tension_margin > 20.0
+    assert open_.min_tension_margin < closed.min_tension_margin - 50.0
+
+
+def test_the_platform_turns_by_the_schedule(tmp_path: Path) -> None:
+    turned = [{"z": 0.5, "rotation": ["0 deg", "0 deg", "0 deg"]}, {"z": 0.7, "rotation": ["0 deg", "3 deg", "6 deg"]}]
+    done = printed(tmp_path / "run", 22, schedule=turned)
+    assert done.finished
+    assert done.record.whole.orientation_max < np.radians(0.4)
+    assert np.abs(done.record.rows["true_rotation"]).max() > np.radians(2.5)
+    told = json.loads((tmp_path / "run" / "metrics.json").read_text())
+    assert {"position_rms", "position_max", "orientation_max", "min_tension_margin"} <= told.keys()
+
+
+def test_a_broken_line_stops_the_print_and_is_named(tmp_path: Path) -> None:
+    fault = FaultPlan(source="line", line="4", kind="broken", begin=20.0)
+    machine = whole_machine("cogiro").with_simulation(faults=(fault,))
+    options = PrintOptions(plant="quasi-static", period=0.5, seed=23)
+    done = print_job(ROBOT, ring(), tmp_path / "run", machine=machine, options=options)
+    assert not done.finished
+    assert "line 4" in done.run.reason
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "message"),
+    [
+        ({"schedule": [{"z": 0.5, "rotation": ["75 deg", "0 deg", "0 deg"]}]}, AnswerError, "turned by 75.0 deg"),
+        ({"schedule": [{"z": 0.5, "retraction": "1 m"}]}, InputError, "has no retraction"),
+        ({"origin": [6.5, 0.0, 0.0]}, AnswerError, "no tensions of 'cogiro' hold the path"),
+        ({"motion": {"print_speed": "5 m/s", "travel_speed": "5 m/s"}}, InputError, "too fast for the winches"),
+        ({"motion": {"acceleration": "20 m/s^2"}}, AnswerError, "would fall slack under 20 m/s"),
+    ],
+)
+def test_what_cannot_be_held_is_refused_before_it_moves(
+    changes: dict[str, object], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        planned(ring(**changes))
+
+
+def test_a_retraction_beyond_its_stroke_or_too_fast_is_refused() -> None:
+    def job(schedule: list[dict[str, object]], speed: str) -> Job:
+        helix = {"radius": 0.2, "layers": 3, "layer_height": "0.1 m", "first_height": "0.3 m"}
+        motion = {"print_speed": speed, "travel_speed": speed}
+        return ring(origin=[0.0, 0.0, 0.0], helix=helix, motion=motion, schedule=schedule)
+
+    robot = load("jung2020")
+    with pytest.raises(InputError, match=r"retracts from 1\.2 to 2 m"):
+        planned(job([{"z": 0.3, "retraction": "2.1 m"}], "5 cm/s"), robot)
+    with pytest.raises(InputError, match=r"the schedule retracts by .* at most 0\.02 is possible"):
+        planned(job([{"z": 0.3, "retraction": "2 m"}, {"z": 0.31, "retraction": "1.5 m"}], "20 cm/s"), robot)
+
+
+def test_fewer_lines_than_freedoms_are_refused_with_a_bound_of_the_swing() -> None:
+    robot = load("grab-four-lines")
+    machine = whole_machine("cogiro").with_owner(robot=None)
+    with pytest.raises(InputError, match=r"4 lines hold 4 of 6 freedoms; .* would swing by up to"):
+        plan_print(twin_of(robot, ring(), machine, PrintOptions(plant="quasi-static")))
