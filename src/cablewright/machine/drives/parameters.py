@@ -19,7 +19,7 @@ _MOTOR_TURN: Final = 60.0 / math.tau  # 1/min for a rad/s
 # Options of CiA 402: how a drive stops.
 _SIGNAL_FAULT = 1  # 0x6007: a lost connection is a fault
 _RAMP_AND_HOLD = 6  # 0x605A: by the quick stop's ramp, then held under torque; the usual 2 would let a load fall
-_RAMP_AND_OFF = 1  # 0x605B, 0x605C: by a ramp, then the brake closes and torque goes
+RAMP_AND_OFF = 1  # 0x605B, 0x605C: by a ramp, then the brake closes and torque goes
 _RAMP = 2  # 0x605D, 0x605E: by the quick stop's ramp; of a fault the brake closes then
 
 
@@ -87,8 +87,8 @@ def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) ->
         Parameter(o.PERIOD_INDEX, -3, mask=0xFF, optional=True),
         Parameter(o.ABORT_OPTION, _SIGNAL_FAULT),
         Parameter(o.QUICK_STOP_OPTION, _RAMP_AND_HOLD),
-        Parameter(o.SHUTDOWN_OPTION, _RAMP_AND_OFF, optional=True),
-        Parameter(o.DISABLE_OPTION, _RAMP_AND_OFF),
+        Parameter(o.SHUTDOWN_OPTION, RAMP_AND_OFF, optional=True),
+        Parameter(o.DISABLE_OPTION, RAMP_AND_OFF),
         Parameter(o.HALT_OPTION, _RAMP, optional=True),
         Parameter(o.FAULT_OPTION, _RAMP),
         Parameter(o.FOLLOWING_WINDOW, window),

@@ -11,6 +11,7 @@ from cablewright.units import Duration, Force, Length, Positive, Speed, Torque
 from cablewright.validation import Description, refusal
 
 MAX_NODES: Final = 32
+_MARGIN: Final = 0.2  # s
 LOOPBACK: Final = "loopback"
 """The interface of virtual drives."""
 
@@ -72,6 +73,10 @@ class DriveSettings(Description):
     jog_tension: Positive[Force] | None = None
     tension_speed: Annotated[Speed, Field(gt=0.0, le=0.25)] = 0.02
     inputs: InputBits = InputBits()
+
+    def stop_time(self, speed: float) -> float:
+        """Time, s, in which a drive stops from a *speed* of its cable, m/s, closes its brake, and has told so."""
+        return speed / self.deceleration + self.brake_time + self.answer_timeout + _MARGIN
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
