@@ -24,11 +24,11 @@ from cablewright.machine.drives.parameters import Parameter
 from cablewright.machine.drives.scale import Scale
 from cablewright.machine.drives.sdo import Transfer, Transfers
 
-
 STANDS: Final = 0.02
 """Speed of a drum that stands, rad/s."""
 
 _FRESH: Final = 0.1  # s for which a statusword is believed
+
 
 class Setpoint(NamedTuple):
     """What a winch is to do in the next cycle. ``speed``: rad/s, ``torque``: N m, of the drum; positive pays out."""

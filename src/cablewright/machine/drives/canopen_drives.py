@@ -197,9 +197,7 @@ class CanopenDrives:
         """As `WinchDrives`."""
         return self._bus.checking
 
-    def cycle(
-        self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True
-    ) -> float:
+    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
         """As `WinchDrives`."""
         return self._bus.cycle(setpoints, due, self._machine.period, reset=reset, beats=beats)
 

@@ -95,7 +95,7 @@ def controlword(wish: Wish, state: PowerState, *, rests: bool, held: bool = Fals
     """The controlword that leads a drive in that *state* towards the *wish*, a transition at a time.
 
     *rests*: it has had no torque for as long as its brake needs to close; until then nothing is sent that could cut
-    the torque: no shutdown, and never "disable voltage". *held*: it stands under torque and would be commanded to stand.
+    the torque: no shutdown, and never "disable voltage". *held*: it stands under torque, and would be told to stand.
 
     A fault is never reset by it, and a drive that stopped by itself is not taken up again without being off first: from
     its quick stop it is enabled for a moment, held, as that alone leads on to the ramp and the brake.

@@ -12,6 +12,7 @@ from contextlib import suppress
 from typing import Final
 
 import numpy as np
+
 from cablewright.errors import CablewrightError, InputError
 from cablewright.machine.drives.axis import STANDS, Axis, Setpoint
 from cablewright.machine.drives.cia402 import IN_FAULT, PowerState, Wish, shown

@@ -44,9 +44,7 @@ class WinchDrives(Protocol):
     def checking(self) -> bool:
         """Whether what was begun goes on. What failed is in `Axis.failure`."""
 
-    def cycle(
-        self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True
-    ) -> float:
+    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
         """Command *setpoints*, wait until *due*, s, and take the answers; return the time of measurement, s.
 
         *reset*: of faults, by an edge. *beats*: whether the heartbeat goes on, without which each drive stops by

@@ -33,16 +33,17 @@ class _File(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    schema_number: Annotated[int, Field(alias="schema", ge=1, le=1)]
+    schema_number: Annotated[int, Field(alias="schema", ge=2, le=2)]
     robot: str
     lines: tuple[str, ...]
+    epoch: Annotated[int, Field(ge=0, le=2**62)]
     counts: tuple[Annotated[int, Field(ge=-(2**62), le=2**62)], ...]
     lengths: tuple[_Number, ...]
     position: tuple[_Number, _Number, _Number]
 
 
 class LengthKeeper:
-    """Lengths of the last homing, by counts. Counts go on over a loss of power only as `Remembering` says."""
+    """Lengths of the last homing, by counts. They hold in the epoch of those counts alone, see `Remembering`."""
 
     def __init__(self, path: Path, robot: Robot, settings: MachineSettings) -> None:
         """The file at *path*, which need not be there. Raises `InputError` for one that is damaged or of another."""
@@ -50,7 +51,6 @@ class LengthKeeper:
         self.reckoning = reckoning_of(robot, settings)
         self.machine: Remembering | None = None  # whose counts these are
         self.found: ReckoningState | None = None  # since homing has passed the lengths, in this session
-        self._own = False  # whether lengths are of this session
         self._saved = self._read()
 
     @property
@@ -60,8 +60,7 @@ class LengthKeeper:
 
     def lengths(self, counts: NDArray[np.int64]) -> Array | None:
         """Lengths (m,), m, at *counts* (m,); None where nothing valid is saved, or a drum cannot have turned so far."""
-        kept = self.machine is not None and self.machine.restored
-        if self._saved is None or not (kept or self._own):
+        if self._saved is None or self.machine is None or self._saved.epoch != self.machine.epoch:
             return None
         reckoning = self.reckoning
         turned = (counts - np.array(self._saved.counts)) / reckoning.counts_per_radian
@@ -74,14 +73,24 @@ class LengthKeeper:
                 return None
         return np.array(found)
 
+    def tensions(self, shown: Array, lengths: Array) -> Array:
+        """Tensions (m,), N, by those that drives *show* at the smallest radius, where *lengths* (m,), m, are out."""
+        reckoning, found = self.reckoning, shown.copy()
+        for i, (coil, out) in enumerate(zip(reckoning.coils, lengths.tolist(), strict=True)):
+            held = min(max(reckoning.total_length - out, 0.0), float(coil.wound[-1]))
+            found[i] *= float(coil.radii.min()) / coil.radius(coil.angle(held))
+        return found
+
     def accept(self, lengths: Array, counts: NDArray[np.int64]) -> None:
         """Take lengths (m,), m, that homing has passed at *counts*, and write them. Raises `AnswerError`."""
         self.found = dead_reckoning.start_at(self.reckoning, lengths, counts)
         lines = [line.name for line in self.robot.lines]
-        content = {"schema": 1, "robot": self.robot.name, "lines": lines, "counts": counts.tolist()}
+        assert self.machine is not None
+        content = {"schema": 2, "robot": self.robot.name, "lines": lines, "epoch": self.machine.epoch}
+        content["counts"] = counts.tolist()
         content |= {"lengths": lengths.tolist(), "position": self.found.tracker.pose.tolist()}
         text = json.dumps(content)
-        self._saved, self._own = _File.model_validate_json(text), True
+        self._saved = _File.model_validate_json(text)
         write_whole(self.path, text.encode() + b"\n")
 
     def _read(self) -> _File | None:

@@ -118,8 +118,11 @@ class VirtualDrive:
             if self.nmt != o.OPERATIONAL:
                 self._commanded = math.nan
         elif frame.id == o.SDO_REQUEST + self.node:
+            self._refresh()
             answer = self.dictionary.answer(data)
             self.outbox += [] if answer is None else [answer]
+            if data[:1] != b"\x40" and data[1:3] == o.CONTROLWORD.index.to_bytes(2, "little"):
+                self._control(self.dictionary[o.CONTROLWORD])
             if self.dictionary[o.CONSUMER_HEARTBEAT] == 0:
                 self._beat_heard = math.nan
         elif frame.id == o.HEARTBEAT + (self.dictionary[o.CONSUMER_HEARTBEAT] >> 16 & 0x7F):
@@ -146,6 +149,16 @@ class VirtualDrive:
                 self._control(own[o.CONTROLWORD])
 
     def _answers(self) -> list[Frame]:
+        own = self._refresh()
+        frames = []
+        for k, mapped in enumerate(o.FROM_DRIVES):
+            cob = int.from_bytes(own.entries[0x1800 + k, 1].data, "little")
+            if not cob >> 31:
+                frames.append(Frame(cob & 0x7FF, b"".join(each.pack(own[each]) for each in mapped)))
+        return frames
+
+    def _refresh(self) -> Dictionary:
+        """Bring what it tells up to date."""
         own, limit = self.dictionary, 1e3 / self.rated_torque
         own[o.STATUSWORD] = _STATUS[self.state] | _REMOTE
         wrapped = (math.floor(self.position) + (1 << 31)) % (1 << 32) - (1 << 31)
@@ -154,12 +167,7 @@ class VirtualDrive:
         own[o.TORQUE] = round(self.torque * limit)
         own[o.FOLLOWING_ERROR] = round(self._error)
         own[o.INPUTS] = self.brake_closed << _BRAKE_BIT | self.chain_closed << _CHAIN_BIT
-        frames = []
-        for k, mapped in enumerate(o.FROM_DRIVES):
-            cob = int.from_bytes(own.entries[0x1800 + k, 1].data, "little")
-            if not cob >> 31:
-                frames.append(Frame(cob & 0x7FF, b"".join(each.pack(own[each]) for each in mapped)))
-        return frames
+        return own
 
     def _control(self, word: int) -> None:
         """Take the transition that a controlword asks for."""
