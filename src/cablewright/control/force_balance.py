@@ -49,7 +49,7 @@ class ForceBalance:
 
 
 def balance(model: Model, place: Array, tensions: Array, share: float) -> ForceBalance:
-    """Judge *tensions* (m,), N, at the sheaves with the platform at *place* (3,), m; *share*: allowed, of the weight."""
+    """Judge *tensions* (m,), N, at the sheaves, with the platform at *place* (3,), m; *share*: of its weight."""
     scene, platform = model.robot.scene, model.robot.platform
     weight = scene.gravity * platform.mass
     off = _force(model, place, tensions) - np.array([0.0, 0.0, weight])
