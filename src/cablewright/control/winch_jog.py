@@ -10,6 +10,7 @@ import numpy as np
 
 from cablewright.control.manual import LEASE, MAX_SPEED, require_run_out
 from cablewright.control.procedure import ProcedureStep
+from cablewright.control.take_up import WRONG_SIGN
 from cablewright.errors import InputError
 from cablewright.signals import Estimate, SensorFrame, Tensions
 
@@ -21,7 +22,8 @@ _END: Final = 0.5  # s after the last lease until the procedure ends
 class WinchJogSettings:
     """``line``: index. ``speed``: m/s of cable, positive pays out. ``max_tension``: N, of the line while it reels in.
 
-    ``radius``: m, the drum's largest, so that cable is never faster. ``deceleration``: m/s^2 of cable, when it is let
+    ``radius``: m, the drum's largest, so that cable is never faster. ``min_tension``: N, under which the sign of a line
+    that is held must be wrong. ``deceleration``: m/s^2 of cable, when it is let
     go. ``max_run_out``: m of cable, from the last order to rest. ``delay``: s from an order to the motion.
     """
 
@@ -30,6 +32,7 @@ class WinchJogSettings:
     speed: float
     max_tension: float
     radius: float
+    min_tension: float = -math.inf
     deceleration: float = _RAMP
     max_run_out: float = math.inf
     delay: float = 0.0
@@ -69,10 +72,12 @@ class WinchJog:
         self._now = now
         if self._asked:
             self._lease_end, self._asked = now + LEASE, False
+        speeds = np.zeros(own.lines)
         for reading in frame.of(Tensions):
             if len(reading.tensions) == own.lines:
+                if math.isnan(self._tension) and (least := float(np.nanmin(reading.tensions))) < own.min_tension:
+                    return ProcedureStep(speeds, failure=f"a line pulls with {least:.0f} N: {WRONG_SIGN}")
                 self._tension = float(reading.tensions[own.line])
-        speeds = np.zeros(own.lines)
         if math.isnan(self._tension):
             return ProcedureStep(speeds, failure="" if now - self._began < _END else "no tension of the line is read")
         wish = own.speed if now < self._lease_end else 0.0

@@ -141,7 +141,7 @@ class Axis:
     def check(self, parameters: list[Parameter], *, write: bool) -> None:
         """Read parameters, after they were written if *write*; what is wrong is the `failure`."""
         for each in parameters:
-            written = self.transfers.add(Transfer(each.object, each.value)) if write else None
+            written = self.transfers.add(Transfer(each.object, each.value)) if write and not each.given else None
             self.checks.append((each, written, self.transfers.add(Transfer(each.object))))
 
     @property

@@ -65,7 +65,7 @@ class DriveMachine:
         self._measured, self._fresh, self._open = -math.inf, False, False
         self._limited: list[Notice] = []
         self._strays, self._off_watch = StrayWatch(settings.drives), OffWatch(drives.axes, settings.drives)
-        self._beats = True  # whether the heartbeat goes on
+        self._beats, self._slips = True, ""  # whether the heartbeat goes on; which brake slips
         self.left = ""  # which drive was not known to be off when it was closed
         modes = frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY, WinchMode.TENSION})
         self._abilities = Abilities(m, _sensors(settings.drives), modes, frozenset({RESET}), brakes=True)
@@ -115,10 +115,7 @@ class DriveMachine:
         if not on or self.tripped or not self._on:
             self._switch_off()
         self._cycle(self._setpoints)
-        if self._on:
-            self._watch()
-        else:
-            self._strays.forget()
+        self._watch()
         return self._frame()
 
     def stop(self) -> None:
@@ -295,8 +292,17 @@ class DriveMachine:
             self.tripped = ""
 
     def _watch(self) -> None:
-        if why := self._lost() or self._strays.judge(self._drives.axes, self._setpoints, self._measured):
-            self._trip(why)
+        """Trip where a winch is lost or astray; also of one that its brake should hold."""
+        self._slips = ""
+        if not self._on and self._off_watch.unproven(self._drives.now()):
+            return self._strays.forget()
+        why = self._lost() if self._on else ""
+        stray = self._strays.judge(self._drives.axes, self._setpoints, self._measured)
+        if stray and not self._on:
+            self._slips = stray = f"{stray}, which its brake should hold: secure the load"
+        if why or stray:
+            self._trip(why or stray)
+        return None
 
     def _troubles(self) -> str:
         """What is wrong with the bus or a drive; an empty text: nothing."""
@@ -386,6 +392,8 @@ class DriveMachine:
         if self._drives.trouble:
             found.append(Notice(Condition.BUS_SILENT, self._drives.trouble))
         found += [Notice(Condition.BUS_SILENT, axis.name) for axis in self._drives.axes if self._silent(axis)]
+        if self._slips:
+            found.append(Notice(Condition.BRAKE, self._slips))
         if self.tripped:
             found.append(Notice(Condition.DRIVE_FAULT, self.tripped))
         return found

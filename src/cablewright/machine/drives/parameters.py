@@ -26,7 +26,8 @@ _RAMP = 2  # 0x605D, 0x605E: by the quick stop's ramp; of a fault the brake clos
 class Parameter(NamedTuple):
     """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
 
-    ``lasts``: whether it still holds once all is written; others are steps on the way.
+    ``lasts``: whether it still holds once all is written; others are steps on the way. ``given``: by the drive and its
+    motor: it is compared, and never written.
     """
 
     object: Object
@@ -34,6 +35,7 @@ class Parameter(NamedTuple):
     mask: int = (1 << 32) - 1
     optional: bool = False
     lasts: bool = True
+    given: bool = False
 
     def agrees(self, found: int) -> bool:
         """Whether a value that was read back is this one."""
@@ -78,8 +80,8 @@ def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) ->
     deceleration = round(settings.deceleration / scale.radii[0] * turn)
     window = round(settings.following_error / scale.radii[1] * abs(scale.counts))
     return [
-        Parameter(o.COUNTS, counts, optional=True),
-        Parameter(o.COUNTS_TURNS, 1, optional=True),
+        Parameter(o.COUNTS, counts, optional=True, given=True),
+        Parameter(o.COUNTS_TURNS, 1, optional=True, given=True),
         Parameter(o.GEAR_MOTOR, 1, optional=True),  # units are the motor's; the gear is reckoned with here
         Parameter(o.GEAR_SHAFT, 1, optional=True),
         Parameter(o.POLARITY, 0, optional=True),  # as is the direction

@@ -75,7 +75,7 @@ class DriveSettings(Description):
     answer_timeout: _Brief = 0.05
     following_error: Annotated[Length, Field(ge=1e-4, le=0.1)] = 0.02
     following_time: _Brief = 0.05
-    deceleration: Annotated[float, Field(ge=0.01, le=100.0)] = 1.0
+    deceleration: Annotated[float, Field(ge=0.01, le=10.0)] = 1.0
     brake_time: Annotated[Duration, Field(ge=0.02, le=10.0)] = 0.2
     tension: Positive[Force]
     jog_tension: Positive[Force] | None = None

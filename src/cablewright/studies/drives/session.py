@@ -19,7 +19,7 @@ from cablewright.control.guide import TimedPath
 from cablewright.control.homing import Homing, HomingSettings
 from cablewright.control.manual import ManualSettings
 from cablewright.control.procedure import Procedure
-from cablewright.control.take_up import TakeUp, TakeUpSettings
+from cablewright.control.take_up import PULLS, TakeUp, TakeUpSettings
 from cablewright.control.winch_jog import WinchJog, WinchJogSettings
 from cablewright.errors import InputError
 from cablewright.machine.drives.bus import Port
@@ -132,7 +132,7 @@ class RealMachine:
         own, radius = self.settings.drives, self.drives.axes[line].scale.radii[1]
         assert own is not None
         most = own.jog_tension or own.tension
-        limits = own.jog_deceleration, own.jog_run_out, self.delay
+        limits = -PULLS * own.tension, own.jog_deceleration, own.jog_run_out, self.delay
         return WinchJog(WinchJogSettings(line, len(self.robot.lines), speed, most, radius, *limits))
 
     def printer(
