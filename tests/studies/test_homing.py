@@ -145,6 +145,28 @@ def test_a_loss_of_power_is_lived_through_and_told(tmp_path: Path) -> None:
     assert np.linalg.norm(np.array(answer.position) - found.rig.plant.truth.position) < 0.01
 
 
+@pytest.mark.parametrize(
+    ("pair", "place"),
+    [(("south-west", "south-east"), (0.0, -0.5, 1.0)), (("south-west", "north-west"), (0.7, -0.5, 1.0))],
+)
+def test_two_drives_with_the_nodes_of_each_other_are_found_before_the_platform_goes_astray(
+    pair: tuple[str, str], place: tuple[float, float, float], tmp_path: Path
+) -> None:
+    """By symmetry homing cannot see it there; the first centimetres of a motion can, as the pulls do not follow."""
+    found, path = bench(begin=place), tmp_path / "machine"
+    drives = found.twin.owner.drives
+    nodes = dict(drives.nodes)
+    nodes[pair[0]], nodes[pair[1]] = nodes[pair[1]], nodes[pair[0]]
+    owner = found.twin.owner.model_copy(update={"drives": drives.model_copy(update={"nodes": nodes})})
+    assert actions.home(found.robot, owner, path, np.array(place), lambda: found.port).status == "done"
+    begin = found.rig.plant.truth.position
+    velocity = (0.05, 0.0, 0.0)
+    answer = actions.jog_platform(found.robot, owner, path, velocity, *held(1500), lambda: found.port)
+    assert "the tensions do not fit the place" in answer.reason
+    assert np.linalg.norm(found.rig.plant.truth.position - begin) < 0.05
+    assert all(drive.brake_closed for drive in found.rig.drives)
+
+
 def held(steps: int) -> tuple[Callable[[], bool], Callable[[], bool]]:
     """A button that is held for some steps, and all ends later."""
     left = [steps]

@@ -16,6 +16,8 @@ from cablewright.models.statics import Model
 from cablewright.solvers.taut import taut_at
 
 _STEP: Final = 1e-3  # m, of a derivative
+_MEAN: Final = 0.5  # s, over which forces of a platform that moves are averaged
+_MOVING: Final = 1.5  # times what is allowed at rest: it speeds up and slows down
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +52,8 @@ class ForceBalance:
 
 def balance(model: Model, place: Array, tensions: Array, share: float) -> ForceBalance:
     """Judge *tensions* (m,), N, at the sheaves, with the platform at *place* (3,), m; *share*: of its weight."""
-    scene, platform = model.robot.scene, model.robot.platform
-    weight = scene.gravity * platform.mass
-    off = _force(model, place, tensions) - np.array([0.0, 0.0, weight])
+    weight = weight_of(model)
+    off = excess(model, place, tensions)
     ways = np.eye(3) * _STEP
     slope = np.column_stack(
         [(_force(model, place + way, tensions) - _force(model, place - way, tensions)) / (2.0 * _STEP) for way in ways]
@@ -60,6 +61,44 @@ def balance(model: Model, place: Array, tensions: Array, share: float) -> ForceB
     softest = float(np.linalg.svd(slope, compute_uv=False)[-1])
     limit = share * weight
     return ForceBalance(place, off, weight, limit, 2.0 * limit / softest if softest > 0.0 else np.inf)
+
+
+def weight_of(model: Model) -> float:
+    """Weight of the platform, N."""
+    return float(model.robot.scene.gravity * model.robot.platform.mass)
+
+
+def excess(model: Model, place: Array, tensions: Array) -> Array:
+    """What the lines carry beyond the platform's weight, (3,) N."""
+    return _force(model, place, tensions) - np.array([0.0, 0.0, weight_of(model)])
+
+
+@dataclass(eq=False)
+class CarriedWatch:
+    """Whether the lines go on carrying the platform where it is reckoned to be, over a while. Changed in place."""
+
+    model: Model
+    share: float  # of the weight, allowed
+    _mean: Array | None = None  # (3,) N
+    _time: float = 0.0  # s
+    _since: float = 0.0  # s
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self._mean = None
+
+    def judge(self, place: Array, tensions: Array, time: float) -> str:
+        """Why the platform cannot be at *place* (3,), m, at *time*, s; an empty text: it can."""
+        off = excess(self.model, place, tensions)
+        if self._mean is None:
+            self._mean, self._since = off, time
+        else:
+            self._mean = self._mean + (off - self._mean) * min((time - self._time) / _MEAN, 1.0)
+        self._time = time
+        found = ForceBalance(
+            place, self._mean, weight_of(self.model), _MOVING * self.share * weight_of(self.model), 0.0
+        )
+        return found.sentence() if time - self._since > _MEAN and not found.holds else ""
 
 
 def _force(model: Model, place: Array, tensions: Array) -> Array:

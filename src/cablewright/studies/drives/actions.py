@@ -225,6 +225,7 @@ def _session(
         gc.unfreeze()
     if operator.reason and not operator.enabled and watching.refusals:
         operator.reason = watching.refusals[-1]  # why it could not be reset says more
+    operator.reason = machine.keeper.doubt or operator.reason
     homing = procedures.get(PrintState.HOMING)
     lines = _lines(machine, watching)
     if isinstance(homing, Homing) and homing.position is not None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from cablewright.arrays import Array
+from cablewright.control.force_balance import CarriedWatch
 from cablewright.errors import AnswerError, InputError
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningState
@@ -19,7 +20,7 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import Remembering
 from cablewright.models.packed_views import LineStates
 from cablewright.robot import Robot
-from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
+from cablewright.signals import Drives, DriveState, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.studies.estimators import reckoning_of
 from cablewright.toml_input import read_bytes
 
@@ -49,8 +50,10 @@ class LengthKeeper:
         """The file at *path*, which need not be there. Raises `InputError` for one that is damaged or of another."""
         self.path, self.robot = path, robot
         self.reckoning = reckoning_of(robot, settings)
+        self.tension_error = 0.1 if settings.drives is None else settings.drives.tension_error
         self.machine: Remembering | None = None  # whose counts these are
         self.found: ReckoningState | None = None  # since homing has passed the lengths, in this session
+        self.doubt = ""  # why they are not believed any more, until homing passes them again
         self._saved = self._read()
 
     @property
@@ -60,7 +63,7 @@ class LengthKeeper:
 
     def lengths(self, counts: NDArray[np.int64]) -> Array | None:
         """Lengths (m,), m, at *counts* (m,); None where nothing valid is saved, or a drum cannot have turned so far."""
-        if self._saved is None or self.machine is None or self._saved.epoch != self.machine.epoch:
+        if self._saved is None or self.machine is None or self._saved.epoch != self.machine.epoch or self.doubt:
             return None
         reckoning = self.reckoning
         turned = (counts - np.array(self._saved.counts)) / reckoning.counts_per_radian
@@ -83,7 +86,7 @@ class LengthKeeper:
 
     def accept(self, lengths: Array, counts: NDArray[np.int64]) -> None:
         """Take lengths (m,), m, that homing has passed at *counts*, and write them. Raises `AnswerError`."""
-        self.found = dead_reckoning.start_at(self.reckoning, lengths, counts)
+        self.found, self.doubt = dead_reckoning.start_at(self.reckoning, lengths, counts), ""
         lines = [line.name for line in self.robot.lines]
         assert self.machine is not None
         content = {"schema": 2, "robot": self.robot.name, "lines": lines, "epoch": self.machine.epoch}
@@ -115,12 +118,15 @@ class KeptEstimator:
     def __init__(self, keeper: LengthKeeper, guess: Array) -> None:
         """*guess* (3,), m: what is told as the position while it is not known."""
         self._keeper, self._guess = keeper, guess
+        self._carried = CarriedWatch(keeper.reckoning.model, keeper.tension_error)
 
     def step(self, frame: SensorFrame) -> Estimate:
         """As `Estimator`."""
         state = self._keeper.found
         if state is not None:
-            return dead_reckoning.step(self._keeper.reckoning, state, frame)
+            estimate = dead_reckoning.step(self._keeper.reckoning, state, frame)
+            if not self._doubts(frame, estimate):
+                return estimate
         m = len(self._keeper.robot.lines)
         lengths = None
         for reading in frame.of(Encoders):
@@ -137,6 +143,19 @@ class KeptEstimator:
             frozen([coil.radii[0] for coil in self._keeper.reckoning.coils]),
             valid=False,
         )
+
+    def _doubts(self, frame: SensorFrame, estimate: Estimate) -> bool:
+        """Whether the lines do not carry the platform where it is reckoned to be: it is homed anew then."""
+        keeper, pulls = self._keeper, frame.of(Tensions)
+        if not all(state is DriveState.ENABLED for each in frame.of(Drives) for state in each.states):
+            self._carried.forget()  # brakes carry it
+        elif pulls and estimate.valid and len(pulls[-1].tensions) == len(estimate.lengths):
+            tensions = keeper.tensions(pulls[-1].tensions, estimate.lengths)
+            keeper.doubt = self._carried.judge(estimate.position, tensions, frame.time)
+            if keeper.doubt:
+                keeper.found = None
+                self._carried.forget()
+        return bool(keeper.doubt)
 
     @property
     def tensions(self) -> Array | None:
