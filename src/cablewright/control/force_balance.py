@@ -6,6 +6,7 @@ that was measured, or typed, wrong.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -17,6 +18,7 @@ from cablewright.solvers.taut import taut_at
 
 _STEP: Final = 1e-3  # m, of a derivative
 _MEAN: Final = 0.5  # s, over which forces of a platform that moves are averaged
+_EVERY: Final = 0.05  # s
 _MOVING: Final = 1.5  # times what is allowed at rest: it speeds up and slows down
 
 
@@ -70,7 +72,7 @@ def weight_of(model: Model) -> float:
 
 def excess(model: Model, place: Array, tensions: Array) -> Array:
     """What the lines carry beyond the platform's weight, (3,) N."""
-    return _force(model, place, tensions) - np.array([0.0, 0.0, weight_of(model)])
+    return np.asarray(_force(model, place, tensions) - np.array([0.0, 0.0, weight_of(model)]))
 
 
 @dataclass(eq=False)
@@ -80,12 +82,16 @@ class CarriedWatch:
     model: Model
     share: float  # of the weight, allowed
     _mean: Array | None = None  # (3,) N
-    _time: float = 0.0  # s
+    _time: float = -math.inf  # s
     _since: float = 0.0  # s
 
     def forget(self) -> None:
         """Begin anew."""
-        self._mean = None
+        self._mean, self._time = None, -math.inf
+
+    def is_due(self, time: float) -> bool:
+        """Whether it is time to judge again: every reading would say no more."""
+        return time - self._time >= _EVERY
 
     def judge(self, place: Array, tensions: Array, time: float) -> str:
         """Why the platform cannot be at *place* (3,), m, at *time*, s; an empty text: it can."""

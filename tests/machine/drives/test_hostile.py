@@ -1,4 +1,4 @@
-"""Sequences that could hurt somebody: hosts that end at any moment, wrong signs and units, late frames, slipping brakes."""
+"""Sequences that could hurt somebody: hosts that end at any moment, wrong signs and units, late frames, brakes."""
 
 from __future__ import annotations
 

@@ -149,7 +149,12 @@ class KeptEstimator:
         keeper, pulls = self._keeper, frame.of(Tensions)
         if not all(state is DriveState.ENABLED for each in frame.of(Drives) for state in each.states):
             self._carried.forget()  # brakes carry it
-        elif pulls and estimate.valid and len(pulls[-1].tensions) == len(estimate.lengths):
+        elif (
+            pulls
+            and self._carried.is_due(frame.time)
+            and estimate.valid
+            and len(pulls[-1].tensions) == len(estimate.lengths)
+        ):
             tensions = keeper.tensions(pulls[-1].tensions, estimate.lengths)
             keeper.doubt = self._carried.judge(estimate.position, tensions, frame.time)
             if keeper.doubt:
