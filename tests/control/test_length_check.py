@@ -106,3 +106,9 @@ def test_a_load_that_is_not_that_of_the_file_shows_with_numbers() -> None:
     assert not found.holds
     assert "place, load or a tension is wrong" in found.sentence()
     assert found.off[2] == pytest.approx(0.3 * found.weight, rel=0.05)
+
+
+def test_a_place_without_a_line_to_it_is_no_place() -> None:
+    of = model(4)
+    found = balance(of, np.array(of.robot.lines[0].exit_point), np.full(4, 300.0), 0.1)
+    assert not found.holds

@@ -60,7 +60,7 @@ def balance(model: Model, place: Array, tensions: Array, share: float) -> ForceB
     slope = np.column_stack(
         [(_force(model, place + way, tensions) - _force(model, place - way, tensions)) / (2.0 * _STEP) for way in ways]
     )
-    softest = float(np.linalg.svd(slope, compute_uv=False)[-1])
+    softest = float(np.linalg.svd(slope, compute_uv=False)[-1]) if np.isfinite(slope).all() else 0.0
     limit = share * weight
     return ForceBalance(place, off, weight, limit, 2.0 * limit / softest if softest > 0.0 else np.inf)
 

@@ -155,6 +155,8 @@ def test_a_brake_that_slips_under_a_load_is_said() -> None:
     assert "which its brake should hold: secure the load" in found.machine.tripped
     assert any(notice.condition is Condition.BRAKE for notice in frame.notices)
     assert all(drive.state is PowerState.READY for drive in found.rig.drives)
+    found.step(outputs={RESET: 1.0})
+    assert not found.machine.tripped
 
 
 def test_two_that_begin_at_the_same_time_both_refuse() -> None:

@@ -27,7 +27,8 @@ from cablewright.machine.drives.sdo import Transfer, Transfers
 STANDS: Final = 0.02
 """Speed of a drum that stands, rad/s."""
 
-_FRESH: Final = 0.1  # s for which a statusword is believed
+FRESH: Final = 0.2
+"""Time for which a statusword is believed, s."""
 
 
 class Setpoint(NamedTuple):
@@ -88,7 +89,7 @@ class Axis:
 
     def rests(self, now: float) -> bool:
         """Whether it is known to be without torque for so long that its brake has closed."""
-        return now - self.state_heard <= max(self.rest, _FRESH) and now - self.energised >= self.rest
+        return now - self.state_heard <= FRESH and now - self.energised >= self.rest
 
     def begin(self, now: float) -> None:
         """Forget what it told: it may have torque."""

@@ -95,6 +95,7 @@ class DriveMachine:
         self._setpoints, self._beats, self.left = self._off, True, ""
         self._off_watch.end()
         self._off_watch.begin(self._due)
+        self._strays.forget()
 
     def step(self, command: Command) -> SensorFrame:
         """As `Machine`."""
@@ -277,6 +278,7 @@ class DriveMachine:
     def _reset(self) -> None:
         """Reset faults of drives whose cause is gone, by a person's order, while all are known to be off."""
         self._switch_off()
+        self._strays.forget()  # where brakes have slipped is where the winches are
         end = self._drives.now() + self._own.brake_time + _RESET_TIME
         while self._off_watch.unproven(self._drives.now()):
             if self._drives.now() > end:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cablewright.machine.drives.axis import Axis
+from cablewright.machine.drives.axis import FRESH, Axis
 from cablewright.machine.drives.settings import DriveSettings
 
 
@@ -37,7 +37,7 @@ class OffWatch:
             return ""
         own = self._own
         for axis in self._axes:
-            if now - max(axis.state_heard, self._since) > own.answer_timeout + own.brake_time:
+            if now - max(axis.state_heard, self._since) > own.answer_timeout + FRESH:
                 return f"{axis.name}: it was switched off, but its drive does not answer"
             if now - self._since > self.limit and now - axis.energised < own.brake_time:
                 return f"{axis.name}: it was switched off, but is still {axis.state.value}"

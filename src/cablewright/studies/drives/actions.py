@@ -190,7 +190,11 @@ class _JogOperator(SessionOperator):
         if given or not self.homed or state not in (PrintState.IDLE, PrintState.MANUAL):
             return given
         if self.held():
+            self._moves = True
             return (Order(OrderKind.JOG, self.by, now, self.jog.arguments),)
+        if not self._moves:
+            return ()
+        self._moves = False
         return (Order(OrderKind.JOG, self.by, now, _STAND),) if state is PrintState.MANUAL else ()
 
     def is_over(self, printer: Printer) -> bool:
@@ -200,6 +204,7 @@ class _JogOperator(SessionOperator):
         return over if not self.homed or self.reason else self.ends()
 
     homed = False
+    _moves = False  # since the button was last held
 
 
 def _guess(machine: RealMachine) -> Array:

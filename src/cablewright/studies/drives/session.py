@@ -65,7 +65,7 @@ class RealMachine:
         """*state*: path without suffix of the two files. Raises `InputError` for files that do not fit each other."""
         require_robot(settings, robot.name)
         known = require_drives(settings, robot)
-        if known.interface != LOOPBACK and known.acknowledged is None:
+        if port is None and known.interface != LOOPBACK and known.acknowledged is None:
             why = f"this version was {ACKNOWLEDGED}, and no performance level is claimed: read docs/drives.md first"
             raise InputError(
                 f"machine {settings.name!r}: drives.acknowledged: is missing: {why}, then write {ACKNOWLEDGED!r}"
