@@ -50,6 +50,7 @@ WORDS: Final = {
         OrderKind.START,
         OrderKind.PAUSE,
         OrderKind.RESUME,
+        OrderKind.REFILLED,
         OrderKind.STOP,
         OrderKind.RELEASE,
     )
@@ -79,6 +80,8 @@ class PersonOperator:
             if word == "quit":
                 self._quits = True
             elif word in WORDS:
+                if WORDS[word] is OrderKind.REFILLED and shown[0] is PrintState.REFILLING:
+                    printer.refilled()
                 given.append(Order(WORDS[word], "terminal", now))
             elif word:
                 self.say(f"no order {word!r}; orders: {', '.join(WORDS)}, quit")
