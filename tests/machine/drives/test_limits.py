@@ -35,6 +35,14 @@ def test_what_the_robot_does_not_bear_is_refused(key: str, value: float, says: s
     assert says in str(error.value)
 
 
+def test_a_period_in_which_drives_would_miss_commands_is_refused() -> None:
+    robot = load("merlet2023")
+    for period, least in ((0.05, 0.1), (0.1, 0.6)):
+        owner = virtual_twin(command_timeout=least, heartbeat_timeout=0.7).owner.model_copy(update={"period": period})
+        with pytest.raises(InputError, match=r"mine.toml: period = 0\.\d+ s: 3 periods have to fit"):
+            require_limits(robot, owner, "mine.toml")
+
+
 def test_half_of_the_breaking_load_counts_too() -> None:
     robot = load("merlet2023")
     thin = [

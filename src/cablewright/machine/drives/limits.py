@@ -11,6 +11,8 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
 
 _BREAKING_SHARE: Final = 0.5  # of a line's breaking load, as the guard of every machine
+_PERIODS: Final = 3  # between two commands, at least, before a drive misses one
+_SLOWEST: Final = 0.15  # s for that: a state of a drive is not believed much longer
 _BLIND: Final = 0.15  # m of cable that may run at full speed before a drive, or this computer, notices
 _STOP: Final = 0.25  # m of cable in which a drive stops from full speed
 
@@ -28,6 +30,10 @@ def require_limits(robot: Robot, settings: MachineSettings, origin: str = "") ->
             if tension is not None and tension > most:
                 why = f"line {line.name} of {robot.name} may pull {most:g} N at most"
                 raise InputError(f"{where}: drives.{key} = {tension:g} N: {why}")
+    shortest = min(drives.command_timeout, drives.heartbeat_timeout, _SLOWEST)
+    if _PERIODS * settings.period > shortest:
+        why = f"{_PERIODS} periods have to fit into drives.command_timeout, drives.heartbeat_timeout and {_SLOWEST:g} s"
+        raise InputError(f"{where}: period = {settings.period:g} s: {why}: {shortest / _PERIODS:g} s is allowed")
     fastest = max(scale.speed_of_cable for scale in scales_of(robot, settings))
     for key in ("heartbeat_timeout", "command_timeout", "answer_timeout", "following_time"):
         time = getattr(drives, key)

@@ -162,6 +162,8 @@ def print_on_drives(
             write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
         head = LogHead(robot, owner, owner.period, kind="real", epoch=epoch)
         _run(run, head, operator, say, progress, lambda: machine.keeper.doubt)
+        if machine.bus_machine.left:
+            say(machine.bus_machine.left)
         record, log = finish(folder, path.track, path.print_speed, None, progress)
         return PrintedJob("encoders", run, record, log).written()
 
