@@ -58,10 +58,11 @@ def test_a_line_that_was_moved_by_hand_without_power_is_found(line: int, tmp_pat
     assert f"it is line {name} by -5" in operator.reason  # after three poses: none of the other three
 
 
-def test_a_wrong_direction_is_said_before_anything_is_pulled(tmp_path: Path) -> None:
-    found = bench(rig={"reversed_lines": ("south-east",)})
+@pytest.mark.parametrize("line", ["south-west", "south-east", "north-east", "north-west"])
+def test_a_wrong_direction_is_said_before_anything_is_pulled(line: str, tmp_path: Path) -> None:
+    found = bench(rig={"reversed_lines": (line,)})
     _, operator, _ = home(found, tmp_path, np.array(RING_BEGIN["merlet2023"]))
-    assert "line south-east pulls with -" in operator.reason
+    assert f"line {line} pulls with -" in operator.reason
     assert "its direction in the machine file is wrong" in operator.reason
 
 
