@@ -149,7 +149,8 @@ def jog_platform(
     machine.require_run_out(speed)
     homing = machine.homing(_guess(machine))
     arguments = {"velocity": tuple(float(each) for each in velocity)}
-    operator = _JogOperator(PERSON, Order(OrderKind.HOME), hold=float("inf"), ends=ends)
+    operator = _JogOperator(PERSON, Order(OrderKind.HOME), hold=float("inf"))
+    operator.ends = lambda: ends() or bool(machine.keeper.doubt)
     operator.jog, operator.held = Order(OrderKind.JOG, PERSON, arguments=arguments), held
     return _session(machine, "jog", operator, {PrintState.HOMING: homing})
 
