@@ -94,3 +94,20 @@ def bench(
 
 
 RING_BEGIN = {"merlet2023": (0.7, -0.5, 1.0), "house-printer": (0.7, -0.5, 1.0)}
+SPEEDS = (0.5, 0.5, -0.5, -0.5)
+
+
+def moving(**more: Any) -> Bench:
+    """A machine whose winches have turned for half a second."""
+    found = bench(**more)
+    found.machine.open()
+    found.step(steps=3)
+    found.step(WinchMode.VELOCITY)
+    found.step(WinchMode.VELOCITY, SPEEDS, 50)
+    assert not found.machine.tripped
+    return found
+
+
+def braked(found: Bench) -> bool:
+    """Whether all brakes are closed."""
+    return all(drive.brake_closed for drive in found.rig.drives)

@@ -33,7 +33,12 @@ BEGIN = (0.7, -0.5, 1.0)
 FULL, QUICK = 6000, 300
 RING = 2600  # cycles of one ring
 EDGES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)  # ms
-ORDERS = {PrintState.FAULT: "reset", PrintState.OFF: "enable", PrintState.IDLE: "home"}
+ORDERS = {
+    PrintState.FAULT: "reset",
+    PrintState.OFF: "enable",
+    PrintState.IDLE: "home",
+    PrintState.REFILLING: "refilled",
+}
 
 Array = NDArray[np.float64]
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.errors import InputError
+from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import Motion
 from cablewright.signals import PrintState
@@ -15,7 +16,7 @@ from cablewright.studies.drives.actions import enable, home, jog_platform, jog_w
 from cablewright.studies.drives.printing import PersonOperator, print_on_drives
 from cablewright.studies.prints.loop import Printer
 from cablewright.studies.prints.print_job import PrintedJob
-from virtual_drives import RING, RING_BEGIN, Bench, bench
+from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
 
 
 class Typist(PersonOperator):
@@ -102,6 +103,22 @@ def test_a_print_that_was_left_goes_on_where_it_was(tmp_path: Path) -> None:
     second = printed(found, tmp_path, typist, resume=True)
     assert second.finished, typist.said
     assert np.linalg.norm(found.rig.plant.truth.position - RING_BEGIN["merlet2023"]) < 0.02
+
+
+def test_a_print_waits_for_powder_and_goes_on_when_a_person_says_so(tmp_path: Path) -> None:
+    twin = virtual_twin()
+    twin = twin.with_owner(drum=twin.owner.drum.model_copy(update={"powder": 0.4}))
+    found = bench()
+    rig = VirtualRig(found.robot, twin, RING_BEGIN["merlet2023"])
+    port = VirtualPort(rig)
+    found = Bench(found.robot, twin, rig, port, found.machine)
+    place = rig.plant.truth.position
+    assert home(found.robot, twin.owner, tmp_path / "machine", place, lambda: port).status == "done"
+    words = {state: list(words) for state, words in WORDS.items()} | {PrintState.REFILLING: ["refilled"] * 99}
+    typist = Typist(words, last=2600)
+    printed(found, tmp_path, typist)
+    waits = typist.said.index("refilling: little powder is left")
+    assert typist.said[waits + 1 : waits + 3] == ["ready", "printing"]
 
 
 def test_a_job_that_is_too_fast_for_the_drives_is_refused(tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """Homing: lines are taken up, and saved lengths compared with where taut lines can meet; or lengths are found anew.
 
-New lengths come from a place that a person has measured. Only a machine whose lengths have passed is ready to move.
+New lengths come from a place that a person has measured; they replace saved ones, and what those said is told. Either
+way the tensions have to carry the platform there. Only a machine whose lengths have passed is ready to move. What no
+test can see is told too.
 """
 
 from __future__ import annotations
@@ -13,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.control.length_check import LengthCheck, check_lengths, lengths_at
+from cablewright.control.force_balance import balance
+from cablewright.control.length_check import LIMIT, LengthCheck, check_lengths, lengths_at
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import TakeUp, TakeUpSettings
 from cablewright.control.three_poses import SlowWay, places, sentence
@@ -32,7 +35,9 @@ class HomingSettings:
     """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found.
 
     ``guess``: (3,) m, roughly where the platform is. ``place``: (3,) m, where a person has measured it; None: nobody.
-    ``frame``: corners (3,), m, between which the platform may be moved to find which line is wrong; None: it is not.
+    ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
+    ``tensions``: of readings, N, and lengths, m: with what the lines pull. ``tension_error``: share of the platform's
+    weight by which that may be off. ``power_lost``: whether counters have begun anew since the lengths were saved.
     """
 
     model: Model
@@ -40,8 +45,11 @@ class HomingSettings:
     lengths: Callable[[NDArray[np.int64]], Array | None]
     accept: Callable[[Array, NDArray[np.int64]], None]
     guess: Array
+    frame: tuple[Array, Array]
     place: Array | None = None
-    frame: tuple[Array, Array] | None = None
+    tensions: Callable[[Array, Array], Array] = lambda shown, _lengths: shown
+    tension_error: float = 0.1
+    power_lost: Callable[[], bool] = lambda: False
 
 
 class Homing:
@@ -63,7 +71,7 @@ class Homing:
         self._checks: list[LengthCheck] = []
         self._ways: list[Array] = []  # places still to go to
         self._way: SlowWay | None = None
-        self.position = None
+        self.position, self.notes = None, list[str]()
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
         """As `Procedure`."""
@@ -91,7 +99,7 @@ class Homing:
     def _goes_on(self) -> bool:
         """Whether the next place is gone to, as more than one line could be wrong. The lengths are refused anyway."""
         own, checks = self.settings, self._checks
-        if not checks or checks[0].fits or len(checks[0].suspects) < 2 or own.frame is None:
+        if not checks or checks[0].fits or len(checks[0].suspects) < 2:
             return False
         if len(checks) == 1:
             self._ways = places(own.model, *own.frame, checks[0].position)
@@ -120,29 +128,72 @@ class Homing:
         self.take_up.begin(frame.time)
         return self.take_up.hold()
 
-    def _compare(self, tensions: Array) -> str:
+    def _compare(self, shown: Array) -> str:
         """Accept the lengths, or return why not."""
         own, counts = self.settings, self.take_up.counts
         assert counts is not None
         lengths = own.lengths(counts)
+        if own.place is not None:
+            return self._measured(own.place, lengths, shown, counts)
         if lengths is None:
-            if own.place is None:
-                return "no valid lengths are saved: measure where the platform is and home with that place"
-            lengths = lengths_at(own.model, own.place, tensions)
-        found = check_lengths(own.model, lengths, tensions, own.guess if own.place is None else own.place)
+            return "no valid lengths are saved: measure where the platform is and home with that place"
+        tensions = own.tensions(shown, lengths)
+        found = check_lengths(own.model, lengths, tensions, own.guess)
         if found is None:
             return "the saved lengths meet nowhere near the last place: home with a measured place"
         self._checks.append(found)
         self.misfit = self._checks[0].misfit
         if not self._checks[0].fits:
             return sentence(self._checks, own.take_up.names)
-        if not found.tested and own.place is None:
+        if not found.tested:
             return (
                 "there are no more lines than freedoms, so that nothing tests the lengths: home with a measured place"
             )
-        if own.place is not None and (apart := float(np.linalg.norm(found.position - own.place))) > _APART:
-            return f"the saved lengths meet {apart:.3f} m from the measured place; at most {_APART:g} is allowed"
-        return self._certified(lengths, counts, found.position)
+        if own.power_lost():
+            self.notes.append(
+                "the counters have begun anew: whether a drum was turned meanwhile, lengths alone can tell"
+            )
+        unseen = "not tested: lengths that are wrong together, so that they meet elsewhere,"
+        return self._carried(found.position, tensions, unseen) or self._certified(lengths, counts, found.position)
+
+    def _measured(self, place: Array, saved: Array | None, shown: Array, counts: NDArray[np.int64]) -> str:
+        """Accept lengths by a measured *place*, whatever was *saved*; or return why not."""
+        own = self.settings
+        pulls = own.tensions(shown, lengths_at(own.model, place, shown))
+        lengths = lengths_at(own.model, place, pulls)
+        self.misfit = 0.0
+        if saved is not None:
+            self._contradict(place, saved, lengths, pulls)
+        unseen = "not tested: the measured place,"
+        return self._carried(place, pulls, unseen) or self._certified(lengths, counts, place)
+
+    def _contradict(self, place: Array, saved: Array, lengths: Array, pulls: Array) -> None:
+        """Tell what saved lengths said, where that is something else."""
+        own = self.settings
+        off = lengths - saved
+        if float(np.abs(off).max()) <= LIMIT:
+            return
+        found = check_lengths(own.model, saved, pulls, place)
+        where = "nowhere"
+        if found is not None:
+            where = f"{float(np.linalg.norm(found.position - place)):.3f} m from it, by {1e3 * found.misfit:.0f} mm"
+        names = own.take_up.names
+        changes = ", ".join(f"{name} {1e3 * each:+.0f} mm" for name, each in zip(names, off.tolist(), strict=True))
+        self.notes.append(f"the saved lengths contradict the measured place: they meet {where}; replaced: {changes}")
+
+    def _carried(self, place: Array, tensions: Array, unseen: str) -> str:
+        """Why the platform cannot be at *place*: it is outside the frame, or the lines would not carry it there."""
+        low, high = self.settings.frame
+        for axis, least, at, most in zip("xyz", low.tolist(), place.tolist(), high.tolist(), strict=True):
+            if not least - _APART <= at <= most + _APART:
+                return (
+                    f"the platform would be outside the frame: {axis} = {at:.3f} m; {least:g} to {most:g} m is allowed"
+                )
+        found = balance(self.settings.model, place, tensions, self.settings.tension_error)
+        if not found.holds:
+            return found.sentence()
+        self.notes.append(f"{unseen} by less than {found.reach:.2f} m: from there on the tensions show it")
+        return ""
 
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
         """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not."""

@@ -23,13 +23,35 @@ _AT: Final = 1e-6  # m from a place that counts as there
 
 @dataclass(frozen=True)
 class ManualSettings:
-    """Limits of motions by hand. ``acceleration``: m/s^2. ``max_speed``: m/s. ``park``: (3,) m; None: there is none."""
+    """Limits of motions by hand. ``acceleration``: m/s^2. ``max_speed``: m/s. ``park``: (3,) m; None: there is none.
+
+    ``deceleration``: m/s^2, of a jog that is let go; None: ``acceleration``. ``max_run_out``: m, from the last order to
+    jog to rest. ``delay``: s from a target to its motion.
+    """
 
     min_position: tuple[float, float, float]
     max_position: tuple[float, float, float]
     acceleration: float
     max_speed: float = MAX_SPEED
     park: tuple[float, float, float] | None = None
+    deceleration: float | None = None
+    max_run_out: float = math.inf
+    delay: float = 0.0
+
+    def require_run_out(self, speed: float) -> None:
+        """Raise `InputError` for a *speed*, m/s, from which a jog would not stop in time."""
+        require_run_out(speed, self.deceleration or self.acceleration, self.delay, self.max_run_out)
+
+
+def require_run_out(speed: float, deceleration: float, delay: float, most: float) -> None:
+    """Raise `InputError` for a jog that goes on by over *most*, m, after the last order: for its lease, then slowing.
+
+    *speed*: m/s; *deceleration*: m/s^2; *delay*: s from an order to the motion.
+    """
+    found = speed * (LEASE + delay) + speed * speed / (2.0 * deceleration)
+    if found > most:
+        why = f"at most {most:g} m is allowed (drives.jog_run_out): go slower"
+        raise InputError(f"jog: from {speed:g} m/s it runs on by {found:.3f} m after the last order; {why}")
 
 
 @dataclass(eq=False)
@@ -58,6 +80,7 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
             speed = float(np.linalg.norm(_vector(order, "velocity")))
             if speed > settings.max_speed:
                 return f"jog: velocity: {speed:g} m/s; at most {settings.max_speed:g} is allowed by hand"
+            settings.require_run_out(speed)
             return "" if now - order.time < LEASE else f"jog: it was ordered over {LEASE:g} s ago"
         goal = _goal(settings, order)
     except InputError as error:
@@ -80,8 +103,9 @@ def begin(settings: ManualSettings, state: ManualState, order: Order, now: float
 
 def step(settings: ManualSettings, state: ManualState, now: float, dt: float) -> Motion:
     """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place."""
-    change = settings.acceleration * dt
     wish = _towards(settings, state, dt) if state.goal is not None else _jog(settings, state, now, dt)
+    slows = state.goal is None and float(wish @ wish) < float(state.velocity @ state.velocity)
+    change = (settings.deceleration or settings.acceleration if slows else settings.acceleration) * dt
     more = wish - state.velocity
     size = float(np.linalg.norm(more))
     state.velocity = wish if size <= change else state.velocity + more * (change / size)

@@ -17,7 +17,9 @@ from cablewright.control.procedure import ProcedureStep
 from cablewright.errors import require_positive
 from cablewright.signals import Encoders, Estimate, SensorFrame, Tensions, WinchMode
 
-_PULLS: Final = 0.5  # share of the tension from which a line is taut already
+PULLS: Final = 0.5
+"""Share of the tension from which a line is taut already; pushing by as much, its sign is wrong."""
+
 _REACHED: Final = 0.8  # share of it at which a line is taut
 _CALM: Final = 0.5  # s for which it has to stand there
 _CREEP: Final = 2e-3  # m of cable in this time of a line that stands
@@ -73,14 +75,14 @@ class TakeUp:
         assert self.tensions is not None
         assert self.counts is not None
         worst = int(np.argmin(self.tensions))
-        if self.tensions[worst] < -_PULLS * self.settings.tension:
-            return self.hold(f"line {self._name(worst)} pulls with {self.tensions[worst]:.0f} N: {_SIGN}")
+        if self.tensions[worst] < -PULLS * self.settings.tension:
+            return self.hold(f"line {self._name(worst)} pulls with {self.tensions[worst]:.0f} N: {WRONG_SIGN}")
         if self._line >= 0:
             failure = self._judge(now, float(self.tensions[self._line]), int(self.counts[self._line]))
             if failure:
                 return self.hold(failure)
         while self._line < 0 and self._next < len(self.settings.names):
-            if self.tensions[self._next] < _PULLS * self.settings.tension:
+            if self.tensions[self._next] < PULLS * self.settings.tension:
                 self._line, self._since = self._next, now
                 self._begun = int(self.counts[self._line]), float(self.tensions[self._line])
                 self._places.clear()
@@ -116,13 +118,14 @@ class TakeUp:
         paid = (counts - begin) / settings.counts_per_radian * settings.radius
         self.reeled[self._line] = -paid
         if paid > _SURE:
-            return f"line {name} pays out {1e3 * paid:.0f} mm where it should be taken up: it is overloaded, or {_SIGN}"
+            why = f"it is overloaded, or {WRONG_SIGN}"
+            return f"line {name} pays out {1e3 * paid:.0f} mm where it should be taken up: {why}"
         if -paid > settings.max_length:
-            why = f"it is longer than that, caught, or {_SIGN}"
+            why = f"it is longer than that, caught, or {WRONG_SIGN}"
             return f"line {name} was reeled in by {-paid:.2f} m and is not taut: {why}"
         tightened = tension >= _REACHED * settings.tension
         if -paid > _SURE and first > 0.1 * settings.tension and tension < _SLACKENS * first:
-            return f"line {name} slackens where it should tighten, from {first:.0f} to {tension:.0f} N: {_SIGN}"
+            return f"line {name} slackens where it should tighten, from {first:.0f} to {tension:.0f} N: {WRONG_SIGN}"
         if now - self._since > _TIME:
             return f"line {name} is not taut after {_TIME:g} s: {tension:.0f} N of {settings.tension:g} N"
         self._places.append((now, paid))
@@ -143,4 +146,4 @@ class TakeUp:
         return (WinchMode.HOLD,) * len(self.settings.names)
 
 
-_SIGN: Final = "its direction in the machine file is wrong, or its gear's sign in the drive"
+WRONG_SIGN: Final = "its direction in the machine file is wrong, or its gear's sign in the drive"

@@ -8,8 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.control.manual import LEASE, MAX_SPEED
+from cablewright.control.manual import LEASE, MAX_SPEED, require_run_out
 from cablewright.control.procedure import ProcedureStep
+from cablewright.control.take_up import WRONG_SIGN
 from cablewright.errors import InputError
 from cablewright.signals import Estimate, SensorFrame, Tensions
 
@@ -21,7 +22,9 @@ _END: Final = 0.5  # s after the last lease until the procedure ends
 class WinchJogSettings:
     """``line``: index. ``speed``: m/s of cable, positive pays out. ``max_tension``: N, of the line while it reels in.
 
-    ``radius``: m, the drum's largest, so that cable is never faster.
+    ``radius``: m, the drum's largest, so that cable is never faster. ``min_tension``: N, under which the sign of a line
+    that is held must be wrong. ``deceleration``: m/s^2 of cable, when it is let
+    go. ``max_run_out``: m of cable, from the last order to rest. ``delay``: s from an order to the motion.
     """
 
     line: int
@@ -29,11 +32,16 @@ class WinchJogSettings:
     speed: float
     max_tension: float
     radius: float
+    min_tension: float = -math.inf
+    deceleration: float = _RAMP
+    max_run_out: float = math.inf
+    delay: float = 0.0
 
     def __post_init__(self) -> None:
-        """Raise `InputError` for a speed that is not allowed by hand."""
+        """Raise `InputError` for a speed that is not allowed by hand, or from which it would not stop in time."""
         if not 0.0 < abs(self.speed) <= MAX_SPEED:
             raise InputError(f"jog: {self.speed:g} m/s of cable; over 0 and at most {MAX_SPEED:g} is allowed by hand")
+        require_run_out(abs(self.speed), self.deceleration, self.delay, self.max_run_out)
 
 
 class WinchJog:
@@ -48,26 +56,34 @@ class WinchJog:
         """As `Procedure`."""
         self._asked = False  # what was asked for before it began is no wish to move now
         self._lease_end, self._began, self._speed, self._tension = now, now, 0.0, math.nan
+        self._now = now
 
     def lease(self) -> None:
         """Let it run for `LEASE` from the next step on."""
         self._asked = True
 
+    def let_go(self) -> None:
+        """End the lease: nobody holds the button any more."""
+        self._asked, self._lease_end = False, min(self._lease_end, self._now)
+
     def step(self, frame: SensorFrame, _estimate: Estimate, dt: float) -> ProcedureStep:
         """As `Procedure`. It ends when nobody asks any more, and fails where the line's tension is not known."""
         own, now = self.settings, frame.time
+        self._now = now
         if self._asked:
             self._lease_end, self._asked = now + LEASE, False
+        speeds = np.zeros(own.lines)
         for reading in frame.of(Tensions):
             if len(reading.tensions) == own.lines:
+                if math.isnan(self._tension) and (least := float(np.nanmin(reading.tensions))) < own.min_tension:
+                    return ProcedureStep(speeds, failure=f"a line pulls with {least:.0f} N: {WRONG_SIGN}")
                 self._tension = float(reading.tensions[own.line])
-        speeds = np.zeros(own.lines)
         if math.isnan(self._tension):
             return ProcedureStep(speeds, failure="" if now - self._began < _END else "no tension of the line is read")
         wish = own.speed if now < self._lease_end else 0.0
         if own.speed < 0.0 and self._tension >= own.max_tension:
             self._speed = wish = 0.0  # at once: a ramp would go on reeling in
-        change = _RAMP * dt
+        change = (own.deceleration if not wish else _RAMP) * dt
         self._speed += min(max(wish - self._speed, -change), change)
         speeds[own.line] = self._speed / own.radius
         return ProcedureStep(speeds, finished=not self._speed and now >= self._lease_end + _END)

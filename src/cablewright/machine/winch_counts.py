@@ -1,15 +1,20 @@
 """Counts of winches over the wrap of their counters, and kept over a loss of power.
 
-Counts on disk are valid only between a standstill, with the winches held, and the next motion: the mark is taken away
-on disk before the first command that turns a winch, and when one turns without a command. So whoever finds the mark
-knows that nothing has moved since, as long as the machine had power; whether somebody turned a drum without power, only
-its lengths can tell. Counters are taken to begin anew with the power.
+Counts on disk are valid only between a standstill, with all brakes closed for a while, and the next motion: the mark is
+taken away on disk before winches are switched on, and when one turns without a command. With them stand the bare
+counters, and an epoch: a number that changes whenever counts begin anew, so that lengths of another epoch are never
+reckoned with them.
+
+Whoever finds the mark compares the counters. Where they are the same, nothing has turned. Where all begin at zero, they
+have lost power: the counts go on, and whether somebody turned a drum meanwhile, only its lengths can tell. Anything
+else is a motion that nobody has counted: a new epoch begins.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,7 +27,17 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import write_whole
 from cablewright.machine.interface import Abilities, Machine
-from cablewright.signals import Command, Condition, Encoders, Notice, Reading, SensorFrame, WinchMode
+from cablewright.signals import (
+    Command,
+    Condition,
+    Drives,
+    DriveState,
+    Encoders,
+    Notice,
+    Reading,
+    SensorFrame,
+    WinchMode,
+)
 from cablewright.toml_input import read_bytes
 
 BITS: Final = 32
@@ -33,6 +48,8 @@ STILL: Final = 1.0
 
 GRAIN: Final = 2
 """Counts by which an encoder at rest may flicker."""
+
+_ZERO: Final = 16  # counts of a counter that has begun at zero with its power
 
 _MAX_FILE: Final = 1 << 20  # bytes
 
@@ -55,26 +72,37 @@ class Unwrapped:
         return self._totals.copy()
 
 
+_Count = Annotated[int, Field(ge=-(2**62), le=2**62)]
+
+
 class _File(BaseModel):
     """What the file holds."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    schema_number: Annotated[int, Field(alias="schema", ge=1, le=1)]
+    schema_number: Annotated[int, Field(alias="schema", ge=2, le=2)]
     robot: str
     lines: tuple[str, ...]
-    counts: tuple[Annotated[int, Field(ge=-(2**62), le=2**62)], ...]
+    epoch: Annotated[int, Field(ge=0, le=2**62)]
+    counts: tuple[_Count, ...]
+    raw: tuple[_Count, ...]
     valid: bool
 
 
 @dataclass(frozen=True, eq=False)
 class SavedCounts:
-    """Counts of the winches of *robot*, by line, and whether they were still so when they were written."""
+    """Counts (m,) of winches in an *epoch*, the counters (m,) of then, and whether nothing has turned since."""
 
-    robot: str
-    lines: tuple[str, ...]
+    epoch: int
     counts: NDArray[np.int64]
+    raw: NDArray[np.int64]
     valid: bool
+
+    def turned(self, raw: NDArray[np.int64]) -> bool:
+        """Whether, by the counters *raw* (m,), something has turned that nobody has counted."""
+        half = 1 << (BITS - 1)
+        apart = (raw - self.raw + half) % (1 << BITS) - half
+        return bool(np.abs(apart).max() > GRAIN) and bool(np.abs(raw).max() > _ZERO)
 
 
 class CountFile:
@@ -94,14 +122,17 @@ class CountFile:
             first = error.errors(include_url=False, include_context=False)[0]
             where = ".".join(map(str, first["loc"])) or "the file"
             raise InputError(f"{self.path}: {where}: {first['msg']}; home the machine anew") from None
-        if (found.robot, found.lines) != (self._robot, self._lines) or len(found.counts) != len(self._lines):
+        if (found.robot, found.lines) != (self._robot, self._lines) or {len(found.counts), len(found.raw)} != {
+            len(self._lines)
+        }:
             raise InputError(f"{self.path}: holds counts of {found.robot!r}, lines {', '.join(found.lines)}")
-        return SavedCounts(found.robot, found.lines, np.array(found.counts, dtype=np.int64), found.valid)
+        counts, raw = (np.array(each, dtype=np.int64) for each in (found.counts, found.raw))
+        return SavedCounts(found.epoch, counts, raw, found.valid)
 
-    def write(self, counts: NDArray[np.int64], *, valid: bool) -> None:
-        """Write counts (m,), synced to disk. Raises `EnvironmentFault`."""
-        content: dict[str, Any] = {"schema": 1, "robot": self._robot, "lines": self._lines}
-        content |= {"counts": counts.tolist(), "valid": valid}
+    def write(self, saved: SavedCounts) -> None:
+        """Write counts, synced to disk. Raises `EnvironmentFault`."""
+        content: dict[str, Any] = {"schema": 2, "robot": self._robot, "lines": self._lines, "epoch": saved.epoch}
+        content |= {"counts": saved.counts.tolist(), "raw": saved.raw.tolist(), "valid": saved.valid}
         write_whole(self.path, json.dumps(content).encode() + b"\n")
 
 
@@ -109,16 +140,18 @@ class CountFile:
 class Remembering:
     """A machine whose counts are kept on disk; its frames have totals, over wraps and over a loss of power.
 
-    ``restored``: whether the saved counts were valid, so that the totals go on from them. Where a file cannot be
-    written at a standstill, frames have the notice NOT_SAVED.
+    ``epoch``: of the totals; another one than that on disk where those were not valid any more. Where a file cannot be
+    written at a standstill, frames have the notice NOT_SAVED. ``power_lost``: counters have begun anew since.
     """
 
     machine: Machine
     file: CountFile
-    restored: bool = False
+    epoch: int = 0
+    power_lost: bool = False
     _unwrapped: Unwrapped = field(default_factory=Unwrapped, repr=False)
-    _saved: NDArray[np.int64] | None = field(default=None, repr=False)  # before the first reading
+    _saved: SavedCounts | None = field(default=None, repr=False)  # valid on disk, before the first reading
     _totals: NDArray[np.int64] | None = field(default=None, repr=False)  # of the last reading
+    _raw: NDArray[np.int64] | None = field(default=None, repr=False)  # of the last reading
     _marked: NDArray[np.int64] | None = field(default=None, repr=False)  # valid on disk
     _still: tuple[float, NDArray[np.int64]] | None = field(default=None, repr=False)  # s, since when, and the totals
     _time: float = field(default=-math.inf, repr=False)  # s, of the last command
@@ -137,22 +170,24 @@ class Remembering:
     def open(self) -> None:
         """As `Machine`; reads the saved counts. Raises `InputError` for a file that is damaged or of another."""
         saved = self.file.read()
-        self._saved = self._marked = saved.counts if saved is not None and saved.valid else None
-        self._unwrapped, self._totals, self._still = Unwrapped(), None, None
-        self.restored = self._saved is not None
+        self._saved = saved if saved is not None and saved.valid else None
+        self._marked = None if self._saved is None else self._saved.counts
+        self._unwrapped, self._totals, self._raw, self._still = Unwrapped(), None, None, None
+        self.epoch, self.power_lost = time.time_ns() if self._saved is None else self._saved.epoch, False
         self.machine.open()
 
     def step(self, command: Command) -> SensorFrame:
         """As `Machine`. Raises `EnvironmentFault` where the mark cannot be taken away: nothing is sent then."""
-        moves = bool(command.winch_speeds.any()) or WinchMode.TENSION in command.modes
-        if moves:
+        rests = self._is_rest(command)
+        if not rests:
             self._unmark()
         self._time = command.time
         frame = self.machine.step(command)
         readings = tuple(self._counted(each, frame.time) for each in frame.readings)
+        rests = rests and not any(DriveState.ENABLED in each.states for each in frame.of(Drives))
         notices = frame.notices
         try:
-            self._keep(frame.time, moves)
+            self._keep(frame.time, rests)
         except EnvironmentFault:
             notices = (*notices, Notice(Condition.NOT_SAVED))
         return SensorFrame(frame.time, readings, notices)
@@ -169,11 +204,17 @@ class Remembering:
         finally:
             self.machine.close()
 
+    def _is_rest(self, command: Command) -> bool:
+        """Whether a command leaves all winches braked, or at rest where there are no brakes."""
+        if WinchMode.OFF in self.abilities.modes:
+            return bool(command.modes) and all(mode is WinchMode.OFF for mode in command.modes)
+        return not command.winch_speeds.any() and WinchMode.TENSION not in command.modes
+
     def _stand(self) -> None:
-        """Keep all winches off until their counts are saved, or for twice the time that it takes."""
+        """Keep all winches off until their counts are saved, or for thrice the time that it takes."""
         m = self.abilities.winches
-        for _ in range(round(2.0 * STILL / self.period)):
-            if self._marked is not None:
+        for _ in range(round(3.0 * STILL / self.period)):
+            if self._marked is not None and self._still is not None and self._read_time - self._still[0] >= STILL:
                 return
             self.step(Command(self._time, np.zeros(m), modes=(WinchMode.OFF,) * m))
 
@@ -182,16 +223,25 @@ class Remembering:
         if not isinstance(reading, Encoders):
             return reading
         if self._totals is None and self._saved is not None:
-            self._unwrapped = Unwrapped(self._saved, reading.counts)
+            self._go_on(self._saved, reading.counts)
         self._totals, self._read_time = self._unwrapped.total(reading.counts), now
+        self._raw = reading.counts.copy()
         totals = self._totals.copy()
         totals.flags.writeable = False
         return replace(reading, counts=totals)
 
-    def _keep(self, now: float, moves: bool) -> None:
+    def _go_on(self, saved: SavedCounts, raw: NDArray[np.int64]) -> None:
+        """Go on from what was saved, or begin a new epoch where something has turned since."""
+        if saved.turned(raw):
+            self.epoch, self._saved, self._marked = time.time_ns(), None, None
+            return
+        self.power_lost = bool(np.abs(raw - saved.raw).max() > GRAIN)
+        self._unwrapped = Unwrapped(saved.counts, raw)
+
+    def _keep(self, now: float, rests: bool) -> None:
         """Take the mark away where a drum turns by itself, and set it where all have stood, as readings show."""
         totals = self._totals
-        if moves or totals is None:
+        if not rests or totals is None:
             self._still = None
             return
         if self._marked is not None and np.abs(totals - self._marked).max() > GRAIN:
@@ -199,10 +249,17 @@ class Remembering:
         if self._still is None or np.abs(totals - self._still[1]).max() > GRAIN:
             self._still = now, totals
         if self._marked is None and self._read_time - self._still[0] >= STILL - 1e-9:
-            self.file.write(totals, valid=True)
+            self._write(totals, valid=True)
             self._marked = totals
 
     def _unmark(self) -> None:
         if self._marked is not None:
-            self.file.write(self._marked if self._totals is None else self._totals, valid=False)
+            self._write(self._marked if self._totals is None else self._totals, valid=False)
             self._marked = None
+
+    def _write(self, totals: NDArray[np.int64], *, valid: bool) -> None:
+        raw = self._raw
+        if raw is None:
+            assert self._saved is not None  # it is marked
+            raw = self._saved.raw
+        self.file.write(SavedCounts(self.epoch, totals, raw, valid))

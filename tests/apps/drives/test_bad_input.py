@@ -25,6 +25,28 @@ EXAMPLE = Path(__file__).parents[3] / "examples" / "virtual-drives.toml"
         ('rated_torque = "0.5 N m"', 'rated_torque = "1 kN m"', "check its unit"),
         ("[motor_torques]", "[load_cells]", "drives are enabled only where tensions are read"),
         ("[encoders]\nrate = 100.0", "", "no [encoders]"),
+        (
+            'tension = "30 N"',
+            'tension = "30 kN"',
+            "drives.tension = 30000 N: line south-west of merlet2023 may pull 2000 N",
+        ),
+        ('jog_tension = "500 N"', 'jog_tension = "5 kN"', "machine.toml: drives.jog_tension = 5000 N: line south-west"),
+        (
+            'heartbeat_timeout = "500 ms"',
+            'heartbeat_timeout = "5 s"',
+            "drives.heartbeat_timeout = 5 s: cable runs at up",
+        ),
+        (
+            "deceleration = 1.0",
+            "deceleration = 0.01",
+            "drives.deceleration = 0.01 m/s^2: cable runs at up to 0.1825 m/s",
+        ),
+        ("deceleration = 1.0", "deceleration = 100.0", "drives.deceleration = 100"),
+        (
+            "[drives]\n",
+            '[drives]\nacknowledged = "yes"\n',
+            "acknowledged = 'yes': must be 'tested on virtual drives only'",
+        ),
         ('robot = "merlet2023"', 'robot = "house-printer"', "robot = 'house-printer', but the robot is 'merlet2023'"),
     ],
 )
@@ -52,6 +74,26 @@ def test_a_bus_that_nobody_answers_on_is_of_the_environment(cli, tmp_path: Path)
     answer = cli("drives", "scan", "merlet2023", "--machine", str(real))
     assert answer.code == 3
     assert "ip link set can7 up type can bitrate 1000000" in answer.err
+
+
+@pytest.mark.parametrize("action", ["write", "enable", "release", "tension", "home"])
+def test_a_real_bus_moves_nothing_that_nobody_has_acknowledged(cli, action: str, tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    text = EXAMPLE.read_text("utf-8").replace('"loopback"', '"socketcan"').replace('"43113"', '"can7"')
+    file.write_text(text, encoding="utf-8")
+    answer = cli("drives", action, "merlet2023", "--machine", str(file))
+    assert answer.code == 2
+    assert "drives.acknowledged: is missing: this version was tested on virtual drives only" in answer.err
+    file.write_text(text.replace('# acknowledged = "tested', 'acknowledged = "tested'), encoding="utf-8")
+    answer = cli("drives", action, "merlet2023", "--machine", str(file))
+    assert answer.code == 3
+    assert "ip link set can7 up" in answer.err
+
+
+def test_a_place_in_millimetres_is_refused(cli) -> None:
+    answer = cli("drives", "home", "merlet2023", "--machine", str(EXAMPLE), "--try", "--place", "0,0,1000")
+    assert answer.code == 2
+    assert "place: z = 1000 m: is outside the frame of merlet2023, 0 to 4.03 m; places are in m" in answer.err
 
 
 def test_a_simulated_machine_has_no_drives(cli) -> None:

@@ -13,20 +13,7 @@ from cablewright.machine.drives.bus import Frame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import RESET
 from cablewright.signals import Condition, Drives, DriveState, Encoders, SensorFrame, Tensions, WinchMode
-from virtual_drives import Bench, bench
-
-SPEEDS = (0.5, 0.5, -0.5, -0.5)
-
-
-def moving(**more: object) -> Bench:
-    """A machine whose winches have turned for half a second."""
-    found = bench(**more)  # type: ignore[arg-type]
-    found.machine.open()
-    found.step(steps=3)
-    found.step(WinchMode.VELOCITY)
-    found.step(WinchMode.VELOCITY, SPEEDS, 50)
-    assert not found.machine.tripped
-    return found
+from virtual_drives import SPEEDS, Bench, bench, moving
 
 
 def causes(frame: SensorFrame) -> str:

@@ -120,9 +120,9 @@ class PrintJobCommand:
 
     def _print_on_drives(self) -> int:
         """Print on the drives of the machine file, by orders that a person types."""
+        from cablewright.apps.cli.drives.machine_file import load_real
         from cablewright.apps.cli.drives.orders import typed_orders
         from cablewright.apps.report import print as report
-        from cablewright.machine.files import load_machine
         from cablewright.printing.job import load_job
         from cablewright.robot import load
         from cablewright.studies.drives.printing import print_on_drives
@@ -138,7 +138,7 @@ class PrintJobCommand:
                 robot,
                 job,
                 folder,
-                load_machine(self.machine),
+                load_real(self.machine, robot),
                 Path(self.machine).with_suffix(""),
                 operator,
                 inputs=inputs,

@@ -5,16 +5,30 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import Frame
-from cablewright.machine.drives.cia402 import FAULT_RESET, IN_FAULT, PowerState, Wish, controlword, state_of
+from cablewright.machine.drives.cia402 import (
+    ENERGISED,
+    FAULT_RESET,
+    IN_FAULT,
+    PowerState,
+    Wish,
+    controlword,
+    state_of,
+)
 from cablewright.machine.drives.faults import fault_line
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.parameters import Parameter
 from cablewright.machine.drives.scale import Scale
 from cablewright.machine.drives.sdo import Transfer, Transfers
+
+STANDS: Final = 0.02
+"""Speed of a drum that stands, rad/s."""
+
+FRESH: Final = 0.2
+"""Time for which a statusword is believed, s."""
 
 
 class Setpoint(NamedTuple):
@@ -28,11 +42,15 @@ class Setpoint(NamedTuple):
 
 @dataclass(eq=False)
 class Axis:
-    """A drive: what it told last, and what is asked of it."""
+    """A drive: what it told last, and what is asked of it.
+
+    ``rest``: s without torque after which its brake has closed.
+    """
 
     name: str
     node: int
     scale: Scale
+    rest: float = 0.0
     transfers: Transfers = field(init=False)
     statusword: int = 0
     mode: int = 0
@@ -43,6 +61,10 @@ class Axis:
     following_error: float = math.nan  # rad
     inputs: int = 0
     heard: float = -math.inf  # s, of the last complete answer
+    state_heard: float = -math.inf  # s, of the last statusword
+    inputs_heard: float = -math.inf  # s
+    energised: float = math.inf  # s, when it last had torque, or may have had it
+    commanded: float = 0.0  # rad/s of the drum, as sent
     restarted: bool = False  # it lost its settings, and has not been told them again
     pending: int = 0  # PDOs that this cycle has not brought yet, a bit each
     failure: str = ""  # of its parameters
@@ -65,6 +87,17 @@ class Axis:
         """Text of its fault; empty: none."""
         return fault_line(self.error_code) if self.state in IN_FAULT else ""
 
+    def rests(self, now: float) -> bool:
+        """Whether it is known to be without torque for so long that its brake has closed."""
+        return now - self.state_heard <= FRESH and now - self.energised >= self.rest
+
+    def begin(self, now: float) -> None:
+        """Forget what it told: it may have torque."""
+        self.statusword, self.mode, self.restarted = 0, 0, False
+        self.heard = self.state_heard = self.inputs_heard = -math.inf
+        self.energised = now
+        self.notes.clear()
+
     def begin_cycle(self) -> None:
         """Expect all PDOs."""
         self.pending = (1 << len(o.FROM_DRIVES)) - 1
@@ -78,32 +111,38 @@ class Axis:
         if which == 0:
             self.statusword, self.mode, counts = values
             self.counts = counts if scale.counts > 0.0 else -counts
+            self.state_heard = now
+            if self.state in ENERGISED or self.state is PowerState.NOT_READY:
+                self.energised = now
         elif which == 1:
             self.velocity, self.torque = values[0] / scale.speed, values[1] / scale.torque
             self.error_code = values[2]
         else:
             self.following_error, self.inputs = values[0] / scale.counts, values[1]
+            self.inputs_heard = now
         self.pending &= ~(1 << which)
         if not self.pending:
             self.heard = now
         return True
 
-    def commands(self, setpoint: Setpoint, *, reset: bool) -> tuple[Frame, Frame]:
-        """The PDOs that ask for *setpoint*; *reset*: of a fault, by an edge."""
-        word = controlword(setpoint.wish, self.state)
-        if reset and self.state is PowerState.FAULT and not self._resetting:
+    def commands(self, setpoint: Setpoint, now: float, *, reset: bool) -> tuple[Frame, Frame]:
+        """The PDOs that ask for *setpoint* at *now*, s; *reset*: of a fault, by an edge, once its brake has closed."""
+        rests, moves = self.rests(now), setpoint.wish is Wish.ENABLED
+        held = self.mode == Mode.VELOCITY and abs(self.velocity) < STANDS
+        word = controlword(setpoint.wish, self.state, rests=rests, held=held)
+        if reset and rests and self.state is PowerState.FAULT and not self._resetting:
             word = FAULT_RESET
         self._resetting = word == FAULT_RESET
-        moves = setpoint.wish is Wish.ENABLED
         speed = round(setpoint.speed * self.scale.speed) if moves and setpoint.mode is Mode.VELOCITY else 0
         torque = round(setpoint.torque * self.scale.torque) if moves and setpoint.mode is Mode.TORQUE else 0
+        self.commanded = speed / self.scale.speed
         control = o.CONTROLWORD.pack(word) + o.MODE.pack(setpoint.mode) + o.TARGET_VELOCITY.pack(speed)
         return Frame(o.CONTROL_PDO + self.node, control), Frame(o.TORQUE_PDO + self.node, o.TARGET_TORQUE.pack(torque))
 
     def check(self, parameters: list[Parameter], *, write: bool) -> None:
         """Read parameters, after they were written if *write*; what is wrong is the `failure`."""
         for each in parameters:
-            written = self.transfers.add(Transfer(each.object, each.value)) if write else None
+            written = self.transfers.add(Transfer(each.object, each.value)) if write and not each.given else None
             self.checks.append((each, written, self.transfers.add(Transfer(each.object))))
 
     @property

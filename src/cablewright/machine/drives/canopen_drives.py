@@ -10,9 +10,10 @@ from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.can_port import CanPort
+from cablewright.machine.drives.cia402 import DISABLE_OPERATION, ENERGISED, PowerState, state_of
 from cablewright.machine.drives.loopback import LoopbackPort
 from cablewright.machine.drives.network import Identity, Network
-from cablewright.machine.drives.parameters import Parameter, communication, disarmed, guards, speed_limit
+from cablewright.machine.drives.parameters import RAMP_AND_OFF, Parameter, communication, disarmed, guards, speed_limit
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.sdo import Transfer
 from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
@@ -22,6 +23,8 @@ from cablewright.robot import Robot
 
 _MAX_LOAD: Final = 0.7
 """Share of a bus that cyclic frames may take: the rest is for parameters, heartbeats and repeated frames."""
+
+_POLL: Final = 0.01  # s
 
 _SETTLED: Final = 10  # periods for drives to become operational, and to hear heartbeats
 
@@ -46,7 +49,10 @@ class CanopenDrives:
             raise InputError(f"drives.bitrate = {drives.bitrate}: {why}; at most {_MAX_LOAD:.0%} is allowed")
         self.settings, self._machine = drives, settings
         scales = scales_of(robot, settings)
-        self.axes = tuple(Axis(name, drives.nodes[name].id, scale) for name, scale in zip(lines, scales, strict=True))
+        self.axes = tuple(
+            Axis(name, drives.nodes[name].id, scale, drives.brake_time)
+            for name, scale in zip(lines, scales, strict=True)
+        )
         self._make_port = port or (lambda: open_port(drives))
         self._network: Network | None = None
         self._closed_statistics = BusStatistics()
@@ -125,10 +131,10 @@ class CanopenDrives:
         """As `WinchDrives`."""
         bus = self.connect()
         try:
+            self._bring_off(bus)
             bus.command_state(o.NMT_PREOPERATIONAL)
             for axis in self.axes:
-                axis.restarted = False
-                axis.notes.clear()
+                axis.begin(bus.port.now())
             bus.check({axis.name: self.parameters(axis) for axis in self.axes}, write=True)
             bus.settle()
             bus.command_state(o.NMT_START)
@@ -139,6 +145,32 @@ class CanopenDrives:
         except CablewrightError:
             self._leave()
             raise
+
+    def _bring_off(self, bus: Network) -> None:
+        """Stop drives that somebody left under torque, by ramp and brake, before anything they watch is changed.
+
+        Raises `EnvironmentFault` for one that stays under torque.
+        """
+        left = [axis for axis in self.axes if self._power(axis) in ENERGISED]
+        for axis in left:
+            ramp = axis.transfers.add(Transfer(o.DISABLE_OPTION, RAMP_AND_OFF))
+            bus.finish(axis)
+            if not ramp.failure:
+                axis.transfers.add(Transfer(o.CONTROLWORD, DISABLE_OPERATION))
+                bus.finish(axis)
+        end = bus.port.now() + self.settings.stop_time(max(axis.scale.speed_of_cable for axis in self.axes))
+        while left and bus.port.now() < end:
+            bus.pump(bus.port.now() + _POLL)
+            left = [axis for axis in left if self._power(axis) in ENERGISED]
+        if left:
+            why = "somebody left it under torque, and it does not switch off by request: use the emergency stop"
+            raise EnvironmentFault(f"the drive of line {left[0].name} (node {left[0].node}): {why}")
+
+    def _power(self, axis: Axis) -> PowerState:
+        """The state of a drive by request; one that does not tell counts as enabled."""
+        word = axis.transfers.add(Transfer(o.STATUSWORD))
+        self._bus.finish(axis)
+        return PowerState.ENABLED if word.failure else state_of(word.result)
 
     def _guards(self, axis: Axis) -> list[Parameter]:
         return guards(self.settings, axis.scale, self._machine.winch.counts, self._machine.period)
@@ -165,16 +197,16 @@ class CanopenDrives:
         """As `WinchDrives`."""
         return self._bus.checking
 
-    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False) -> float:
+    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
         """As `WinchDrives`."""
-        return self._bus.cycle(setpoints, due, self._machine.period, reset=reset)
+        return self._bus.cycle(setpoints, due, self._machine.period, reset=reset, beats=beats)
 
-    def close(self) -> None:
-        """As `WinchDrives`. Drives stop to watch this computer's heartbeat, which ends."""
+    def close(self, *, proven: bool) -> None:
+        """As `WinchDrives`."""
         bus = self._network
         if bus is None:
             return
-        if not bus.master:
+        if proven and not bus.master:
             for axis in self.axes:
                 axis.transfers.clear()
                 axis.checks.clear()

@@ -60,20 +60,24 @@ class Wish(IntEnum):
     ENABLED = 2
 
 
-_SHUTDOWN, _SWITCH_ON, _ENABLE, _DISABLE, _NO_VOLTAGE = 0x06, 0x07, 0x0F, 0x07, 0x00
+_SHUTDOWN, _SWITCH_ON, _ENABLE = 0x06, 0x07, 0x0F
+
+DISABLE_OPERATION: Final = 0x07
+"""By the ramp of 0x605C and with the brake. In no other state does it take torque away."""
 
 FAULT_RESET: Final = 0x80
 """Resets a fault by its rising edge."""
 
+ENERGISED: Final = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_REACTION)
+"""States in which a motor has torque."""
+
 _NEXT: Final = {
     Wish.OFF: {
-        PowerState.ENABLED: _DISABLE,  # by the ramp of 0x605C
         PowerState.SWITCHED_ON: _SHUTDOWN,
         PowerState.READY: _SHUTDOWN,
         PowerState.DISABLED: _SHUTDOWN,
     },
     Wish.SWITCHED_ON: {
-        PowerState.ENABLED: _DISABLE,
         PowerState.SWITCHED_ON: _SWITCH_ON,
         PowerState.READY: _SWITCH_ON,
         PowerState.DISABLED: _SHUTDOWN,
@@ -87,9 +91,18 @@ _NEXT: Final = {
 }
 
 
-def controlword(wish: Wish, state: PowerState) -> int:
+def controlword(wish: Wish, state: PowerState, *, rests: bool, held: bool = False) -> int:
     """The controlword that leads a drive in that *state* towards the *wish*, a transition at a time.
 
-    A fault is never reset by it, and a drive that stopped by itself is not taken up again without being off first.
+    *rests*: it has had no torque for as long as its brake needs to close; until then nothing is sent that could cut
+    the torque: no shutdown, and never "disable voltage". *held*: it stands under torque, and would be told to stand.
+
+    A fault is never reset by it, and a drive that stopped by itself is not taken up again without being off first: from
+    its quick stop it is enabled for a moment, held, as that alone leads on to the ramp and the brake.
     """
-    return _NEXT[wish].get(state, _NO_VOLTAGE)
+    if wish is Wish.OFF:
+        if state is PowerState.QUICK_STOP and held:
+            return _ENABLE
+        if not rests:
+            return DISABLE_OPERATION
+    return _NEXT[wish].get(state, DISABLE_OPERATION)

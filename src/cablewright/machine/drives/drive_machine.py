@@ -12,15 +12,15 @@ from contextlib import suppress
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.errors import CablewrightError, InputError
-from cablewright.machine.drives.axis import Axis, Setpoint
+from cablewright.machine.drives.axis import STANDS, Axis, Setpoint
 from cablewright.machine.drives.cia402 import IN_FAULT, PowerState, Wish, shown
 from cablewright.machine.drives.objects import Mode
+from cablewright.machine.drives.off_watch import OffWatch
 from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.strays import StrayWatch
 from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.settings import MachineSettings
 from cablewright.signals import (
@@ -38,17 +38,15 @@ from cablewright.signals import (
     frozen,
 )
 
+_STOP_IT: Final = "it has to stop by its own watch over this computer; press the emergency stop"
+
 RESET: Final = "reset"
 """Output by which a person's order to reset reaches the drives."""
 
-_TIME: Final = 2.0  # s for parameters, and for all drives to be enabled
+_TIME: Final = 2.0  # s for parameters
+_ENABLE_TIME: Final = 0.5  # s for all drives to be switched on, or enabled
 _MODE_TIME: Final = 0.5  # s to change a mode
-_STOP_TIME: Final = 1.0  # s for drives to stop, and to be off
 _RESET_TIME: Final = 0.3  # s
-_HALF: Final = 1 << 31  # of a drive's counter
-_ENERGISED: Final = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_REACTION)
-_FORGOTTEN: Final = 1.0  # s
-_STANDS: Final = 0.02  # rad/s of a drum that stands
 
 
 class DriveMachine:
@@ -66,7 +64,9 @@ class DriveMachine:
         self.begin = 0.0
         self._measured, self._fresh, self._open = -math.inf, False, False
         self._limited: list[Notice] = []
-        self._strayed: tuple[float, NDArray[np.int64], Array] | None = None  # s, counts, and rad off
+        self._strays, self._off_watch = StrayWatch(settings.drives), OffWatch(drives.axes, settings.drives)
+        self._beats, self._slips = True, ""  # whether the heartbeat goes on; which brake slips
+        self.left = ""  # which drive was not known to be off when it was closed
         modes = frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY, WinchMode.TENSION})
         self._abilities = Abilities(m, _sensors(settings.drives), modes, frozenset({RESET}), brakes=True)
 
@@ -92,7 +92,10 @@ class DriveMachine:
         self._start = self._due - self.begin
         self._cycles, self._on, self._open, self.tripped = 0, False, True, ""
         self._last_time = -math.inf
-        self._setpoints = self._off
+        self._setpoints, self._beats, self.left = self._off, True, ""
+        self._off_watch.end()
+        self._off_watch.begin(self._due)
+        self._strays.forget()
 
     def step(self, command: Command) -> SensorFrame:
         """As `Machine`."""
@@ -113,10 +116,7 @@ class DriveMachine:
         if not on or self.tripped or not self._on:
             self._switch_off()
         self._cycle(self._setpoints)
-        if self._on:
-            self._watch()
-        else:
-            self._strayed = None
+        self._watch()
         return self._frame()
 
     def stop(self) -> None:
@@ -127,20 +127,29 @@ class DriveMachine:
         if not self._open:
             return
         self._switch_off()
-        end = self._drives.now() + _STOP_TIME + self._own.brake_time
+        watch, now = self._off_watch, self._drives.now()
+        end = now + 2.0 * watch.limit + self._own.heartbeat_timeout  # by its ramp, or without heartbeat by its own
         while True:
             self._cycle(self._off)
-            if self._drives.now() >= end or not any(axis.state in _ENERGISED for axis in self._drives.axes):
+            now = self._drives.now()
+            if now >= end or not watch.unproven(now):
                 return
 
     def close(self) -> None:
-        """As `Machine`: winches are stopped and braked before the bus is left."""
+        """As `Machine`: winches are stopped and braked before the bus is left.
+
+        A drive that is not known to be off goes on watching this computer's heartbeat, which ends; ``left`` tells it.
+        """
         if not self._open:
             return
         self.stop()
         self._open = False
+        unproven = self._off_watch.unproven(self._drives.now())
+        if unproven:
+            axis = unproven[0]
+            self.left = f"{axis.name}: its drive was not seen to switch off ({axis.state.value}): {_STOP_IT}"
         with suppress(CablewrightError):
-            self._drives.close()
+            self._drives.close(proven=not unproven)
 
     def _setpoint(self, i: int, command: Command) -> Setpoint:
         """What winch *i* is to do; a speed over its limit is cut to it, with a notice."""
@@ -164,12 +173,15 @@ class DriveMachine:
             setpoints = tuple(each._replace(speed=0.0, torque=0.0) for each in setpoints)
         if now > self._due:  # the cycles go on from here: none is made up for
             self._due = now
-        time = self._drives.cycle(setpoints, self._due, reset=reset)
+        time = self._drives.cycle(setpoints, self._due, reset=reset, beats=self._beats)
         self._fresh = any(not axis.pending for axis in self._drives.axes)
         self._measured = time - self._start
+        if why := self._off_watch.disobeys(self._drives.now()):
+            self.tripped, self._beats = self.tripped or why, False
 
     def _switch_off(self) -> None:
         self._on, self._setpoints = False, self._off
+        self._off_watch.begin(self._drives.now())
 
     def _trip(self, why: str) -> None:
         """Switch all off, until a person resets."""
@@ -178,12 +190,15 @@ class DriveMachine:
 
     def _enable(self) -> None:
         """Write and read back what drives watch, switch all on, enable all; whatever goes wrong switches all off."""
-        for axis in self._drives.axes:
-            if trouble := self._trouble(axis):
-                return self._trip(trouble)
+        end = self._drives.now() + self._off_watch.limit
+        while self._off_watch.unproven(self._drives.now()):
+            if why := self._troubles() or ("a drive is not off yet" if self._drives.now() > end else ""):
+                return self._trip(why)
+            self._cycle(self._off)
         self._drives.begin_checks()
         if not self._settled(self._off, _TIME, "its parameters could not be read in time"):
             return None
+        self._off_watch.end()
         velocity = (Setpoint(Wish.ENABLED),) * len(self._off)
         for wish, state in ((Wish.SWITCHED_ON, PowerState.SWITCHED_ON), (Wish.ENABLED, PowerState.ENABLED)):
             wanted = tuple(each._replace(wish=wish) for each in velocity)
@@ -199,26 +214,29 @@ class DriveMachine:
 
     def _reached(self, wanted: tuple[Setpoint, ...], state: PowerState) -> bool:
         """Cycle until all drives are in that state; False: one does not get there, and all are off."""
-        end = self._drives.now() + _TIME
+        end = self._drives.now() + _ENABLE_TIME
         while True:
             self._cycle(wanted)
             axes, on = self._drives.axes, state is PowerState.ENABLED
             late = [
                 axis for axis in axes if axis.state is not state or axis.pending or (on and axis.mode != Mode.VELOCITY)
             ]
-            if not late:
-                return True
-            for axis in axes:
-                if axis.state in IN_FAULT or self._drives.now() > end:
-                    who = axis if axis.state in IN_FAULT else late[0]
-                    self._trip(f"{who.name}: does not become {state.value}: {who.fault or who.state.value}")
-                    return False
+            why = self._troubles()
+            if not why and late and self._drives.now() > end:
+                why = f"{late[0].name}: does not become {state.value}: {late[0].state.value}"
+            if why:
+                self._trip(why)
+            if why or not late:
+                return not why
 
     def _settled(self, setpoints: tuple[Setpoint, ...], timeout: float, why: str) -> bool:
         """Cycle until parameters are transferred; False: they could not be, and all are off."""
         end = self._drives.now() + timeout
         while self._drives.checking and self._drives.now() < end:
             self._cycle(setpoints)
+            if troubles := self._lost() if self._on else self._troubles():
+                self._trip(troubles)
+                return False
         late = self._drives.checking
         for axis in self._drives.axes:
             if axis.failure or (late and axis.checks):
@@ -234,10 +252,12 @@ class DriveMachine:
             self._cycle(held)
             if why := self._lost() or ("a winch does not come to rest" if self._drives.now() > end else ""):
                 return self._trip(f"{why}, so that its mode is not changed" if "rest" in why else why)
-        self._drives.begin_speed_limits([each.mode is Mode.TORQUE for each in wanted])
-        if not self._settled(held, _MODE_TIME, "its speed limit could not be read in time"):
-            return None
+        now_slow = [each.mode is Mode.TORQUE for each in self._setpoints]
+        then_slow = [each.mode is Mode.TORQUE for each in wanted]
+        both = [now or then for now, then in zip(now_slow, then_slow, strict=True)]
         changed = tuple(each._replace(speed=0.0) for each in wanted)
+        if both != now_slow and not self._limited_speeds(both, held):
+            return None  # a limit comes before the mode that needs it ...
         end = self._drives.now() + _MODE_TIME
         while True:
             self._cycle(changed)
@@ -245,55 +265,58 @@ class DriveMachine:
             if why := self._lost() or (f"{late[0]}: its mode does not change" if self._drives.now() > end else ""):
                 return self._trip(why)
             if not late:
-                return None
+                break
+        if both != then_slow:  # ... and goes after it
+            self._limited_speeds(then_slow, changed)
+        return None
+
+    def _limited_speeds(self, slow: list[bool], setpoints: tuple[Setpoint, ...]) -> bool:
+        """Limit the speeds of drives for torque mode where *slow*; False: one does not take it, and all are off."""
+        self._drives.begin_speed_limits(slow)
+        return self._settled(setpoints, _MODE_TIME, "its speed limit could not be read in time")
 
     def _reset(self) -> None:
-        """Reset faults of drives whose cause is gone, by a person's order, while all are off."""
-        end = self._drives.now() + _RESET_TIME
+        """Reset faults of drives whose cause is gone, by a person's order, while all are known to be off."""
         self._switch_off()
+        self._strays.forget()  # where brakes have slipped is where the winches are
+        end = self._drives.now() + self._own.brake_time + _RESET_TIME
+        while self._off_watch.unproven(self._drives.now()):
+            if self._drives.now() > end:
+                return
+            self._cycle(self._off)
+        self._beats = True
+        end = self._drives.now() + _RESET_TIME
         for _ in range(2):  # an edge, and what drives answer
             self._cycle(self._off, reset=True)
         while any(axis.state in IN_FAULT for axis in self._drives.axes) and self._drives.now() < end:
             self._cycle(self._off)
-        if not any(axis.state in IN_FAULT or axis.restarted for axis in self._drives.axes):
+        if not self._troubles():
             self.tripped = ""
 
     def _watch(self) -> None:
-        if why := self._lost() or self._astray():
-            self._trip(why)
+        """Trip where a winch is lost or astray; also of one that its brake should hold."""
+        self._slips = ""
+        if not self._on and self._off_watch.unproven(self._drives.now()):
+            return self._strays.forget()
+        why = self._lost() if self._on else ""
+        stray = self._strays.judge(self._drives.axes, self._setpoints, self._measured)
+        if stray and not self._on:
+            self._slips = stray = f"{stray}, which its brake should hold: secure the load"
+        if why or stray:
+            self._trip(why or stray)
+        return None
 
-    def _astray(self) -> str:
-        """Which winch turns otherwise than commanded, which its drive may not see; an empty text: none.
-
-        What it is off is forgotten within `_FORGOTTEN`, so that small errors of speeds do not add up.
-        """
-        axes = self._drives.axes
-        if any(axis.pending for axis in axes):
-            return ""
-        counts = np.array([axis.counts for axis in axes], dtype=np.int64)
-        before, self._strayed = self._strayed, (self._measured, counts, np.zeros(len(axes)))
-        if before is None:
-            return ""
-        dt = self._measured - before[0]
-        asked = np.array([each.speed for each in self._setpoints])
-        turned = (counts - before[1] + _HALF) % (2 * _HALF) - _HALF  # counters wrap
-        angles = turned / np.array([abs(axis.scale.counts) for axis in axes])
-        off = before[2] * math.exp(-dt / _FORGOTTEN) + angles - asked * dt
-        off[[each.mode is not Mode.VELOCITY for each in self._setpoints]] = 0.0
-        self._strayed = self._measured, counts, off
-        lengths = np.abs(off) * np.array([axis.scale.radii[1] for axis in axes])
-        worst = int(np.argmax(lengths))
-        if lengths[worst] <= self._own.following_error:
-            return ""
-        return f"{axes[worst].name}: its winch is {1e3 * lengths[worst]:.0f} mm from where it was commanded"
+    def _troubles(self) -> str:
+        """What is wrong with the bus or a drive; an empty text: nothing."""
+        return self._drives.trouble or next(filter(None, map(self._trouble, self._drives.axes)), "")
 
     def _lost(self) -> str:
         """Why not all drives are enabled any more; an empty text: they are."""
-        if self._drives.trouble:
-            return self._drives.trouble
+        if trouble := self._troubles():
+            return trouble
         for axis in self._drives.axes:
-            if (trouble := self._trouble(axis)) or axis.state is not PowerState.ENABLED:
-                return trouble or f"{axis.name}: is no longer enabled but {axis.state.value}"
+            if axis.state is not PowerState.ENABLED:
+                return f"{axis.name}: is no longer enabled but {axis.state.value}"
         return ""
 
     def _trouble(self, axis: Axis) -> str:
@@ -309,7 +332,7 @@ class DriveMachine:
     def _standing(self, mode: Mode | None = None) -> bool:
         """Whether all winches stand, or all that are in that *mode*."""
         pairs = zip(self._drives.axes, self._setpoints, strict=True)
-        return all(abs(axis.velocity) < _STANDS for axis, each in pairs if mode is None or each.mode is mode)
+        return all(abs(axis.velocity) < STANDS for axis, each in pairs if mode is None or each.mode is mode)
 
     def _frame(self) -> SensorFrame:
         time, axes = self._measured, self._drives.axes
@@ -320,7 +343,8 @@ class DriveMachine:
             tensions = frozen([axis.scale.tension(axis.torque) for axis in axes])
             readings += [Encoders(time, counts), Tensions("motor_torques", time, tensions)]
         if self._fresh:
-            readings += [self._drive_reading(time), *self._input_readings(time)]
+            readings.append(self._drive_reading(time))
+        readings += self._input_readings(time)
         return SensorFrame(time, tuple(readings), tuple(self._notices()))
 
     def _drive_reading(self, time: float) -> Drives:
@@ -342,17 +366,26 @@ class DriveMachine:
         )
 
     def _input_readings(self, time: float) -> list[Reading]:
-        """What the drives' inputs say; a drive whose inputs are not known says that it is not safe."""
-        bits, axes = self._own.inputs, self._drives.axes
+        """What the drives' inputs say; none in a cycle that did not bring them all.
+
+        Inputs that are not known for `answer_timeout` say that it is not safe.
+        """
+        bits, axes, now = self._own.inputs, self._drives.axes, self._drives.now()
+        old = [now - axis.inputs_heard > self._own.answer_timeout + self.period for axis in axes]
+        if any(axis.pending >> 2 & 1 for axis in axes) and not any(old):
+            return []
+
+        def told(axis: Axis, bit: int) -> bool:
+            return not old[axes.index(axis)] and bool(axis.inputs >> bit & 1)
 
         def all_set(bit: int | None) -> bool:
-            return bit is None or all(axis.inputs >> bit & 1 for axis in axes)
+            return bit is None or all(told(axis, bit) for axis in axes)
 
         found: list[Reading] = []
         if bits.barrier is not None:
             found.append(Barrier(time, not all_set(bits.barrier)))
         if any(bit is not None for bit in (bits.chain, bits.torque_on, bits.enabling, bits.brake)):
-            closed = () if bits.brake is None else tuple(bool(axis.inputs >> bits.brake & 1) for axis in axes)
+            closed = () if bits.brake is None else tuple(told(axis, bits.brake) for axis in axes)
             found.append(Inputs(time, all_set(bits.chain), not all_set(bits.torque_on), all_set(bits.enabling), closed))
         return found
 
@@ -361,6 +394,8 @@ class DriveMachine:
         if self._drives.trouble:
             found.append(Notice(Condition.BUS_SILENT, self._drives.trouble))
         found += [Notice(Condition.BUS_SILENT, axis.name) for axis in self._drives.axes if self._silent(axis)]
+        if self._slips:
+            found.append(Notice(Condition.BRAKE, self._slips))
         if self.tripped:
             found.append(Notice(Condition.DRIVE_FAULT, self.tripped))
         return found

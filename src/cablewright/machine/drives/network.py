@@ -19,6 +19,7 @@ LISTEN: Final = 0.3
 
 _HEARTBEATS: Final = 4  # in the time after which drives miss them
 _DOUBLE: Final = 0.02  # s after an answer in which a second node with its number would answer too
+_CONFIRMED: Final = 2  # cycles in a row with an error of the bus
 _WINDOW: Final = 0.5  # of a period, for the answers to a SYNC
 _RATED: Final = 0.01  # share by which a motor's rated torque may be off the file's
 _ASKED: Final = (
@@ -65,7 +66,8 @@ class Network:
         self.port, self.axes, self.host = port, axes, host
         self.statistics = BusStatistics()
         self.master = ""  # what another master sent
-        self.error = ""  # of the bus, until a frame comes again
+        self.error = ""  # of the bus; while cycles run it stands as long as they fail, one after the other
+        self._seen, self._failing = "", 0
         self._by_node = {axis.node: axis for axis in axes}
         self._interval, self._beaten = heartbeat_timeout / _HEARTBEATS, -float("inf")
 
@@ -117,12 +119,19 @@ class Network:
                 return
             self._take(frame)
 
-    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, period: float, *, reset: bool = False) -> float:
-        """Command *setpoints*, wait until *due*, and collect the answers to a SYNC; return its time, s."""
+    def cycle(
+        self, setpoints: tuple[Setpoint, ...], due: float, period: float, *, reset: bool = False, beats: bool = True
+    ) -> float:
+        """Command *setpoints*, wait until *due*, and collect the answers to a SYNC; return its time, s.
+
+        *beats*: whether this computer's heartbeat goes on; without it drives stop by themselves.
+        """
+        self._seen = ""
         for axis, setpoint in zip(self.axes, setpoints, strict=True):
-            for frame in axis.commands(setpoint, reset=reset):
+            for frame in axis.commands(setpoint, self.port.now(), reset=reset):
                 self.send(frame)
-        self.beat()
+        if beats:
+            self.beat()
         self.pump(due)
         numbers, now = self.statistics, self.port.now()
         numbers.cycles += 1
@@ -134,6 +143,8 @@ class Network:
         self.pump(now + _WINDOW * period, answers=True)
         numbers.missed += sum(bool(axis.pending) for axis in self.axes)
         numbers.answer.append(self.port.now() - now)
+        self._failing = self._failing + 1 if self._seen else 0
+        self.error = self._seen if self._failing >= _CONFIRMED else ""
         return now
 
     def identify(self, node: int) -> Identity | None:
@@ -227,7 +238,6 @@ class Network:
         numbers = self.statistics
         numbers.received += 1
         numbers.count(len(frame.data))
-        self.error = ""
         kind, node = frame.id & 0x780, frame.id & 0x7F
         if kind in _OF_MASTERS and (kind != o.SYNC or node == 0) and (kind != o.NMT or node == 0):
             self.master = self.master or f"it sends {_OF_MASTERS[kind]} (0x{frame.id:03X})"
@@ -250,7 +260,9 @@ class Network:
 
     def _failed(self, error: BusError) -> None:
         self.statistics.errors += 1
-        self.error = str(error) or "the bus reports an error"
+        self._seen = str(error) or "the bus reports an error"
+        if not self.statistics.cycles:
+            self.error = self._seen
 
 
 def _stranger(node: int) -> Axis:

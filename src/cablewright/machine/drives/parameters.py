@@ -19,14 +19,15 @@ _MOTOR_TURN: Final = 60.0 / math.tau  # 1/min for a rad/s
 # Options of CiA 402: how a drive stops.
 _SIGNAL_FAULT = 1  # 0x6007: a lost connection is a fault
 _RAMP_AND_HOLD = 6  # 0x605A: by the quick stop's ramp, then held under torque; the usual 2 would let a load fall
-_RAMP_AND_OFF = 1  # 0x605B, 0x605C: by a ramp, then the brake closes and torque goes
+RAMP_AND_OFF = 1  # 0x605B, 0x605C: by a ramp, then the brake closes and torque goes
 _RAMP = 2  # 0x605D, 0x605E: by the quick stop's ramp; of a fault the brake closes then
 
 
 class Parameter(NamedTuple):
     """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
 
-    ``lasts``: whether it still holds once all is written; others are steps on the way.
+    ``lasts``: whether it still holds once all is written; others are steps on the way. ``given``: by the drive and its
+    motor: it is compared, and never written.
     """
 
     object: Object
@@ -34,6 +35,7 @@ class Parameter(NamedTuple):
     mask: int = (1 << 32) - 1
     optional: bool = False
     lasts: bool = True
+    given: bool = False
 
     def agrees(self, found: int) -> bool:
         """Whether a value that was read back is this one."""
@@ -78,8 +80,8 @@ def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) ->
     deceleration = round(settings.deceleration / scale.radii[0] * turn)
     window = round(settings.following_error / scale.radii[1] * abs(scale.counts))
     return [
-        Parameter(o.COUNTS, counts, optional=True),
-        Parameter(o.COUNTS_TURNS, 1, optional=True),
+        Parameter(o.COUNTS, counts, optional=True, given=True),
+        Parameter(o.COUNTS_TURNS, 1, optional=True, given=True),
         Parameter(o.GEAR_MOTOR, 1, optional=True),  # units are the motor's; the gear is reckoned with here
         Parameter(o.GEAR_SHAFT, 1, optional=True),
         Parameter(o.POLARITY, 0, optional=True),  # as is the direction
@@ -87,8 +89,8 @@ def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) ->
         Parameter(o.PERIOD_INDEX, -3, mask=0xFF, optional=True),
         Parameter(o.ABORT_OPTION, _SIGNAL_FAULT),
         Parameter(o.QUICK_STOP_OPTION, _RAMP_AND_HOLD),
-        Parameter(o.SHUTDOWN_OPTION, _RAMP_AND_OFF, optional=True),
-        Parameter(o.DISABLE_OPTION, _RAMP_AND_OFF),
+        Parameter(o.SHUTDOWN_OPTION, RAMP_AND_OFF, optional=True),
+        Parameter(o.DISABLE_OPTION, RAMP_AND_OFF),
         Parameter(o.HALT_OPTION, _RAMP, optional=True),
         Parameter(o.FAULT_OPTION, _RAMP),
         Parameter(o.FOLLOWING_WINDOW, window),

@@ -44,11 +44,15 @@ class WinchDrives(Protocol):
     def checking(self) -> bool:
         """Whether what was begun goes on. What failed is in `Axis.failure`."""
 
-    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False) -> float:
+    def cycle(self, setpoints: tuple[Setpoint, ...], due: float, *, reset: bool = False, beats: bool = True) -> float:
         """Command *setpoints*, wait until *due*, s, and take the answers; return the time of measurement, s.
 
-        *reset*: of faults, by an edge. Raises nothing: see `trouble`.
+        *reset*: of faults, by an edge. *beats*: whether the heartbeat goes on, without which each drive stops by
+        itself. Raises nothing: see `trouble`.
         """
 
-    def close(self) -> None:
-        """Leave the drives, which are off, and the bus; raises nothing."""
+    def close(self, *, proven: bool) -> None:
+        """Leave the drives and the bus; raises nothing.
+
+        *proven*: all are known to be off, so that they need not watch this computer any more.
+        """

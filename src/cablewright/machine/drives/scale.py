@@ -29,6 +29,11 @@ class Scale:
     max_speed: float
     max_torque: float
 
+    @property
+    def speed_of_cable(self) -> float:
+        """Largest speed of the cable, m/s."""
+        return self.max_speed * self.radii[1]
+
     def tension(self, torque: float) -> float:
         """Tension, N, that a *torque* (N m, of the drum) holds, at the smallest radius: it is never understated."""
         return -torque / self.radii[0]

@@ -11,6 +11,11 @@ from cablewright.units import Duration, Force, Length, Positive, Speed, Torque
 from cablewright.validation import Description, refusal
 
 MAX_NODES: Final = 32
+_MARGIN: Final = 0.2  # s
+_GENTLE: Final = 1.0  # m/s^2
+ACKNOWLEDGED: Final = "tested on virtual drives only"
+"""What whoever uses a real bus has to write into the machine file."""
+
 LOOPBACK: Final = "loopback"
 """The interface of virtual drives."""
 
@@ -45,17 +50,21 @@ class DriveSettings(Description):
     """CANopen drives of profile CiA 402, one for each line, each of which opens and closes its own brake.
 
     ``interface``, ``channel``, ``bitrate``: of python-can; the interface ``loopback`` is that of virtual drives, its
-    channel a UDP port of this computer. ``host``: node of this computer. ``rated_torque``: of a motor, as each drive
+    channel a UDP port of this computer. ``acknowledged``: a real bus is opened for motion only with `ACKNOWLEDGED`.
+    ``host``: node of this computer. ``rated_torque``: of a motor, as each drive
     must have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
     ``heartbeat_timeout``, ``command_timeout``: after so much silence of this computer a drive stops by itself.
     ``following_error`` (m of cable) for ``following_time``: a drive stops. ``deceleration``: of cable, of every stop by
     a drive. ``brake_time``: until a brake has opened or closed. ``answer_timeout``: s until a drive that does not
     answer is said to be silent. ``tension``: N, of a line that is taken up, at most; ``tension_speed``: of its
-    cable, at most, in torque mode. ``jog_tension``: N, up to which a winch reels in by hand; None: ``tension``.
+    cable, at most, in torque mode. ``tension_error``: share of the platform's weight by which all tensions together may
+    be off. ``jog_run_out``: m that a jog may go on after the last order. ``jog_tension``: N, up to which a winch reels
+    in by hand; None: ``tension``.
     """
 
     interface: _Text
     channel: _Text
+    acknowledged: Literal["tested on virtual drives only"] | None = None
     bitrate: Annotated[int, Field(strict=True, ge=10_000, le=1_000_000)] = 1_000_000
     host: _Node = 127
     nodes: dict[str, NodeSettings] = Field(min_length=1, max_length=MAX_NODES)
@@ -64,14 +73,25 @@ class DriveSettings(Description):
     heartbeat_timeout: _Brief = 0.2
     command_timeout: _Brief = 0.1
     answer_timeout: _Brief = 0.05
-    following_error: Annotated[Length, Field(ge=1e-4, le=1.0)] = 0.02
+    following_error: Annotated[Length, Field(ge=1e-4, le=0.1)] = 0.02
     following_time: _Brief = 0.05
-    deceleration: Annotated[float, Field(ge=0.01, le=100.0)] = 1.0
-    brake_time: _Brief = 0.2
+    deceleration: Annotated[float, Field(ge=0.01, le=10.0)] = 1.0
+    brake_time: Annotated[Duration, Field(ge=0.02, le=10.0)] = 0.2
     tension: Positive[Force]
     jog_tension: Positive[Force] | None = None
+    jog_run_out: Annotated[Length, Field(ge=0.005, le=0.5)] = 0.1
+    tension_error: Annotated[float, Field(ge=0.01, le=0.5)] = 0.1
     tension_speed: Annotated[Speed, Field(gt=0.0, le=0.25)] = 0.02
     inputs: InputBits = InputBits()
+
+    def stop_time(self, speed: float) -> float:
+        """Time, s, in which a drive stops from a *speed* of its cable, m/s, closes its brake, and has told so."""
+        return speed / self.deceleration + self.brake_time + self.answer_timeout + _MARGIN
+
+    @property
+    def jog_deceleration(self) -> float:
+        """Deceleration of a jog that is let go, m/s^2: that of a stop, unless it would make the load swing."""
+        return min(self.deceleration, _GENTLE)
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -13,7 +14,6 @@ from cablewright.arrays import Array
 from cablewright.control.homing import Homing
 from cablewright.control.manual import MAX_SPEED
 from cablewright.control.procedure import Procedure
-from cablewright.control.winch_jog import WinchJog, WinchJogSettings
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.canopen_drives import CanopenDrives
@@ -27,6 +27,8 @@ from cablewright.studies.prints.loop import Printer
 
 PERSON: Final = "terminal"
 """Who gives the orders of a command."""
+
+_STAND: Final = {"velocity": (0.0, 0.0, 0.0)}  # of a jog that is let go
 
 OpenPort = Callable[[], Port] | None
 
@@ -96,6 +98,8 @@ def home(
     robot: Robot, settings: MachineSettings, state: Path, place: Array | None = None, port: OpenPort = None
 ) -> DriveSession:
     """Take up slack and test the saved lengths, or find them by a measured *place* (3,), m. Raises as `write`."""
+    if place is not None:
+        _require_inside(robot, place)
     machine = RealMachine.of(robot, settings, state, port)
     homing = machine.homing(_guess(machine), place)
     return _session(machine, "home", SessionOperator(PERSON, Order(OrderKind.HOME)), {PrintState.HOMING: homing})
@@ -113,17 +117,16 @@ def jog_winch(
 ) -> DriveSession:
     """Turn the winch of one *line*, m/s of cable, while *held*; positive pays out. Raises as `write`."""
     machine = RealMachine.of(robot, settings, state, port)
-    assert settings.drives is not None
     names = [each.name for each in robot.lines]
     if line not in names:
         raise UnknownName("line", line, names)
-    axis = machine.drives.axes[names.index(line)]
-    most = settings.drives.jog_tension or settings.drives.tension
-    jog = WinchJog(WinchJogSettings(names.index(line), len(names), speed, most, axis.scale.radii[1]))
+    jog = machine.winch_jog(names.index(line), speed)
 
     def each(_printer: Printer) -> None:
         if held():
             jog.lease()
+        else:
+            jog.let_go()
 
     operator = SessionOperator(PERSON, Order(OrderKind.TAKE_UP), ends=ends, each=each)
     return _session(machine, "jog", operator, {PrintState.TENSIONING: jog})
@@ -143,11 +146,22 @@ def jog_platform(
     if not 0.0 < speed <= MAX_SPEED:
         raise InputError(f"jog: {speed:g} m/s; over 0 and at most {MAX_SPEED:g} is allowed by hand")
     machine = RealMachine.of(robot, settings, state, port)
+    machine.require_run_out(speed)
     homing = machine.homing(_guess(machine))
     arguments = {"velocity": tuple(float(each) for each in velocity)}
-    operator = _JogOperator(PERSON, Order(OrderKind.HOME), hold=float("inf"), ends=ends)
+    operator = _JogOperator(PERSON, Order(OrderKind.HOME), hold=float("inf"))
+    operator.ends = lambda: ends() or bool(machine.keeper.doubt)
     operator.jog, operator.held = Order(OrderKind.JOG, PERSON, arguments=arguments), held
     return _session(machine, "jog", operator, {PrintState.HOMING: homing})
+
+
+def _require_inside(robot: Robot, place: Array) -> None:
+    """Raise `InputError` for a place outside the frame."""
+    scene = robot.scene
+    for axis, low, at, high in zip("xyz", scene.frame_min, place.tolist(), scene.frame_max, strict=True):
+        if not low <= at <= high:
+            why = f"is outside the frame of {robot.name}, {low:g} to {high:g} m; places are in m"
+            raise InputError(f"place: {axis} = {at:g} m: {why}")
 
 
 class _Off:
@@ -173,11 +187,16 @@ class _JogOperator(SessionOperator):
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
         """As `Operator`."""
-        given = super().orders(printer, now)
-        moves = printer.supervisor.state in (PrintState.IDLE, PrintState.MANUAL)
-        if given or not (self.homed and moves and self.held()):
+        given, state = super().orders(printer, now), printer.supervisor.state
+        if given or not self.homed or state not in (PrintState.IDLE, PrintState.MANUAL):
             return given
-        return (Order(OrderKind.JOG, self.by, now, self.jog.arguments),)
+        if self.held():
+            self._moves = True
+            return (Order(OrderKind.JOG, self.by, now, self.jog.arguments),)
+        if not self._moves:
+            return ()
+        self._moves = False
+        return (Order(OrderKind.JOG, self.by, now, _STAND),) if state is PrintState.MANUAL else ()
 
     def is_over(self, printer: Printer) -> bool:
         """As `Operator`."""
@@ -186,6 +205,7 @@ class _JogOperator(SessionOperator):
         return over if not self.homed or self.reason else self.ends()
 
     homed = False
+    _moves = False  # since the button was last held
 
 
 def _guess(machine: RealMachine) -> Array:
@@ -211,11 +231,13 @@ def _session(
         gc.unfreeze()
     if operator.reason and not operator.enabled and watching.refusals:
         operator.reason = watching.refusals[-1]  # why it could not be reset says more
+    operator.reason = machine.keeper.doubt or operator.reason
     homing = procedures.get(PrintState.HOMING)
     lines = _lines(machine, watching)
     if isinstance(homing, Homing) and homing.position is not None:
         x, y, z = homing.position.tolist()
-        return _answer(machine, action, operator.reason, lines, printer.time, (x, y, z), homing.misfit)
+        found = _answer(machine, action, operator.reason, lines, printer.time)
+        return replace(found, position=(x, y, z), misfit=homing.misfit, notes=tuple(homing.notes))
     return _answer(machine, action, operator.reason, lines, printer.time)
 
 
@@ -237,10 +259,9 @@ def _answer(
     reason: str,
     drives: tuple[DriveLine, ...],
     duration: float = 0.0,
-    position: tuple[float, float, float] | None = None,
-    misfit: float = float("nan"),
 ) -> DriveSession:
     settings = machine.settings
     assert settings.drives is not None
     bus = machine.drives.statistics.figures(settings.period, settings.drives.bitrate)
-    return DriveSession(settings.name, action, reason, drives, bus, duration, position, misfit)
+    reason = reason or machine.bus_machine.left
+    return DriveSession(settings.name, action, reason, drives, bus, duration)

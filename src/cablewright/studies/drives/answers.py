@@ -120,6 +120,7 @@ class DriveSession(Result):
         Figure("position", "m", "Where the platform was found; null where nobody looked for it.",
                only=lambda of: of.position is not None),
         Figure("misfit", "m", "By how much the lengths do not fit together.", only=lambda of: of.position is not None),
+        Figure("notes", "", "What else was found, and what no test could see.", detail=True),
         Figure("duration", "s", "Duration, by the machine's clock."),
         Figure("bus", "", "Cycles, frames sent and received, answers missed, frames malformed, errors, cycles over "
                "half a period late, share of the bus that is used.", detail=True),
@@ -140,6 +141,7 @@ class DriveSession(Result):
     duration: float = 0.0
     position: tuple[float, float, float] | None = None
     misfit: float = math.nan
+    notes: tuple[str, ...] = ()
 
     @property
     def status(self) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from cablewright.arrays import Array
+from cablewright.control.force_balance import CarriedWatch
 from cablewright.errors import AnswerError, InputError
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningState
@@ -19,7 +20,7 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import Remembering
 from cablewright.models.packed_views import LineStates
 from cablewright.robot import Robot
-from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
+from cablewright.signals import Drives, DriveState, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.studies.estimators import reckoning_of
 from cablewright.toml_input import read_bytes
 
@@ -33,24 +34,26 @@ class _File(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
-    schema_number: Annotated[int, Field(alias="schema", ge=1, le=1)]
+    schema_number: Annotated[int, Field(alias="schema", ge=2, le=2)]
     robot: str
     lines: tuple[str, ...]
+    epoch: Annotated[int, Field(ge=0, le=2**62)]
     counts: tuple[Annotated[int, Field(ge=-(2**62), le=2**62)], ...]
     lengths: tuple[_Number, ...]
     position: tuple[_Number, _Number, _Number]
 
 
 class LengthKeeper:
-    """Lengths of the last homing, by counts. Counts go on over a loss of power only as `Remembering` says."""
+    """Lengths of the last homing, by counts. They hold in the epoch of those counts alone, see `Remembering`."""
 
     def __init__(self, path: Path, robot: Robot, settings: MachineSettings) -> None:
         """The file at *path*, which need not be there. Raises `InputError` for one that is damaged or of another."""
         self.path, self.robot = path, robot
         self.reckoning = reckoning_of(robot, settings)
+        self.tension_error = 0.1 if settings.drives is None else settings.drives.tension_error
         self.machine: Remembering | None = None  # whose counts these are
         self.found: ReckoningState | None = None  # since homing has passed the lengths, in this session
-        self._own = False  # whether lengths are of this session
+        self.doubt = ""  # why they are not believed any more, until homing passes them again
         self._saved = self._read()
 
     @property
@@ -60,8 +63,7 @@ class LengthKeeper:
 
     def lengths(self, counts: NDArray[np.int64]) -> Array | None:
         """Lengths (m,), m, at *counts* (m,); None where nothing valid is saved, or a drum cannot have turned so far."""
-        kept = self.machine is not None and self.machine.restored
-        if self._saved is None or not (kept or self._own):
+        if self._saved is None or self.machine is None or self._saved.epoch != self.machine.epoch or self.doubt:
             return None
         reckoning = self.reckoning
         turned = (counts - np.array(self._saved.counts)) / reckoning.counts_per_radian
@@ -74,14 +76,24 @@ class LengthKeeper:
                 return None
         return np.array(found)
 
+    def tensions(self, shown: Array, lengths: Array) -> Array:
+        """Tensions (m,), N, by those that drives *show* at the smallest radius, where *lengths* (m,), m, are out."""
+        reckoning, found = self.reckoning, shown.copy()
+        for i, (coil, out) in enumerate(zip(reckoning.coils, lengths.tolist(), strict=True)):
+            held = min(max(reckoning.total_length - out, 0.0), float(coil.wound[-1]))
+            found[i] *= float(coil.radii.min()) / coil.radius(coil.angle(held))
+        return found
+
     def accept(self, lengths: Array, counts: NDArray[np.int64]) -> None:
         """Take lengths (m,), m, that homing has passed at *counts*, and write them. Raises `AnswerError`."""
-        self.found = dead_reckoning.start_at(self.reckoning, lengths, counts)
+        self.found, self.doubt = dead_reckoning.start_at(self.reckoning, lengths, counts), ""
         lines = [line.name for line in self.robot.lines]
-        content = {"schema": 1, "robot": self.robot.name, "lines": lines, "counts": counts.tolist()}
+        assert self.machine is not None
+        content = {"schema": 2, "robot": self.robot.name, "lines": lines, "epoch": self.machine.epoch}
+        content["counts"] = counts.tolist()
         content |= {"lengths": lengths.tolist(), "position": self.found.tracker.pose.tolist()}
         text = json.dumps(content)
-        self._saved, self._own = _File.model_validate_json(text), True
+        self._saved = _File.model_validate_json(text)
         write_whole(self.path, text.encode() + b"\n")
 
     def _read(self) -> _File | None:
@@ -106,12 +118,15 @@ class KeptEstimator:
     def __init__(self, keeper: LengthKeeper, guess: Array) -> None:
         """*guess* (3,), m: what is told as the position while it is not known."""
         self._keeper, self._guess = keeper, guess
+        self._carried = CarriedWatch(keeper.reckoning.model, keeper.tension_error)
 
     def step(self, frame: SensorFrame) -> Estimate:
         """As `Estimator`."""
         state = self._keeper.found
         if state is not None:
-            return dead_reckoning.step(self._keeper.reckoning, state, frame)
+            estimate = dead_reckoning.step(self._keeper.reckoning, state, frame)
+            if not self._doubts(frame, estimate):
+                return estimate
         m = len(self._keeper.robot.lines)
         lengths = None
         for reading in frame.of(Encoders):
@@ -128,6 +143,24 @@ class KeptEstimator:
             frozen([coil.radii[0] for coil in self._keeper.reckoning.coils]),
             valid=False,
         )
+
+    def _doubts(self, frame: SensorFrame, estimate: Estimate) -> bool:
+        """Whether the lines do not carry the platform where it is reckoned to be: it is homed anew then."""
+        keeper, pulls = self._keeper, frame.of(Tensions)
+        if not all(state is DriveState.ENABLED for each in frame.of(Drives) for state in each.states):
+            self._carried.forget()  # brakes carry it
+        elif (
+            pulls
+            and self._carried.is_due(frame.time)
+            and estimate.valid
+            and len(pulls[-1].tensions) == len(estimate.lengths)
+        ):
+            tensions = keeper.tensions(pulls[-1].tensions, estimate.lengths)
+            keeper.doubt = self._carried.judge(estimate.position, tensions, frame.time)
+            if keeper.doubt:
+                keeper.found = None
+                self._carried.forget()
+        return bool(keeper.doubt)
 
     @property
     def tensions(self) -> Array | None:

@@ -50,6 +50,7 @@ WORDS: Final = {
         OrderKind.START,
         OrderKind.PAUSE,
         OrderKind.RESUME,
+        OrderKind.REFILLED,
         OrderKind.STOP,
         OrderKind.RELEASE,
     )
@@ -79,6 +80,8 @@ class PersonOperator:
             if word == "quit":
                 self._quits = True
             elif word in WORDS:
+                if WORDS[word] is OrderKind.REFILLED and shown[0] is PrintState.REFILLING:
+                    printer.refilled()
                 given.append(Order(WORDS[word], "terminal", now))
             elif word:
                 self.say(f"no order {word!r}; orders: {', '.join(WORDS)}, quit")
@@ -91,9 +94,11 @@ class PersonOperator:
 
 @dataclass(eq=False)
 class _Telling(FolderRecorder):
-    """A recorder that also tells why orders were refused."""
+    """A recorder that also tells why orders were refused, and why the position is doubted."""
 
     say: Callable[[str], None] = lambda _line: None
+    doubt: Callable[[], str] = lambda: ""
+    _told: str = field(default="", repr=False)
 
     def add(self, printer: Printer, step: loop.Step, *, last: bool) -> None:
         """As `StepRecorder`."""
@@ -101,6 +106,10 @@ class _Telling(FolderRecorder):
         for order in step.orders:
             if order.refusal:
                 self.say(f"refused: {order.refusal}")
+        if (doubt := self.doubt()) != self._told:
+            self._told = doubt
+            if doubt:
+                self.say(doubt)
 
 
 def print_on_drives(
@@ -151,20 +160,28 @@ def print_on_drives(
         run = PrintRun(folder, machine.machine, printer, Timing(owner.period))
         if archive is None:
             write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
-        _run(run, LogHead(robot, owner, owner.period, kind="real", epoch=epoch), operator, say, progress)
+        head = LogHead(robot, owner, owner.period, kind="real", epoch=epoch)
+        _run(run, head, operator, say, progress, lambda: machine.keeper.doubt)
+        if machine.bus_machine.left:
+            say(machine.bus_machine.left)
         record, log = finish(folder, path.track, path.print_speed, None, progress)
         return PrintedJob("encoders", run, record, log).written()
 
 
 def _run(
-    run: PrintRun, head: LogHead, operator: Operator, say: Callable[[str], None], progress: Progress | None
+    run: PrintRun,
+    head: LogHead,
+    operator: Operator,
+    say: Callable[[str], None],
+    progress: Progress | None,
+    doubt: Callable[[], str],
 ) -> None:
     log_path = next_segment(run.folder)
     with (
         write_log(log_path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
         SnapshotWriter(run.folder / CHECKPOINT, signature) as writer,
     ):
-        recorder = _Telling(log, writer, run.timing, progress, say=say)
+        recorder = _Telling(log, writer, run.timing, progress, say=say, doubt=doubt)
         gc.collect()
         gc.freeze()
         gc.disable()  # the loop collects between steps

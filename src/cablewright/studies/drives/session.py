@@ -14,15 +14,19 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.choices import LawName
+from cablewright.control import manual
 from cablewright.control.guide import TimedPath
 from cablewright.control.homing import Homing, HomingSettings
+from cablewright.control.manual import ManualSettings
 from cablewright.control.procedure import Procedure
-from cablewright.control.take_up import TakeUp, TakeUpSettings
+from cablewright.control.take_up import PULLS, TakeUp, TakeUpSettings
+from cablewright.control.winch_jog import WinchJog, WinchJogSettings
 from cablewright.errors import InputError
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.canopen_drives import CanopenDrives, require_drives
 from cablewright.machine.drives.drive_machine import DriveMachine
-from cablewright.machine.drives.settings import LOOPBACK
+from cablewright.machine.drives.limits import require_limits
+from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK
 from cablewright.machine.settings import MachineSettings, require_robot
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.winch_counts import CountFile, Remembering
@@ -37,6 +41,7 @@ from cablewright.studies.prints.loop import Printer, Step
 
 _RESETS: Final = 3  # orders to reset before a session gives up
 _RESET_WAIT: Final = 0.5  # s between them
+_ORDER_PERIODS: Final = 3  # from an order to the drives
 _SMALL: Final = 0.01  # m, radius of the path of a session that prints nothing
 _SAMPLES: Final = 2000  # of a path, for its torques
 _OVER: Final = 1.2  # of a drive's own limit: where the guard stops
@@ -60,9 +65,12 @@ class RealMachine:
         """*state*: path without suffix of the two files. Raises `InputError` for files that do not fit each other."""
         require_robot(settings, robot.name)
         known = require_drives(settings, robot)
-        if port is None and known.interface != LOOPBACK:
-            why = f'real buses are read by scan and show alone in this version; anything that moves needs "{LOOPBACK}"'
-            raise InputError(f"drives.interface = {known.interface!r}: {why} (docs/drives.md, not released)")
+        if port is None and known.interface != LOOPBACK and known.acknowledged is None:
+            why = f"this version was {ACKNOWLEDGED}, and no performance level is claimed: read docs/drives.md first"
+            raise InputError(
+                f"machine {settings.name!r}: drives.acknowledged: is missing: {why}, then write {ACKNOWLEDGED!r}"
+            )
+        require_limits(robot, settings)
         drives = CanopenDrives(robot, settings, port)
         bus_machine = DriveMachine(drives, settings)
         lines = [line.name for line in robot.lines]
@@ -86,8 +94,46 @@ class RealMachine:
         near = guess if found is None else found
         scene = self.robot.scene
         frame = np.array(scene.frame_min), np.array(scene.frame_max)
-        own = HomingSettings(keeper.reckoning.model, self.take_up, keeper.lengths, keeper.accept, near, place, frame)
-        return Homing(own)
+        assert self.settings.drives is not None
+        return Homing(
+            HomingSettings(
+                keeper.reckoning.model,
+                self.take_up,
+                keeper.lengths,
+                keeper.accept,
+                near,
+                frame,
+                place,
+                keeper.tensions,
+                self.settings.drives.tension_error,
+                lambda: self.machine.power_lost,
+            )
+        )
+
+    @property
+    def delay(self) -> float:
+        """Time from an order to the motion, s."""
+        return _ORDER_PERIODS * self.settings.period + self.settings.winch.lag
+
+    def by_hand(self, plan: ManualSettings) -> ManualSettings:
+        """Limits of motions by hand, with those of the drives."""
+        own = self.settings.drives
+        assert own is not None
+        return replace(plan, deceleration=own.jog_deceleration, max_run_out=own.jog_run_out, delay=self.delay)
+
+    def require_run_out(self, speed: float) -> None:
+        """Raise `InputError` for a jog of the platform at *speed*, m/s, from which it would not stop in time."""
+        own = self.settings.drives
+        assert own is not None
+        manual.require_run_out(speed, own.jog_deceleration, self.delay, own.jog_run_out)
+
+    def winch_jog(self, line: int, speed: float) -> WinchJog:
+        """The procedure that turns one winch by hand at *speed*, m/s of cable. Raises `InputError`."""
+        own, radius = self.settings.drives, self.drives.axes[line].scale.radii[1]
+        assert own is not None
+        most = own.jog_tension or own.tension
+        limits = -PULLS * own.tension, own.jog_deceleration, own.jog_run_out, self.delay
+        return WinchJog(WinchJogSettings(line, len(self.robot.lines), speed, most, radius, *limits))
 
     def printer(
         self,
@@ -115,6 +161,7 @@ class RealMachine:
             plan,
             velocity=replace(plan.velocity, max_drum_speed=speed),
             guard=replace(plan.guard, max_torques=torques, max_drum_speed=_OVER * settings.winch.max_speed),
+            manual=self.by_hand(plan.manual),
             procedures=procedures,
         )
         warm(self.keeper, path.track.at(0.0).position)

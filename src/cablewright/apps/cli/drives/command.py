@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 import typer
 
 from cablewright.apps.cli.drives.keys import Button, button
+from cablewright.apps.cli.drives.machine_file import load_real
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer, tell
 from cablewright.apps.cli.parsing import numbers
@@ -89,7 +90,9 @@ class DrivesCommand:
         from cablewright.machine.files import load_machine
         from cablewright.robot import load
 
-        robot, settings = load(self.robot), load_machine(self.machine)
+        robot = load(self.robot)
+        reads = self.action in ("scan", "show")
+        settings = load_machine(self.machine) if reads else load_real(self.machine, robot)
         if not self.tried:
             return answer(self._done(robot, settings, Path(self.machine).with_suffix(""), None), self.as_json)
         from tempfile import TemporaryDirectory

@@ -1,4 +1,4 @@
-"""A button that a person holds: any key of the terminal, repeated by it, or lines of a pipe."""
+"""A button that a person holds: any key of a terminal, repeated by it. A pipe is nobody who holds one."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
+
+from cablewright.errors import EnvironmentFault
 
 _HELD: Final = 0.1  # s for which one key counts as held
 
@@ -44,10 +46,13 @@ class Button:
 
 @contextmanager
 def button() -> Iterator[Button]:
-    """A button on the terminal, without echo and without waiting for the end of a line where there is one."""
+    """A button on the terminal, without echo and without waiting for the end of a line.
+
+    Keys from before are forgotten. Raises `EnvironmentFault` where the standard input is no such terminal.
+    """
     if not sys.stdin.isatty() or sys.platform == "win32":
-        yield Button()
-        return
+        why = "a key has to be held at a terminal (Linux or macOS); the standard input is none"
+        raise EnvironmentFault(f"drives jog: {why}")
     import termios
     import tty
 
@@ -55,6 +60,7 @@ def button() -> Iterator[Button]:
     before = termios.tcgetattr(number)
     try:
         tty.setcbreak(number)
+        termios.tcflush(number, termios.TCIFLUSH)
         yield Button()
     finally:
         termios.tcsetattr(number, termios.TCSADRAIN, before)

@@ -112,8 +112,8 @@ class VirtualRig:
         speeds = np.zeros(len(self.names))
         speeds[i] = length / self.plant.truth.radii[i] / (steps * self.plant.period)
         before = self._counts()
-        for _ in range(steps):
-            self.plant.step(Command(self.plant.time, speeds))
+        for given in (*(speeds,) * steps, *(np.zeros(len(speeds)),) * steps):  # at the end it stands
+            self.plant.step(Command(self.plant.time, given))
         self._base -= self._counts() - before  # no encoder has seen it
         self._load()
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import Frame
-from cablewright.machine.drives.cia402 import IN_FAULT, PowerState
+from cablewright.machine.drives.cia402 import ENERGISED, IN_FAULT, PowerState
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.virtual.dictionary import Dictionary, entries_of
 
@@ -25,6 +25,7 @@ _STATUS: Final = {
     PowerState.FAULT: 0x08,
 }
 _REMOTE: Final = 0x0210  # voltage is there, and the bus commands
+_STAYS: Final = 5  # of the quick stop's options: those from it on end in the state of a quick stop
 _STOPPED: Final = 1e-9  # counts/s
 _BRAKE_BIT, _CHAIN_BIT = 16, 17  # of the digital inputs
 
@@ -41,7 +42,7 @@ class VirtualDrive:
     rated_torque: float
     counts: int
     speed_unit: float  # of 0x60FF, for a turn a second
-    brake_time: float = 0.1
+    brake_time: float = 0.1  # to open and to close, s
     mobility: float = 1.0  # counts/s of a motor that is not held, for a N m too much
     position: float = 0.0
     load: float = 0.0
@@ -49,6 +50,8 @@ class VirtualDrive:
     state: PowerState = PowerState.DISABLED
     brake_closed: bool = True
     chain_closed: bool = True
+    stop_input: bool = False  # its own input for a quick stop
+    tells_early: bool = False  # it tells that it is off, or in fault, while its brake still closes under torque
     drift: float = 0.0  # counts/s by which it turns besides, unknown to itself
     dead: bool = False  # neither hears nor says anything
     profile: int = o.PROFILE
@@ -58,6 +61,8 @@ class VirtualDrive:
     _edge: bool = False  # bit 7 of the last controlword
     _opening: float = math.inf  # s of operation left until the brake is open
     _closing: bool = False  # on the way to be off
+    _holds: bool = False  # torque, though it tells that it is off
+    _closes_in: float = math.inf  # s until the brake has closed, since its coil lost current
     _wanted: float = 0.0  # counts/s, after the ramp
     _error: float = 0.0  # counts that it is behind its target
     _off_window: float = 0.0  # s
@@ -80,21 +85,23 @@ class VirtualDrive:
 
     @property
     def _powered(self) -> bool:
-        return self.state in (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_REACTION)
+        return self.state in ENERGISED or self._holds
 
     def fail(self, code: int) -> None:
-        """Report a fault: stop by the ramp, then close the brake."""
+        """Report a fault: stop by the ramp, then close the brake, then take torque away."""
         if self.state in IN_FAULT:
             return
         self.dictionary[o.ERROR_CODE] = code
-        powered = self._powered and not self.brake_closed
-        self.state = PowerState.FAULT_REACTION if powered else PowerState.FAULT
-        self.brake_closed, self._closing = not powered, False
+        stops = self._powered and not self.brake_closed
+        self.state, self._closing = PowerState.FAULT_REACTION if stops else PowerState.FAULT, False
+        if not stops:
+            self._drop_brake()
         self.outbox.append(Frame(o.SYNC + self.node, code.to_bytes(2, "little") + bytes(6)))
 
     def restart(self) -> None:
         """Lose power, and come back with the values of the factory; the position of the motor is kept."""
         self.state, self.brake_closed, self.nmt = PowerState.DISABLED, True, o.PREOPERATIONAL
+        self._closing, self._holds, self._closes_in = False, False, math.inf
         self.speed = self._wanted = self._error = 0.0
         self._beat_heard = self._commanded = math.nan
         self.__post_init__()
@@ -111,8 +118,11 @@ class VirtualDrive:
             if self.nmt != o.OPERATIONAL:
                 self._commanded = math.nan
         elif frame.id == o.SDO_REQUEST + self.node:
+            self._refresh()
             answer = self.dictionary.answer(data)
             self.outbox += [] if answer is None else [answer]
+            if data[:1] != b"\x40" and data[1:3] == o.CONTROLWORD.index.to_bytes(2, "little"):
+                self._control(self.dictionary[o.CONTROLWORD])
             if self.dictionary[o.CONSUMER_HEARTBEAT] == 0:
                 self._beat_heard = math.nan
         elif frame.id == o.HEARTBEAT + (self.dictionary[o.CONSUMER_HEARTBEAT] >> 16 & 0x7F):
@@ -139,6 +149,16 @@ class VirtualDrive:
                 self._control(own[o.CONTROLWORD])
 
     def _answers(self) -> list[Frame]:
+        own = self._refresh()
+        frames = []
+        for k, mapped in enumerate(o.FROM_DRIVES):
+            cob = int.from_bytes(own.entries[0x1800 + k, 1].data, "little")
+            if not cob >> 31:
+                frames.append(Frame(cob & 0x7FF, b"".join(each.pack(own[each]) for each in mapped)))
+        return frames
+
+    def _refresh(self) -> Dictionary:
+        """Bring what it tells up to date."""
         own, limit = self.dictionary, 1e3 / self.rated_torque
         own[o.STATUSWORD] = _STATUS[self.state] | _REMOTE
         wrapped = (math.floor(self.position) + (1 << 31)) % (1 << 32) - (1 << 31)
@@ -147,12 +167,7 @@ class VirtualDrive:
         own[o.TORQUE] = round(self.torque * limit)
         own[o.FOLLOWING_ERROR] = round(self._error)
         own[o.INPUTS] = self.brake_closed << _BRAKE_BIT | self.chain_closed << _CHAIN_BIT
-        frames = []
-        for k, mapped in enumerate(o.FROM_DRIVES):
-            cob = int.from_bytes(own.entries[0x1800 + k, 1].data, "little")
-            if not cob >> 31:
-                frames.append(Frame(cob & 0x7FF, b"".join(each.pack(own[each]) for each in mapped)))
-        return frames
+        return own
 
     def _control(self, word: int) -> None:
         """Take the transition that a controlword asks for."""
@@ -160,7 +175,7 @@ class VirtualDrive:
         state = self.state
         if state is PowerState.FAULT:
             if rising:
-                self.state = PowerState.DISABLED
+                self.state, self._holds = PowerState.DISABLED, False
                 self.dictionary[o.ERROR_CODE] = 0
             return
         if state is PowerState.FAULT_REACTION:
@@ -180,7 +195,7 @@ class VirtualDrive:
 
     def _shut_down(self, state: PowerState) -> None:
         if state in (PowerState.DISABLED, PowerState.SWITCHED_ON):
-            self.state = PowerState.READY
+            self.state, self._holds = PowerState.READY, False  # torque goes, whatever the brake does
         elif state is PowerState.ENABLED:
             self._power_off(at_once=self.dictionary[o.SHUTDOWN_OPTION] == 0)
 
@@ -191,20 +206,26 @@ class VirtualDrive:
             self._power_off(at_once=self.dictionary[o.DISABLE_OPTION] == 0)
 
     def _enable(self, state: PowerState) -> None:
+        holds = self.dictionary[o.QUICK_STOP_OPTION] >= _STAYS
         if state is PowerState.SWITCHED_ON:
             self.state, self._opening, self._closing = PowerState.ENABLED, self.brake_time, False
+            self._holds, self._closes_in = False, math.inf
             self._wanted = self._error = 0.0
-        elif state is PowerState.ENABLED:
+        elif state is PowerState.QUICK_STOP and holds and not self.stop_input:
+            self.state = PowerState.ENABLED
+        elif state is PowerState.ENABLED and math.isinf(self._closes_in):
             self._closing = False
 
     def _power_off(self, *, at_once: bool) -> None:
-        if at_once or self.brake_closed:
-            powered = self._powered
-            self.state, self.brake_closed, self._closing = PowerState.DISABLED, True, False
-            if powered and not at_once:
-                self.state = PowerState.SWITCHED_ON
-        else:
+        if not at_once:
             self._closing = True
+            return
+        self.state, self._closing, self._holds = PowerState.DISABLED, False, False
+        self._drop_brake()
+
+    def _drop_brake(self) -> None:
+        if not self.brake_closed:
+            self._closes_in = min(self._closes_in, self.brake_time)
 
     def tick(self, now: float, dt: float) -> None:
         """Go on for *dt*, s, until *now*: watch, ramp, and set the `speed` for the plant."""
@@ -231,21 +252,41 @@ class VirtualDrive:
             self.outbox.append(Frame(o.HEARTBEAT + self.node, bytes([self.nmt])))
 
     def _brake(self, dt: float) -> None:
-        if self.state is PowerState.ENABLED and self.brake_closed:
+        if self.stop_input and self.state is PowerState.ENABLED:
+            self.state = PowerState.QUICK_STOP
+        if self.state is PowerState.ENABLED and self.brake_closed and not self._closing:
             self._opening -= dt
             if self._opening <= 1e-9:
                 self.brake_closed = False
-        standing = abs(self._wanted) < _STOPPED
-        if standing and self.state is PowerState.FAULT_REACTION:
-            self.state, self.brake_closed = PowerState.FAULT, True
-        elif standing and self._closing and self.state is PowerState.ENABLED:
-            self.state, self.brake_closed, self._closing = PowerState.SWITCHED_ON, True, False
+        if self.brake_closed or abs(self._wanted) < _STOPPED:
+            self._close_brake(dt)
+        elif math.isfinite(self._closes_in):
+            self._closes_in -= dt  # it drops while the motor turns
+        if self._closes_in <= 1e-9:
+            self.brake_closed, self._closes_in = True, math.inf
+
+    def _close_brake(self, dt: float) -> None:
+        """Of a motor that stands: close the brake under torque, then be off."""
+        faulty, leaves = self.state is PowerState.FAULT_REACTION, self._closing and self.state is PowerState.ENABLED
+        if faulty or leaves:
+            self._drop_brake()
+        if math.isfinite(self._closes_in):
+            self._closes_in -= dt
+        done = self.brake_closed or self._closes_in <= 1e-9
+        if (faulty or leaves) and (done or self.tells_early):
+            self.state, self._closing = PowerState.FAULT if faulty else PowerState.SWITCHED_ON, False
+            self._holds = not done
+        elif done:
+            self._holds = False
 
     def _move(self, dt: float) -> None:
         """The speed of the motor: of its target, by ramps, limits and load."""
         own = self.dictionary
-        if self.brake_closed or not self._powered:
+        if self.brake_closed:
             self.speed = self._wanted = 0.0
+            return
+        if not self._powered:  # nothing holds the load
+            self.speed = self._wanted = self.mobility * self.load
             return
         unit = self.counts / self.speed_unit
         most = own[o.MAX_MOTOR_SPEED] * self.counts / 60.0

@@ -1,0 +1,44 @@
+"""Whether drives that are to be off are known to be off: by what they tell, within the time that they need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from cablewright.machine.drives.axis import FRESH, Axis
+from cablewright.machine.drives.settings import DriveSettings
+
+
+class OffWatch:
+    """A drive that does not obey, or that nobody hears, has to stop by itself: it is then left without heartbeat."""
+
+    def __init__(self, axes: Sequence[Axis], settings: DriveSettings) -> None:
+        """*settings*: how long each may take."""
+        self._axes, self._own = axes, settings
+        self.limit = settings.stop_time(max(axis.scale.speed_of_cable for axis in axes))  # s
+        self._since = math.nan  # s, when all were first told to be off
+
+    def begin(self, now: float) -> None:
+        """All are told to be off, at *now*, s, or earlier."""
+        if math.isnan(self._since):
+            self._since = now
+
+    def end(self) -> None:
+        """They may be on."""
+        self._since = math.nan
+
+    def unproven(self, now: float) -> list[Axis]:
+        """Which are not known to be off."""
+        return [axis for axis in self._axes if not axis.rests(now)]
+
+    def disobeys(self, now: float) -> str:
+        """Which drive is not off in time, or cannot be heard; an empty text: none, or none is to be off."""
+        if math.isnan(self._since):
+            return ""
+        own = self._own
+        for axis in self._axes:
+            if now - max(axis.state_heard, self._since) > own.answer_timeout + FRESH:
+                return f"{axis.name}: it was switched off, but its drive does not answer"
+            if now - self._since > self.limit and now - axis.energised < own.brake_time:
+                return f"{axis.name}: it was switched off, but is still {axis.state.value}"
+        return ""
