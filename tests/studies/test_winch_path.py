@@ -13,7 +13,7 @@ from cablewright.machine.drums import drums_of
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import load
-from cablewright.studies.winch_path import winch_path
+from cablewright.studies.checks.winch_path import winch_path
 
 MODEL = Model.full(load("merlet2023"))
 DRUMS = drums_of(MODEL.robot)

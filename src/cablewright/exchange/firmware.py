@@ -21,7 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.studies.winch_path import WinchPath, winch_path
+from cablewright.studies.checks.winch_path import WinchPath, winch_path
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from cablewright.errors import InputError, printable
 from cablewright.exchange.motion_lines import extent_notes, motion_lines
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.studies.winch_path import WinchPath
+from cablewright.studies.checks.winch_path import WinchPath
 
 LETTERS: Final = "ABCDHIJKLOPQRSUVW"
 """Axes of G-code that winches take; X Y Z E F N, G, M and T have a meaning of their own."""

@@ -16,7 +16,7 @@ from cablewright.exchange.klipper_motion import rates_of
 from cablewright.exchange.motion_lines import extent_notes, motion_lines
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.studies.winch_path import WinchPath
+from cablewright.studies.checks.winch_path import WinchPath
 
 LETTERS: Final = "ABCUVW"
 BLENDING: Final = 0.01

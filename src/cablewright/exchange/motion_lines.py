@@ -8,7 +8,7 @@ import numpy as np
 
 from cablewright.errors import printable
 from cablewright.robot import Robot
-from cablewright.studies.winch_path import WinchPath
+from cablewright.studies.checks.winch_path import WinchPath
 
 
 def extent_notes(path: WinchPath, letters: Sequence[str], robot: Robot, mark: str = "; ") -> str:

@@ -139,6 +139,8 @@ def _laid(check: Check) -> Array:
     """Return the length of strand (k,), m, laid until each sample."""
     pieces = np.diff(check.samples.distance) * check.samples.extruding[1:]
     return np.concatenate([[0.0], np.cumsum(pieces)])
+
+
 def _write_samples(check: Check, names: list[str], file: Path) -> None:
     """Write all samples, some at a time."""
     schema = _table(check, names, slice(0, 1)).schema
