@@ -98,9 +98,10 @@ class SimulatedStation:
         """As `Station`."""
         if self._last is not None:
             machine, printer = self._last
-            self.place, self.told = machine.truth.position.copy(), printer.last_position.copy()
+            self.place, self.told = machine.truth.position.copy(), printer.last_pose[:3].copy()
         begin = self.place if self.told is None else self.told
-        lift = 0.0 if self.settings.owner.extrusion is None else self.settings.owner.drum.valve
+        drum = self.settings.owner.point_drum
+        lift = 0.0 if self.settings.owner.extrusion is None else drum.valve
         wanted = still_job(self.robot, begin - [0.0, 0.0, lift]) if job is None else job
         twin = twin_of(self.robot, wanted, self.settings, PrintOptions(seed=self.seed))
         plan = plan_print(twin)
@@ -109,7 +110,7 @@ class SimulatedStation:
         printer = Printer(
             plan, paced, lambda _place, radii: estimator(twin.estimator, self.robot, machine.settings, begin, (), radii)
         )
-        printer.last_position[:] = begin
+        printer.last_pose[:3] = begin
         self._last = machine, printer
         head = LogHead(
             self.robot,
@@ -122,7 +123,7 @@ class SimulatedStation:
         )
 
         def refill() -> None:
-            machine.refill(min(plan.powder, machine.settings.drum.capacity))
+            machine.refill(min(plan.powder, drum.capacity))
             printer.refilled()
 
         return Sitting(printer, twin.path, head, job, refill, lambda: list(paced.lateness))
@@ -148,7 +149,8 @@ class DriveStation:
         if near is None:
             near = resting_place(self.robot) if self.begin is None else self.begin
         wanted = still_job(self.robot, near) if job is None else job
-        path = TimedPath.of(wanted, None, owner.drum.valve if job is not None and owner.extrusion is not None else 0.0)
+        lift = owner.point_drum.valve if job is not None and owner.extrusion is not None else 0.0
+        path = TimedPath.of(wanted, None, lift)
         homing = machine.homing(near)
         procedures: dict[PrintState, Procedure] = {
             PrintState.TENSIONING: taking_up(machine),
