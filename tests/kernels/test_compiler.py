@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.kernels import compile_for, is_compiled, jit
+from cablewright.kernels.certificates import interval
 from cablewright.kernels.compiler import KernelLibrary, Part
 
 
@@ -80,6 +81,14 @@ def test_a_kernel_that_python_calls_can_be_a_part_of_the_next() -> None:
 
 def test_functions_of_numba_may_call_kernels() -> None:
     assert numba.njit(lambda row: spread(row) + 1.0)(ROW) == 4.0
+
+
+def test_functions_of_numba_call_the_kernel_and_not_the_copy_in_another() -> None:
+    """LLVM takes arguments from that copy, and its loader finds functions by name."""
+    sine = jit(interval.sin.py_func)
+    alone = sine((0.3, 0.4))
+    jit(lambda x: interval.sub(sine((x, x)), sine((2.0 * x, 2.0 * x))))(0.3)
+    assert numba.njit(lambda x: sine((x, x + 0.1)))(0.3) == alone
 
 
 def test_an_error_in_a_part_is_raised() -> None:

@@ -48,10 +48,14 @@ class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
                 self.codegen.set_env(variable.name, environment)
 
     def _optimize_final_module(self) -> None:
-        """Optimise functions as those of nobody else: LLVM then spares calls, and arguments that are not used."""
+        """Optimise functions as those of nobody else: LLVM then spares calls, and arguments that are not used.
+
+        They get names of their own, since LLVM's loader finds functions by name in all that it has loaded, internal
+        ones too: code that was compiled apart would call one of these, which has lost arguments, for the whole kernel.
+        """
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage.name == "linkonce_odr":
-                function.linkage = "internal"
+                function.linkage, function.name = "internal", f"part.{function.name}"
         super()._optimize_final_module()
 
     def _get_module_for_linking(self) -> Any:
