@@ -4,7 +4,7 @@
 #   make bench   timings and comparisons                                  make docs    the documentation site
 #   make fuzz    mutated files for all readers, an hour (SECONDS=60: a minute); what fails is kept in tests/fuzz_cases
 #   make fuzz-server  a hundred thousand foul requests and messages to a server of its own, two minutes
-#   make kills   60 commands that are killed, interrupted, without room or in company, ten minutes
+#   make kills   72 commands that are killed, interrupted, without room or in company, ten minutes
 #   make lock    resolves requirements/*.txt anew; the only target that installs something not pinned by hash
 
 PYTHON ?= python3

@@ -36,6 +36,7 @@ ABOUT = {
         "advantage; a low-cost printer",
     ),
     "house-printer": ("as paty2021", "winches, low limit", "prints the house of the examples; has a simulated machine"),
+    "ipanema": ("arrangement", "all numbers", "held between tight lines; has a simulated machine"),
     "ipanema1": ("exits, platform points, mass, max tension, drums", "cable, min tension", "held between tight lines"),
     "ipanema2": ("exits (as measured), platform points, mass, limits", "cable", "crossed lines above and below"),
     "ipanema3": ("exits and platform points (as measured), inertia", "cable, limits", "a large hall"),

@@ -188,7 +188,7 @@ def test_refusals(house: tuple[Robot, Job, MachineSettings], tmp_path: Path) -> 
     with pytest.raises(InputError, match="not straight from an eyelet"):
         firmware("reprapfirmware", robot, job)
     with pytest.raises(InputError, match=r"gives no winch\.drum_radius"):
-        firmware("klipper", load("cogiro"), job)
+        firmware("klipper", load("caroca"), job)
     eight = load("cogiro")
     wound = tuple(
         line.model_copy(update={"winch": line.winch.model_copy(update={"drum_radius": 0.05})}) for line in eight.lines

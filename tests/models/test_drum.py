@@ -51,4 +51,4 @@ def test_drums_of_a_robot() -> None:
     assert {drum.coil is None for drum in drums_of(robot)} == {True}
     assert {drum.held for drum in drums_of(robot, machine)} == {58.0}
     with pytest.raises(InputError, match=r"gives no winch\.drum_radius"):
-        drums_of(load("cogiro"))
+        drums_of(load("caroca"))

@@ -158,7 +158,8 @@ def _condense(packed, before, after, dt, states, work, swing):
         if packed.freedoms == 6:
             dh, dv = force_change(h, v, row[WEIGHT], steps, 0)
             h, v = h - dh, v - dv + row[WEIGHT] * y[FREE]
-            turn_arm(work.arms[i], -h * plane[0], -h * plane[1], -v, turning)
+            arm = work.arms[i]
+            turn_arm((arm[0], arm[1], arm[2]), -h * plane[0], -h * plane[1], -v, turning)
     return True
 
 

@@ -30,6 +30,7 @@ class ServeCommand:
     """
 
     EXAMPLE: ClassVar = "serve house-printer"
+    ANSWERS: ClassVar = ()
 
     robot: RobotName
     machine: MachineName = None
