@@ -123,6 +123,7 @@ BAD_BODIES = {
     "links between bodies": (BODIES.replace("</links>", _TWO + "</links>"), "links between bodies"),
     "hanging on a body": (BODIES.replace("<num>0</num>", "<num>1</num>"), "must be 0, the ground"),
     "other joint": (BODIES.replace("SPATIAL_EULER_XYZ", "R_Z"), "joint.type = 'R_Z'"),
+    "inertia": (BODIES.replace("<Ixx>1.5", "<Ixx>-1.5"), "own_bodies.xml with own_cables.xml: platform.inertia"),
     "mass": (BODIES.replace("<mass>12.5", "<mass>-12.5"), "must be at least"),
     "infinite": (BODIES.replace("<mass>12.5", "<mass>inf"), "must be a finite number"),
     "unit": (BODIES.replace("<mass>12.5", "<mass>12.5 kg"), "must be 1 numbers"),

@@ -114,6 +114,11 @@ BAD = {
     "klipper, two in one place": (
         "printer.cfg", KLIPPER.replace("anchor_x: 0\n", "anchor_x:\n"), "must be a finite number"
     ),
+    "klipper in m": (
+        "printer.cfg",
+        KLIPPER.replace("2000", "2").replace("1000", "1").replace("3000", "3").replace("-100", "-0.1"),
+        "at least 0.05 m is read",
+    ),
     "rrf of another kind": ("config.g", RRF.replace("K6", "K1"), "no M669 K6"),
     "rrf, six anchors": ("config.g", RRF.replace("N4", "N6"), "must be 3 to 5 anchors"),
     "rrf, half an anchor": ("config.g", RRF.replace("A0.0:-1604.5:-114.08", "A0.0:-1604.5"), "must be X:Y:Z in mm"),

@@ -208,6 +208,15 @@ BAD = {
         "winchtype = 'drum'",
     ),
     "skew tensor": (samples.wirex().replace("Iyx='0.1'", "Iyx='0.2'"), "a tensor is symmetric"),
+    "millimetres": (
+        samples.wirex(
+            chains="".join(
+                samples.chain(str(k), [1e3 * each for each in a], [1e3 * each for each in b])
+                for k, (a, b) in enumerate(zip(samples.EXITS, samples.ENDS, strict=True))
+            )
+        ),
+        "at most 1000 m is read: are lengths in the unit of the format?",
+    ),
     "no body": (samples.wirex().replace("Izz='4'", "Izz='9'"), "no body has these moments"),
 }
 

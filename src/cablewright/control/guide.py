@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from typing import Final, NamedTuple, Self
 
@@ -69,6 +69,7 @@ class TimedPath:
     travel_speed: float  # m/s, off the path
     print_speed: float  # m/s, at full flow
     attitude: Attitude | None = None  # of a rigid platform
+    tour: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (t, 3) m, gone through before the path begins
 
     @classmethod
     def of(
@@ -137,7 +138,7 @@ class TimedPath:
 
 @dataclass(eq=False)
 class GuideState:
-    """Changed in place by `step`. `path_time` and `height_offset` are enough to continue after a restart."""
+    """Changed in place by `step`. `path_time`, `height_offset` and `toured` are enough to continue after a restart."""
 
     path_time: float = 0.0  # s of the time law
     speed_factor: float = 0.0  # share of the law's speed
@@ -145,12 +146,18 @@ class GuideState:
     speed: float = 0.0  # m/s, of a target off the path
     height_offset: float = 0.0  # m, of the platform over the path
     rotation: Array | None = None  # (3,) rad, of a target off the path; None: by the schedule
+    toured: int = 0  # places of the path's tour that were reached
+
+    def is_touring(self, path: TimedPath) -> bool:
+        """Whether there are places to go through before the path begins."""
+        return self.path_time == 0.0 and self.toured < len(path.tour)
 
 
 def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: float = 1.0) -> Target:
     """Return the target for the next *dt* (s) in a *mode*, at a *share* of the planned speed; *state* changes in place.
 
-    Off the path (`state.position`), `GuideMode.APPROACH` leads back to it along a straight line.
+    Off the path (`state.position`), `GuideMode.APPROACH` leads back to it along a straight line; before the path
+    begins, through the places of its tour.
     """
     if state.position is not None:
         return _approach(path, state, dt, mode)
@@ -208,11 +215,13 @@ def _speed_factor(path: TimedPath, state: GuideState, dt: float, goal: float) ->
 
 
 def _approach(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) -> Target:
-    """Return the target on the straight line back to the path, with bounded acceleration."""
+    """Return the target on the straight line back to the path, or to the next place of its tour, and not too fast."""
     assert state.position is not None
-    distance = path.distance(state.path_time)
+    distance, touring = path.distance(state.path_time), state.is_touring(path)
     piece = path.track.piece(distance)
     goal = path.track.at(distance).position + np.array([0.0, 0.0, state.height_offset])
+    if touring:
+        goal = path.tour[state.toured]
     way = goal - state.position
     turned = state.rotation if state.rotation is not None else _STILL
     scheduled = _STILL if path.attitude is None else path.attitude.rotation(float(goal[2]))
@@ -225,7 +234,9 @@ def _approach(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) ->
     here = state.position
     if left <= max(_TOLERANCE, state.speed * dt):
         arrives = mode is GuideMode.APPROACH
-        state.position, state.speed, there = (None, 0.0, goal) if arrives else (here, 0.0, here)
+        state.toured += int(arrives and touring)
+        stays = goal if touring else None
+        state.position, state.speed, there = (stays, 0.0, goal) if arrives else (here, 0.0, here)
         then = scheduled if arrives else turned
     else:
         share = state.speed * dt / left

@@ -34,7 +34,7 @@ def anchored_robot(
     given = {
         "schema": 1,
         "name": path.stem[:100] or "imported",
-        "scene": frame_of(exits, assumed),
+        "scene": frame_of(exits, path, assumed),
         "platform": {"kind": "point", "mass": mass or MASS},
         "lines": [
             {"name": name, "sheave": {"kind": "eyelet"}, "cable": table, "tension_limits": limits} | dict(line)

@@ -100,12 +100,12 @@ class _Reader:
         table = {
             "schema": 1,
             "name": name_of(name, self.bodies_path),
-            "scene": frame_of([line["exit_point"] for line in lines], self.assumed),
+            "scene": frame_of([line["exit_point"] for line in lines], self.cables_path, self.assumed),
             "platform": self._platform(physical, centre, is_point),
             "lines": lines,
         }
         self._note_unread(chosen)
-        robot = validated(Robot, table, self.cables_path)
+        robot = validated(Robot, table, f"{self.bodies_path} with {self.cables_path.name}")
         return ImportedRobot(robot, "CASPR", self.lost.all, self.assumed.all)
 
     def _body(self) -> Element:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from cablewright.errors import InputError, UnknownName
 from cablewright.exchange.translation import Notes
@@ -14,12 +14,17 @@ from cablewright.units import three_digits
 
 Point = tuple[float, ...]
 
+SIZES: Final = (0.05, 1000.0)
+"""Largest distance of two exit points, m, that a file may have: others are in mm where m are meant, or the reverse."""
 
-def frame_of(exits: Sequence[Point], notes: Notes, normal: int | None = None) -> dict[str, Any]:
-    """Return the ``scene`` of a robot with those exit points (m): the box around them, from the floor z = 0 up.
+
+def frame_of(exits: Sequence[Point], path: Path, notes: Notes, normal: int | None = None) -> dict[str, Any]:
+    """Return the ``scene`` of a robot of the file *path* with those exit points (m): the box around them, from the floor z = 0 up.
 
     A box without an extent along an axis is made a tenth of its largest side wide there, and 1 cm along *normal*.
+    Raises `InputError` for a robot of no size that one has: a file without units that was not in the format's own.
     """
+    _require_some_size(exits, path)
     low, high = ([pick(each[k] for each in exits) for k in range(3)] for pick in (min, max))
     low[2] = min(low[2], 0.0)
     size = max(max(h - b for b, h in zip(low, high, strict=True)), 0.1)
@@ -30,6 +35,16 @@ def frame_of(exits: Sequence[Point], notes: Notes, normal: int | None = None) ->
     notes.add("scene.gravity: 9.81 m/s^2 along -z")
     notes.add("scene.frame_min and frame_max: the box around the exit points, from the floor z = 0 up")
     return {"frame_min": tuple(low), "frame_max": tuple(high)}
+
+
+def _require_some_size(exits: Sequence[Point], path: Path) -> None:
+    apart = math.dist(*([pick(each[k] for each in exits) for k in range(3)] for pick in (min, max)))
+    least, most = SIZES
+    if apart > most or (len(exits) > 1 and 0.0 < apart < least):
+        why = f"at most {most:g} m is" if apart > most else f"at least {least:g} m is"
+        raise InputError(
+            f"{path}: the exit points are {apart:g} m apart; {why} read: are lengths in the unit of the format?"
+        )
 
 
 def chosen_cable(name: str) -> dict[str, Any]:

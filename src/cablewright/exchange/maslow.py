@@ -55,7 +55,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
         "schema": 1,
         "name": path.stem[:100] or "maslow",
         "description": "A Maslow's sled on a board, on four belts",
-        "scene": {"gravity": 9.81} | frame_of([*exits.values(), *feet], assumed, normal=None if vertical else 2),
+        "scene": {"gravity": 9.81} | frame_of([*exits.values(), *feet], path, assumed, normal=None if vertical else 2),
         "platform": {"kind": "point", "mass": SLED, "plane": {"normal": tuple(map(_tidy, out)), "distance": 0.0}},
         "lines": [_line(CORNERS[corner], at, chosen_cable(cable or BELT)) for corner, at in exits.items()],
     }

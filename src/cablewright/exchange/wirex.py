@@ -82,7 +82,7 @@ class _Reader:
             "name": name_of(self.given.attributes.get("name", ""), self.path),
             "description": self.given.attributes.get("description", ""),
             "source": self.given.attributes.get("author", ""),
-            "scene": frame_of([line["exit_point"] for line in lines], self.assumed),
+            "scene": frame_of([line["exit_point"] for line in lines], self.path, self.assumed),
             "platform": self._platform(is_point),
             "lines": lines,
         }

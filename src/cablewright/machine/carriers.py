@@ -64,7 +64,8 @@ class Body(_Carrier):
 
     ``empty_mass``: without material; the described inertia goes with it in proportion. ``hopper``: (3,) m, platform
     frame: middle of the bottom on which the material stands, along the platform's z. ``gyration``: (3,) m, radii of
-    gyration about the centre of mass, of a robot that gives no inertia.
+    gyration about the centre of mass, of a robot that gives no inertia. ``tour``: (3,) m each: places that the nozzle
+    goes through before a print begins, for its sensors to tell the machine's lengths.
     """
 
     MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(("turn_damping", "drag"), "[simulation.body]")
@@ -72,6 +73,7 @@ class Body(_Carrier):
 
     hopper: Vec3 = (0.0, 0.0, 0.0)
     gyration: tuple[Span, Span, Span] | None = None
+    tour: Annotated[tuple[Vec3, ...], Field(max_length=100)] = ()
 
 
 class RetractionDrive(Description):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -24,6 +26,7 @@ from cablewright.solvers.linearise import linearise_where_regular, tension_chang
 _SAMPLES: Final = 400  # places of a path at which tensions and speeds are judged
 _MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
 _BELOW: Final = 0.05  # of the range of tensions, kept below the largest
+_TOUR_STEP: Final = 0.2  # m between places of a tour that are checked
 _STOPS: Final = 0.5  # share of the least tension under which a print stops
 
 
@@ -70,22 +73,57 @@ def require_lines(model: Model, path: TimedPath) -> None:
     )
 
 
-def poses_along(path: TimedPath, rows: NDArray[np.int64]) -> tuple[Array, Array | None]:
-    """Return poses (k, 6) and retraction lengths (k,), or None, at the points *rows* (k,) of the track."""
+def _poses_at(path: TimedPath, places: Array) -> tuple[Array, Array | None]:
+    """Return poses (k, 6) and retraction lengths (k,), or None, with the nozzle at *places* (k, 3), m."""
     assert path.attitude is not None
-    places = path.track.positions[rows]
-    schedule = path.attitude.schedule
-    rotations = schedule.rotations(places[:, 2]) if schedule.turns else np.zeros_like(places)
+    schedule, rotations = path.attitude.schedule, path.attitude.rotations(places[:, 2])
     origins = places - matrices(rotations) @ path.attitude.nozzle
     return np.concatenate([origins, rotations], axis=1), schedule.retractions(places[:, 2])
 
 
+def with_tour(path: TimedPath, owner: MachineSettings, estimator: str) -> TimedPath:
+    """Return the path with the tour of a machine whose *estimator* learns from it."""
+    if path.attitude is None or owner.body is None or estimator == "encoders":
+        return path
+    return replace(path, tour=np.array(owner.body.tour).reshape(-1, 3))
+
+
+def _tour_places(path: TimedPath) -> Array:
+    """Return places (k, 3), m, along the tour, from where the path begins and back to there."""
+    begin = path.track.positions[:1]
+    corners = np.concatenate([begin, path.tour, begin])
+    parts = [
+        here + (there - here) * np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(there - here) / _TOUR_STEP))[:, None]
+        for here, there in pairwise(corners)
+    ]
+    return np.concatenate(parts)
+
+
+def check_tour(model: Model, path: TimedPath) -> None:
+    """Raise `AnswerError` at the first place of the tour that is out of the frame or cannot be held."""
+    if not len(path.tour):
+        return
+    poses, retraction = _poses_at(path, _tour_places(path))
+    inside, held = _inside(model.robot, poses), solve_inverse(model, poses, path=True, retraction=retraction)
+    good = inside & held.ok
+    if good.all():
+        return
+    bad = int(np.argmin(good))
+    why = held[bad].sentence() if inside[bad] else "it is out of the frame"
+    place = ", ".join(f"{x:.3f}" for x in poses[bad, :3])
+    raise AnswerError(f"the machine's [body] tour cannot be held by {model.robot.name!r} at {place} m: {why}")
+
+
+def _inside(robot: Robot, poses: Array) -> NDArray[np.bool_]:
+    """Return which of the *poses* (k, 6) are in the frame (k,)."""
+    low, high = robot.scene.frame_min, robot.scene.frame_max
+    return np.asarray(((poses[:, :3] >= low) & (poses[:, :3] <= high)).all(axis=1))
+
+
 def check_held(model: Model, path: TimedPath) -> None:
     """Raise `AnswerError` at the first place of the path that is out of the frame or cannot be held."""
-    everywhere = np.arange(len(path.track.positions))
-    poses, retraction = poses_along(path, everywhere)
-    scene = model.robot.scene
-    inside = ((poses[:, :3] >= scene.frame_min) & (poses[:, :3] <= scene.frame_max)).all(axis=1)
+    poses, retraction = _poses_at(path, path.track.positions)
+    inside = _inside(model.robot, poses)
     if not inside.all():
         raise AnswerError(
             f"the path leaves the frame of {model.robot.name!r} {_where(path, poses, int(inside.argmin()))}"
@@ -136,12 +174,15 @@ def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> No
 
 
 def with_margin(model: Model, path: TimedPath) -> Model:
-    """Return the model with the narrowest limits of tension, within its own, that the whole path allows."""
+    """Return the model with the narrowest limits of tension, within its own, that the whole path and tour allow."""
     robot = model.robot
     if model.m <= model.n:
         return model
     rows = np.linspace(0, len(path.track.positions) - 1, min(len(path.track.positions), _SAMPLES)).astype(np.int64)
-    poses, retraction = poses_along(path, rows)
+    places = path.track.positions[rows]
+    if len(path.tour):
+        places = np.concatenate([_tour_places(path), places])
+    poses, retraction = _poses_at(path, places)
     for share in _MARGINS:
         lines = []
         for line in robot.lines:

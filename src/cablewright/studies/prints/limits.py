@@ -57,6 +57,7 @@ def planned(
     else:
         body_limits.require_lines(model, path)
         body_limits.check_held(model, path)
+        body_limits.check_tour(model, path)
         body_limits.check_speeds(model, path, settings)
         narrow = body_limits.with_margin(model, path)
     begin, scene = path.track.at(0.0).position, robot.scene

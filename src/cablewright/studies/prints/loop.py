@@ -157,6 +157,7 @@ class Printer:
         path, supervised = self.guide, self.supervisor
         path.path_time = archive.number("path_time", path.path_time)
         path.height_offset = archive.number("height_offset", path.height_offset)
+        path.toured = archive.count("toured", path.toured)
         self.powder = archive.number("powder", self.powder)
         self._powder_out_time = archive.number("powder_out_time", self._powder_out_time)
         supervised.barrier_stops = archive.count("barrier_stops", supervised.barrier_stops)

@@ -22,7 +22,7 @@ from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.studies.estimators import ESTIMATORS
-from cablewright.studies.prints.body_limits import nozzle_of, require_fit
+from cablewright.studies.prints.body_limits import nozzle_of, require_fit, with_tour
 from cablewright.studies.prints.limits import planned
 from cablewright.studies.prints.loop import PrintPlan
 from cablewright.studies.prints.structure import CELLS_PER_BEAD
@@ -102,7 +102,8 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
     path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot))  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
-    return MachineTwin(robot, settings, choices, choices.estimator or _best_estimator(owner, choices), path)
+    chosen = choices.estimator or _best_estimator(owner, choices)
+    return MachineTwin(robot, settings, choices, chosen, with_tour(path, owner, chosen))
 
 
 def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
