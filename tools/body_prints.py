@@ -177,9 +177,7 @@ def main() -> None:
     parser.add_argument("--period", type=float, default=0.2, help="s, of a quasi-static step")
     parser.add_argument("--duration", type=float, default=250.0, help="s, since the first step that prints")
     parser.add_argument("--without", default="", help="sensors that the machine does not have, by commas")
-    parser.add_argument(
-        "--tour", default="yes", choices=("yes", "no"), help="whether it begins with the machine's tour"
-    )
+    parser.add_argument("--no-tour", action="store_true", help="without the machine's tour before the print")
     parser.add_argument("--faults", action="store_true", help="the table of faults")
     parser.add_argument("--each", action="store_true", help="of faults, a line for each seed too")
     given = parser.parse_args()

@@ -35,11 +35,12 @@ class InterferenceSettings:
     ``ends`` (m): length of cable at the exit point that is not tested against the frame, and at the platform point not
     against the platform nor, for a point platform, against the part; lines that share an exit or platform point are not
     tested against each other within that length of it. ``tolerance`` (m): largest distance of a line from the chords
-    that represent it.
+    that represent it. ``spares_ends``: the ends at the platform points of a body are not tested against the part either.
     """
 
     ends: float = 0.1
     tolerance: float = 1e-3
+    spares_ends: bool = False
 
     def __post_init__(self) -> None:
         """Refuse invalid lengths."""
@@ -296,7 +297,7 @@ def distances(
         when[:] = now
     found = np.empty((rows, 4)), np.empty((rows, 4, 2), np.int64), np.empty((rows, 4, 3)), np.empty(rows)
     given = equilibria.packed, poses, states, _surroundings(equilibria.model.robot, settings), solid.solid, when
-    run(kernel.clearance_rows, rows, *given, equilibria.model.n == 3, *found)
+    run(kernel.clearance_rows, rows, *given, equilibria.model.n == 3 or settings.spares_ends, *found)
     margins, pairs, places, bounds = found
     return Interference(equilibria, settings, solid, margins, bounds, pairs, places, clearance)
 

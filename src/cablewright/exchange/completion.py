@@ -19,9 +19,10 @@ SIZES: Final = (0.05, 1000.0)
 
 
 def frame_of(exits: Sequence[Point], path: Path, notes: Notes, normal: int | None = None) -> dict[str, Any]:
-    """Return the ``scene`` of a robot of the file *path* with those exit points (m): the box around them, from the floor z = 0 up.
+    """Return the ``scene`` of a robot with those exit points (m): the box around them, from the floor z = 0 up.
 
-    A box without an extent along an axis is made a tenth of its largest side wide there, and 1 cm along *normal*.
+    *path*: its file, for messages. A box without an extent along an axis is made a tenth of its largest side wide
+    there, and 1 cm along *normal*.
     Raises `InputError` for a robot of no size that one has: a file without units that was not in the format's own.
     """
     _require_some_size(exits, path)

@@ -19,10 +19,12 @@ from cablewright.machine.settings import MachineSettings, extruding, require_rob
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severities import SEVERITIES, with_severity
 from cablewright.machine.simulated.simulated_machine import PLANTS
+from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.studies.estimators import ESTIMATORS
 from cablewright.studies.prints.body_limits import nozzle_of, require_fit, with_tour
+from cablewright.studies.prints.laid_material import check_clear
 from cablewright.studies.prints.limits import planned
 from cablewright.studies.prints.loop import PrintPlan
 from cablewright.studies.prints.structure import CELLS_PER_BEAD
@@ -70,6 +72,7 @@ class MachineTwin:
     """A machine to be simulated, and the path and options of its print."""
 
     robot: Robot
+    job: Job
     settings: TwinSettings
     choices: PrintOptions
     estimator: str
@@ -103,7 +106,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot))  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
     chosen = choices.estimator or _best_estimator(owner, choices)
-    return MachineTwin(robot, settings, choices, chosen, with_tour(path, owner, chosen))
+    return MachineTwin(robot, job, settings, choices, chosen, with_tour(path, owner, chosen))
 
 
 def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
@@ -141,7 +144,14 @@ def _intruded(settings: TwinSettings, choices: PrintOptions, duration: float) ->
 
 
 def plan_print(twin: MachineTwin) -> PrintPlan:
-    """Return the plan. Raises `AnswerError` where the path leaves the frame or lines cannot hold the platform."""
+    """Return the plan.
+
+    Raises `AnswerError` where the path leaves the frame, lines cannot hold the platform, or those of a rigid one would
+    touch what was laid.
+    """
     owner, simulation, choices = twin.settings.owner, twin.settings.simulation, twin.choices
     period = owner.period if choices.plant == "dynamic" else simulation.quasi_static_period
-    return planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height)
+    plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height)
+    if twin.path.attitude is not None:
+        check_clear(Model(twin.robot), twin.job, choices.layers)
+    return plan
