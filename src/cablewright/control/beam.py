@@ -17,6 +17,7 @@ OUTPUT: Final = "retraction"
 """Name of the machine's output: m/s, positive makes the platform longer."""
 
 _GAIN: Final = 1.0  # 1/s, of the length's error
+_WITHIN: Final = 1.0 - 1e-9  # of the way to the end of the stroke in one step, for what numbers are rounded by
 _STILL: Final = 2e-4  # m: nearer to its target than this the beam stands
 
 
@@ -77,4 +78,6 @@ def step(settings: BeamSettings, state: BeamState, target: float, rate: float, d
     if math.isfinite(error) and (rate != 0.0 or abs(error) > _STILL):
         speed = rate + min(_GAIN, 0.5 / dt) * error
         speed = min(max(speed, -settings.max_speed), settings.max_speed)
+    back, on = ((end - state.length) / dt * _WITHIN for end in (settings.least, settings.most))
+    speed = min(max(speed, back), on)  # never beyond the stroke, where the model has no lengths
     return Beam(state.length, speed, np.array(settings.along), np.array(settings.moved))
