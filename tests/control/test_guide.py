@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -98,3 +99,33 @@ def test_the_first_layers_alone() -> None:
 def test_layers_that_are_not_there_are_refused(layers: int) -> None:
     with pytest.raises(InputError, match=rf"layers = {layers}: must be 1 to 2"):
         TimedPath.of(JOB, layers)
+
+
+def test_before_the_path_begins_it_goes_through_the_places_of_the_tour_once(path: TimedPath) -> None:
+    places = np.array([[0.5, 0.1, 1.2], [0.3, 0.2, 1.1]])
+    touring, state = replace(path, tour=places), GuideState()
+    begin = path.track.at(0.0).position
+    state.position = begin.copy()
+    targets = follow(touring, state, [GuideMode.APPROACH] * 2600)
+    for place in places:
+        reached = [k for k, target in enumerate(targets) if np.allclose(target.position, place, atol=1e-12)]
+        assert reached
+        assert not any(target.arrived for target in targets[: reached[-1]])
+    assert targets[-1].arrived
+    np.testing.assert_allclose(targets[-1].position, begin)
+    for one, other in pairwise(targets):
+        np.testing.assert_allclose(one.position + DT * one.velocity, other.position, atol=1e-12)
+    state.position = begin + np.array([0.0, 0.0, 0.1])  # of one that left the path again: straight back to it
+    again = follow(touring, state, [GuideMode.APPROACH] * 1000)
+    assert np.abs(np.array([target.position for target in again])[:, :2] - begin[:2]).max() < 1e-9
+
+
+def test_a_stop_in_the_tour_goes_on_with_the_same_place(path: TimedPath) -> None:
+    place = np.array([[0.5, 0.1, 1.2]])
+    touring, state = replace(path, tour=place), GuideState()
+    state.position = path.track.at(0.0).position.copy()
+    follow(touring, state, [GuideMode.APPROACH] * 200 + [GuideMode.HOLD] * 400)
+    assert state.toured == 0
+    targets = follow(touring, state, [GuideMode.APPROACH] * 1000)
+    assert any(np.allclose(target.position, place[0]) for target in targets)
+    assert state.toured == 1
