@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.timing import Row
-from cablewright.printing.job import Job, load_job
+from cablewright.machine.simulated.settings import whole_machine
+from cablewright.printing.job import Job, Motion, load_job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
 from cablewright.studies.prints.plan import PrintOptions, twin_of
+from cablewright.studies.prints.print_job import print_job
 from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.result import PrintRecord
 from cablewright.studies.prints.run import Timing, run_print
@@ -42,6 +44,23 @@ def rows(job: Job) -> Iterator[Row]:
         told = timing.statistics()
         yield Row(f"{name}: a step of control and log", 1e3 * told["mean"], "ms", "<= 1", told["mean"] <= 1e-3)
         yield Row(f"{name}: 99 of 100 steps", 1e3 * told["p99"], "ms", "<= 5", told["p99"] <= 5e-3)
+    yield from body_rows(0.5 if job is FULL else 0.02)
+
+
+def body_rows(radius: float) -> Iterator[Row]:
+    """A step of control of cogiro's body, with guard, estimation by all sensors and log, on a ring of a *radius*, m."""
+    machine = whole_machine("cogiro")
+    assert machine.owner.body is not None
+    still = machine.with_owner(body=machine.owner.body.model_copy(update={"tour": ()}))
+    ring = Helix(radius=radius, layers=1, layer_height=0.012, first_height=0.6)
+    job = Job(name="ring", helix=ring, motion=Motion(print_speed=0.05, travel_speed=0.05, acceleration=0.05))
+    with tempfile.TemporaryDirectory() as name:
+        told = print_job("cogiro", job, Path(name) / "run", machine=still).run.timing.statistics()
+    for key, what, most in (("mean", "a step", 0.8), ("p99", "99 of 100 steps", 3.0)):
+        for clock in ("", "processor_"):
+            spent = 1e3 * told[f"{clock}{key}"]
+            name = f"print, cogiro, all sensors: {what} of control and log{', processor' if clock else ''}"
+            yield Row(name, spent, "ms", f"<= {most}", spent <= most)
 
 
 def layer(job: Job, choices: PrintOptions) -> tuple[PrintRecord, Timing]:

@@ -31,7 +31,8 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "14_stress_in_a_bracket": (55.6, 0.1),  # MPa
     "15_calibrate": (6.19, 0.01),  # mm
     "16_print": (33.3, 0.2),  # mm
-    "17_print_with_a_body": (86.0, 2.0),  # N
+    "17_print_with_a_body": (85.0, 2.0),  # N
+    "18_print_with_a_retracting_beam": (0.5, 0.3),  # N
 }
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL)  # a script, and what it prints
 CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of what they print
