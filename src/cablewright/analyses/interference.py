@@ -35,7 +35,7 @@ class InterferenceSettings:
     ``ends`` (m): length of cable at the exit point that is not tested against the frame, and at the platform point not
     against the platform nor, for a point platform, against the part; lines that share an exit or platform point are not
     tested against each other within that length of it. ``tolerance`` (m): largest distance of a line from the chords
-    that represent it. ``spares_ends``: the ends at the platform points of a body are not tested against the part either.
+    that represent it. ``spares_ends``: nor are the ends at the platform points of a body tested against the part.
     """
 
     ends: float = 0.1
