@@ -30,6 +30,12 @@ PARTS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
     "people": ("share",),
     "gaps": ("gap_every", "gap_length"),
     "tensions": ("tension_gain", "tension_drift"),
+    "creep": ("creep",),
+    "hysteresis": ("hysteresis",),
+    "sheaves": ("friction",),
+    "exits": ("compliance",),
+    "gears": ("backlash",),
+    "wind": ("force",),
 })  # fmt: skip
 """Keys of the parts of a severity."""
 
@@ -66,10 +72,29 @@ def _severity(
     })  # fmt: skip
 
 
+def _unmodelled(
+    creep: float, hysteresis: float, compliance: float, friction: float, backlash: float, wind: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Keys by table. The first two and *friction*: %; *compliance*: um/N; *backlash*: degrees; *wind*: N."""
+    return MappingProxyType({
+        "cable": {"creep": 1e-2 * creep, "hysteresis": 1e-2 * hysteresis},
+        "exits": {"compliance": 1e-6 * compliance},
+        "sheaves": {"friction": 1e-2 * friction},
+        "gears": {"backlash": math.radians(backlash)},
+        "wind": {"force": wind},
+    })  # fmt: skip
+
+
 SEVERITIES: Final[Mapping[str, Mapping[str, Mapping[str, float]]]] = MappingProxyType({
-    "ideal": _severity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    "typical": _severity(1.0, 0.1, 2.0, 10.0, 0.5, 0.05, 0.2, 0.005),
-    "rough": _severity(2.0, 0.3, 10.0, 50.0, 1.5, 0.2, 2.0, 0.02),
+    "ideal": {
+        **_severity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), **_unmodelled(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    },
+    "typical": {
+        **_severity(1.0, 0.1, 2.0, 10.0, 0.5, 0.05, 0.2, 0.005), **_unmodelled(0.02, 0.02, 1.0, 1.0, 0.1, 1.0)
+    },
+    "rough": {
+        **_severity(2.0, 0.3, 10.0, 50.0, 1.5, 0.2, 2.0, 0.02), **_unmodelled(0.1, 0.05, 10.0, 3.0, 0.3, 3.0)
+    },
 })  # fmt: skip
 """Keys of ``[simulation]``, by severity and table."""
 
