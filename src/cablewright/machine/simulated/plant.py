@@ -168,15 +168,9 @@ class QuasiStaticPlant:
         Returns a code, and *notices* with the certificate of where that is.
         """
         rig, kept = self.rig, self._kept
-
-        def solve() -> int:
-            packed.lines[:] = rig.packed.lines[kept]
-            code, _, _ = forward.solve_warm(packed, lengths, pose, states, self._work)
-            rig.states[kept], rig.work.planes[kept] = states, self._work.planes
-            return int(code)
-
-        rig.states[kept], rig.work.planes[kept] = states, self._work.planes
-        code = rig.unmodelled.close_exits(rig.packed, rig.states, rig.work.planes, solve)
+        assert rig.unmodelled.exits is not None  # as asked
+        code = rig.unmodelled.exits.close(packed, kept, lengths, pose, states, rig.unmodelled.ratio, self._work)
+        rig.packed.lines[kept] = packed.lines
         if code != 0 or rig.robot.n == 3:
             return code, notices
         code, _ = continuation.follow(packed, lengths, lengths, pose, states, *self._bounds, self._work, self._pool)

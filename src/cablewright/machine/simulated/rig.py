@@ -12,7 +12,6 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import evaluate
 from cablewright.machine.simulated.as_built_parts import home_errors
 from cablewright.machine.simulated.motion.line_faults import LineFaults
@@ -114,12 +113,10 @@ class Rig:
 
     def _let_exits_give(self, pose: Array) -> None:
         """Let exits give at the start, updating *pose* (n,). Raises `InputError` where nothing holds the platform."""
-
-        def solve() -> int:
-            code, _, _ = forward.solve_warm(self.packed, self.lengths, pose, self.states, self.work)
-            return int(code)
-
-        if self.unmodelled.close_exits(self.packed, self.states, self.work.planes, solve) != 0:
+        exits, ratio, whole = self.unmodelled.exits, self.unmodelled.ratio, np.arange(self.robot.m)
+        if exits is None:
+            return
+        if exits.close(self.packed, whole, self.lengths, pose, self.states, ratio, self.work) != 0:
             raise InputError(f"exits.compliance: robot {self.robot.name!r} has no equilibrium with exits that give")
 
     def _filled(self, robot: Robot) -> Robot:

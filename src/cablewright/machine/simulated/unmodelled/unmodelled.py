@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Final
-
 import numpy as np
 
 from cablewright.arrays import Array
@@ -18,13 +15,10 @@ from cablewright.machine.simulated.unmodelled.cable_hysteresis import CableHyste
 from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState
 from cablewright.machine.simulated.unmodelled.gear_backlash import GearBacklash
 from cablewright.machine.simulated.unmodelled.gusts import Gusts
-from cablewright.machine.simulated.unmodelled.sheave_slip import SheaveSlip, dead_stretch
+from cablewright.machine.simulated.unmodelled.sheave_slip import SheaveSlip
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.robot import Robot
-
-CLOSED: Final = 1e-7  # m: last move of an exit in equilibrium
-_ROUNDS: Final = 100
 
 
 class Unmodelled:
@@ -54,7 +48,7 @@ class Unmodelled:
         self.exits = ExitMountState(compliance) if compliance.any() else None
         self.gears = GearBacklash(gears.backlash, gears.bearing_friction, winches.angles) if gears.backlash else None
         self.wind = Gusts(wind.force, wind.correlation, drawn(seed, WIND)) if wind.force else None
-        self.ratio = np.ones(robot.m)
+        self.ratio = np.ones(robot.m) if self.sheaves is None else self.sheaves.ratio
         """Tension at the winch over that at the platform, (m,)."""
         self._loads = tensions
         self._given_wrench = PlatformNumbers(packed.platform).wrench[:2].copy()
@@ -76,32 +70,16 @@ class Unmodelled:
             self.hysteresis.follow(loads)
         self._loads = loads
         if self.sheaves is not None:
-            self.ratio = self.sheaves.slide(packed.lines, states)
+            self.sheaves.slide(packed.lines, states)
         if self.gears is not None:
             self.gears.turn(winches.angles, loads * self.ratio)
         if self.sheaves is not None or self.gears is not None:
-            stretch = dead_stretch(packed.lines, states, self.ratio)
-            winches.set_unmodelled(self.ratio, stretch, 0.0 if self.gears is None else self.gears.lag)
+            stretch = 0.0 if self.sheaves is None else self.sheaves.stretch
+            winches.set_unmodelled(self.ratio, stretch, None if self.gears is None else self.gears.lag)
         if self.exits is not None:
             self.exits.give(packed.lines, states, planes, self.ratio)
         if self.wind is not None:
             self._push(packed, self.wind.blow(period))
-
-    def close_exits(self, packed: Packed, states: Array, planes: Array, solve: Callable[[], int]) -> int:
-        """Let exits give until they are in equilibrium with lines and platform, which *solve* restores after a move.
-
-        *solve* updates *states* and *planes* in place, and returns a code. Returns its last one.
-        """
-        code = 0
-        if self.exits is None:
-            return code
-        for _ in range(_ROUNDS):
-            if self.exits.give(packed.lines, states, planes, self.ratio) < CLOSED:
-                break
-            code = solve()
-            if code != 0:
-                break
-        return code
 
     def _push(self, packed: Packed, force: Array) -> None:
         """Push the platform with a horizontal *force* (2,), N."""
@@ -110,7 +88,6 @@ class Unmodelled:
     def archive_state(self, archive: Archive, packed: Packed) -> None:
         """Save or load the state, and of *packed* the lines whose exits give."""
         archive.array("loads", self._loads)
-        archive.array("ratio", self.ratio)
         for part in (self.creep, self.hysteresis, self.sheaves, self.gears, self.wind):
             if part is not None:
                 part.archive_state(archive)
