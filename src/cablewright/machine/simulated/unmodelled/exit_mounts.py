@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.arrays import Array, Indices
-from cablewright.kernels.layout import Packed
+from cablewright.kernels.layout import EXIT_X, EXIT_Z, WINCH_X, WINCH_Z, Packed
 from cablewright.kernels.plant import exit_mounts
 from cablewright.kernels.statics.equilibrium import Work
 from cablewright.machine.simulated.snapshot import Archive
@@ -39,6 +39,7 @@ class ExitMountState:
         return code
 
     def archive_state(self, archive: Archive, lines: Array) -> None:
-        """Save or load the displacements, and with them the packed *lines*."""
+        """Save or load the displacements, and of the packed *lines* what they displace."""
         archive.array("displaced", self.displaced)
-        archive.array("lines", lines)
+        archive.array("exits", lines[:, EXIT_X : EXIT_Z + 1])
+        archive.array("winches", lines[:, WINCH_X : WINCH_Z + 1])
