@@ -44,9 +44,9 @@ OWN: Final = "own"
 
 MEANINGS: Final[Mapping[str, str]] = MappingProxyType({
     "ideal": "walls, mounts and clocks are exactly as described",
-    "typical": "walls, mounts, clocks, zeros, people and gaps of the link by the severity typical",
-    "rough": "walls, mounts, clocks, zeros, people and gaps of the link by the severity rough",
-    OWN: "walls, mounts, clocks, zeros, people and gaps of the link by the machine's file",
+    "typical": "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the severity typical",
+    "rough": "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the severity rough",
+    OWN: "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the machine's file",
 })  # fmt: skip
 """What a severity says of the machine as built."""
 
