@@ -103,4 +103,4 @@ class Winches:
         *stretch* (m,): m, of the cable before the sheave by that tension; *lag* (m,): rad, of drums behind motors.
         """
         self.state[:, winding.RATIO] = ratio
-        self.state[:, winding.OFFSET] = stretch if lag is None else stretch - self.leaving_radii * lag
+        self.state[:, winding.OFFSET] = stretch if lag is None or not lag.any() else stretch - self.leaving_radii * lag

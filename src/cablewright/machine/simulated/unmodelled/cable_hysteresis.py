@@ -37,7 +37,8 @@ class CableHysteresis:
     def follow(self, loads: Array) -> None:
         """Follow the *loads* (m,), N, wherever they went: monotonously since the last call."""
         held = loads[:, None]
-        np.clip(self.places, held - self._thresholds, held + self._thresholds, out=self.places)
+        np.maximum(self.places, held - self._thresholds, out=self.places)
+        np.minimum(self.places, held + self._thresholds, out=self.places)
         self.strain += self._follow * (self.settled - self.strain)
 
     @property

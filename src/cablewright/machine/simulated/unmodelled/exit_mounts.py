@@ -23,10 +23,12 @@ class ExitMountState:
         """*compliance* (m, 3, 3), m/N; no mount is displaced yet."""
         self._compliance = compliance
         self.displaced = np.zeros((len(compliance), 3))  # m
+        self._steps = np.zeros_like(self.displaced)
 
     def give(self, lines: Array, states: Array, planes: Array, ratio: Array) -> float:
         """Move the exits of the packed *lines* by a step of `exit_mounts.give`; return by how much at most, m."""
-        return float(exit_mounts.give(lines, states, planes, ratio, self._compliance, self.displaced))
+        given = (lines, states, planes, ratio, self._compliance, self.displaced, self._steps)
+        return float(exit_mounts.give(*given))
 
     def close(
         self, packed: Packed, kept: Indices, lengths: Array, pose: Array, states: Array, ratio: Array, work: Work

@@ -23,9 +23,9 @@ class GearBacklash:
 
     def turn(self, angles: Array, pulls: Array) -> None:
         """Turn the motors to *angles* (m,), rad wound, with *pulls* (m,), N, at the drums."""
-        held = np.clip(self.lag + self._angles - angles, 0.0, self._backlash)
-        self.lag = np.where(pulls < self._friction, held, 0.0)
-        self._angles = angles.copy()
+        held = np.minimum(np.maximum(self.lag + self._angles - angles, 0.0), self._backlash)
+        self.lag = held * (pulls < self._friction)
+        self._angles = angles
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load the state."""
