@@ -1,4 +1,4 @@
-"""Both estimators beside many simulated machines: errors, coverage, slack lines, radii; too long for the benchmarks.
+"""All estimators beside many simulated machines: errors, coverage, slack lines, radii; too long for the benchmarks.
 
 `python -m benchmarks.estimation_campaign RUNS [SECONDS] [FIRST_SEED] [ROWS]` drives machines FIRST_SEED,
 FIRST_SEED + 1, .. (from 1001 on: tests and settings have seen others) along random closed paths of 28 m at 3 cm/s, one
@@ -8,7 +8,8 @@ with many machines the law of the biases is. Coverage is the share of these with
 own covariance.
 
 ROWS are names of `ROWS`, with commas, or ``all``: machines that are off their descriptions by one effect of a severity,
-or by all, and an owner who knows the standard deviations alone. Without them the machines are ``ideal``. The errors of
+or by all, and an owner who knows the standard deviations alone; ``unmodelled`` are all effects that no owner knows
+anything of, and ``surveyed`` all others. Without them the machines are ``ideal``. The errors of
 a machine's survey and mounts last for its whole run, so that its positions are not independent: for the verdict each
 of n machines counts by one position, its last. Their mean nees is expected within 3 +- 1.96 sqrt(6 / n), and the share
 of them within their ellipsoids within 95 +- 1.96 sqrt(95 * 5 / n) %.
@@ -33,6 +34,7 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from cablewright.choices import SeverityName
+from cablewright.estimation import dead_reckoning
 from cablewright.estimation.kalman.state import FilterState
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import PARTS, with_severity
@@ -41,18 +43,22 @@ from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 from cablewright.studies.error_statistics import CHI2_95, SLACK
 from cablewright.studies.estimator_settings import OBSERVERS
+from cablewright.studies.estimators import reckoning_of
 
 Array = NDArray[np.float64]
+UNMODELLED: Final = ("creep", "hysteresis", "exits", "sheaves", "gears", "wind")
+GROUPS: Final = {"unmodelled": UNMODELLED, "surveyed": tuple(part for part in PARTS if part not in UNMODELLED)}
 ROWS: Final = (
     "ideal",
     *(
         f"{part}-{severity}"
-        for part in ("walls", "mounts", "clock", "zeros", "people", "gaps")
+        for part in ("walls", "mounts", "clock", "zeros", "people", "gaps", *UNMODELLED, *GROUPS)
         for severity in ("typical", "rough")
     ),
     "typical",
     "rough",
 )
+ESTIMATORS: Final = ("encoders", *OBSERVERS)
 LENGTH, SPEED = 28.0, 0.03  # m, m/s
 COUNTS_FROM, LEARNT = 3.1, 13.1  # s
 EVERY = 10  # steps
@@ -104,7 +110,8 @@ def _share(values: list[bool] | list[float], digits: int, width: int) -> str:
 def twin_of(row: str) -> TwinSettings:
     """Return the machine of one of `ROWS`."""
     part, _, severity = row.rpartition("-")
-    return with_severity(load_twin("merlet2023"), cast(SeverityName, severity), (part,) if part else tuple(PARTS))
+    parts = GROUPS.get(part, (part,)) if part else tuple(PARTS)
+    return with_severity(load_twin("merlet2023"), cast(SeverityName, severity), parts)
 
 
 def run(seed: int, row: str, seconds: float) -> dict[str, Found]:
@@ -113,16 +120,19 @@ def run(seed: int, row: str, seconds: float) -> dict[str, Found]:
     way = random_loop(robot, LENGTH, seed)
     machine = SimulatedMachine(robot, settings, [*way[0], 1.2], seed=seed)
     pilot = Pilot(machine, way, DriveSettings(), seed)
-    beside = [(name, one, one.settings(robot, settings.owner, ())) for name, one in OBSERVERS.items()]
-    states = {name: one.start(known) for name, one, known in beside}
-    found = {name: Found() for name, _, _ in beside}
+    beside = [(name, one.step, one.settings(robot, settings.owner, ())) for name, one in OBSERVERS.items()]
+    states = {name: OBSERVERS[name].start(known) for name, _, known in beside}
+    reckoning = reckoning_of(robot, settings.owner)
+    beside.insert(0, ("encoders", dead_reckoning.step, reckoning))
+    states["encoders"] = dead_reckoning.start(reckoning, np.array([*way[0], 1.2]))
+    found = {name: Found() for name in ESTIMATORS}
     wound: deque[Array] = deque(maxlen=2 * LATELY + 1)  # radii that are true
     for step in range(round(seconds / machine.period)):
         frame, truth = machine.step(pilot.command()), machine.truth
         if step % EVERY == 0:
             wound.append(truth.radii)
-        for name, one, known in beside:
-            estimate, into = one.step(known, states[name], frame), found[name]
+        for name, advance, known in beside:
+            estimate, into = advance(known, states[name], frame), found[name]
             if step % EVERY or frame.time < COUNTS_FROM:
                 continue
             into.valid.append(estimate.valid)
@@ -166,7 +176,7 @@ def main() -> None:
 
 
 def _print_row(pool: ProcessPoolExecutor, row: str, seeds: range, seconds: float) -> None:
-    whole = {name: Found() for name in OBSERVERS}
+    whole = {name: Found() for name in ESTIMATORS}
     nees: list[float] = []  # of each machine's last position, by the filter
     for seed, found_by in zip(seeds, pool.map(partial(run, row=row, seconds=seconds), seeds), strict=True):
         for name, found in found_by.items():

@@ -21,10 +21,11 @@ from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line import settle
 from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
-from cablewright.signals import Drives, DriveState, Encoders, Inputs, SensorFrame, Tensions
+from cablewright.signals import Command, Drives, DriveState, Encoders, Inputs, SensorFrame, Tensions
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 
@@ -54,6 +55,7 @@ def rows(seconds: dict[PlantName, float]) -> Iterator[Row]:
         told = "" if aim is None else f">= {aim:.0f}"
         yield Row(f"merlet2023: {plant} plant, {what}", ratio, "x real", told, None if aim is None else ratio >= aim)
     yield from bodies(seconds)
+    yield from unmodelled(seconds)
     guarded = guard_time()
     yield Row(
         "the guard, a step: 8 lines, encoders, load cells, drives", 1e6 * guarded, "us", "<= 20", guarded <= 20e-6
@@ -79,6 +81,32 @@ def bodies(seconds: dict[PlantName, float]) -> Iterator[Row]:
         else:
             steps = ratio / machine.period
             yield Row("cogiro: quasi-static plant, steps of 1 s", steps, "steps/s", ">= 800", steps >= 800.0)
+
+
+def unmodelled(seconds: dict[PlantName, float]) -> Iterator[Row]:
+    """Plants without sensors, with all that no model has on ``rough`` over without, by processor time."""
+    places = {"merlet2023": START, "house-printer": (0.0, 0.0, 0.5), "cogiro": (0.0, 0.0, 1.0)}
+    for name, place in places.items():
+        twin = load_twin(name)
+        bare = twin.with_owner(lidars={}, **dict.fromkeys(SENSORS))
+        rough = with_severity(bare, "rough", ("creep", "hysteresis", "exits", "sheaves", "gears", "wind"))
+        for plant, length in seconds.items():
+            made = [SimulatedMachine(load(name), each, place, seed=1, plant=plant) for each in (bare, rough)]
+            ratio = slower(*made, length)
+            yield Row(f"{name}: {plant} plant, with what no model has", ratio, "x time", "<= 2", ratio <= 2.0)
+
+
+def slower(plain: SimulatedMachine, other: SimulatedMachine, seconds: float) -> float:
+    """Processor time of *other* over that of *plain* for motions of so many *seconds*, the best of five."""
+    best_times = [math.inf, math.inf]
+    for turn in range(6):  # the first compiles
+        for i, machine in enumerate((plain, other)):
+            begin = time.process_time()
+            for _ in range(round(seconds / machine.period)):
+                machine.step(Command(machine.time, 0.2 * np.cos(np.arange(machine.robot.m) + machine.time)))
+            if turn:
+                best_times[i] = min(best_times[i], time.process_time() - begin)
+    return best_times[1] / best_times[0]
 
 
 def guard_time() -> float:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
+from cablewright.kernels.plant import winding
 from cablewright.machine.log.messages import encode
 from cablewright.machine.simulated.settings import FaultPlan
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -118,7 +119,7 @@ def _without(snapshot: Snapshot, **changes: Any) -> Snapshot:
         ("rig.motion", np.full(12, np.nan), "not finite"),
         ("rig.motion", np.zeros(11), "float64 (12,) is expected"),
         ("rig.winch_flags", np.zeros(4), "int64 (4,) is expected"),
-        ("rig.winches.state", np.full((4, 6), 1e6), "a winch drum is wound"),
+        ("rig.winches.state", np.full((4, winding.WINCH), 1e6), "a winch drum is wound"),
         ("rig.ground.heights", [0], "where a block begins"),
         ("rig.ground.heights", [0, 501], "does not fit into (250, 500)"),
         ("rig.ground.heights", [-1, 0], "where a block begins"),

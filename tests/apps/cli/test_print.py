@@ -127,7 +127,10 @@ def test_a_severity_is_kept_with_the_print_and_told(cli, job, tmp_path) -> None:
     assert kept["severity"] == "rough"
     assert kept["machine"]["simulation"]["tolerances"]["wall"] == 2e-3
     assert kept["machine"]["owner"]["room"]["deviation"] == 2e-3
-    assert "rough: walls, mounts, clocks, zeros, people and gaps of the link" in (out / "report.html").read_text()
+    assert (
+        "rough: walls, mounts, clocks, zeros, people, gaps of the link and what no model has"
+        in (out / "report.html").read_text()
+    )
     assert cli("print", "merlet2023", job, *options, "--severity", "rough", "--resume").code == answer.code
     other = cli("print", "merlet2023", job, *options, "--resume")
     assert other.code == 2

@@ -44,8 +44,8 @@ Severity = Annotated[
     SeverityName | None,
     typer.Option(
         "--severity",
-        help="How far walls, mounts, clocks and sensors are off what is described, people and gaps of the link; by "
-        "default as in the machine's file.",
+        help="How far walls, mounts, clocks and sensors are off what is described, people, gaps of the link, creep, "
+        "friction, frames that give and wind; by default as in the machine's file.",
     ),
 ]
 Pose = Annotated[

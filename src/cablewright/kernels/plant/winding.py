@@ -11,8 +11,10 @@ ANGLE, SPEED = 0, 1  # rad, rad/s
 HELD = 2  # m: all cable of the winch, wound or paid out
 HEIGHT = 3  # m: from the winch to the sheave; 0 where the dead span is not modelled
 MIDDLE = 4  # m: radius at which the dead span is upright
-STRAIN = 5  # of the cable, thermal
-WINCH = 6
+STRAIN = 5  # of the cable, but for elasticity
+OFFSET = 6  # m: length that is out besides
+RATIO = 7  # of the tension at the winch to that of *tensions*
+WINCH = 8
 
 # Entries of a motor, at its drum.
 MAX_SPEED, LAG, MAX_TORQUE = 0, 1, 2  # rad/s, s, N m
@@ -33,7 +35,7 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
         target = min(max(speeds[i], -motor[MAX_SPEED]), motor[MAX_SPEED])
         if target != speeds[i]:
             flags[i] |= LIMITED
-        if target < 0.0 and tensions[i] * radius_at(radii[i], own[ANGLE]) > motor[MAX_TORQUE]:
+        if target < 0.0 and tensions[i] * own[RATIO] * radius_at(radii[i], own[ANGLE]) > motor[MAX_TORQUE]:
             target = 0.0
             flags[i] |= STALLED
         turned = target * dt + (own[SPEED] - target) * motor[LAG] * (1.0 - keep)
@@ -71,4 +73,4 @@ def length_out(own, radii, wound, sideways):
     detour = 0.0
     if own[HEIGHT] > 0.0:
         detour = sqrt(own[HEIGHT] ** 2 + aside * aside + off * off) - own[HEIGHT]
-    return (own[HELD] - on_drum) * (1.0 + own[STRAIN]) - detour
+    return (own[HELD] - on_drum) * (1.0 + own[STRAIN]) - detour + own[OFFSET]

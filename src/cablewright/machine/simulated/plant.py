@@ -126,6 +126,8 @@ class QuasiStaticPlant:
         packed = rig.packed if len(kept) == rig.robot.m else rig.packed._replace(lines=rig.packed.lines[kept])
         pose, states = self._pose.copy(), rig.states[kept]
         code, notices = self._follow(packed, self._solved[kept], after[kept], pose, states)
+        if code == 0 and rig.unmodelled.exits is not None:
+            code, notices = self._close_exits(packed, after[kept], pose, states, notices)
         rig.lengths[:] = after
         if code != 0:
             rig.motion[3:6] = rig.motion[9:12] = 0.0
@@ -142,7 +144,8 @@ class QuasiStaticPlant:
     ) -> tuple[int, list[Notice]]:
         """Follow the equilibrium in *pose* and *states*, updated in place, or find another one. Returns a code."""
         start, shapes = pose.copy(), states.copy()
-        code, _ = continuation.follow(packed, before, after, pose, states, *self._bounds, self._work, self._pool)
+        bounds = self._bounds if self.rig.unmodelled.exits is None else (*self._bounds[:2], 0.0)  # certified when given
+        code, _ = continuation.follow(packed, before, after, pose, states, *bounds, self._work, self._pool)
         if code == Code.UNCERTIFIED:
             return 0, [Notice(Condition.UNCERTIFIED)]
         if code == 0:
@@ -156,6 +159,23 @@ class QuasiStaticPlant:
             return code, []
         code, _ = continuation.follow(packed, after, after, pose, states, *self._bounds, self._work, self._pool)
         return (0 if code == Code.UNCERTIFIED else code), [Notice(Condition.BRANCH_END)]
+
+    def _close_exits(
+        self, packed: Packed, lengths: Array, pose: Array, states: Array, notices: list[Notice]
+    ) -> tuple[int, list[Notice]]:
+        """Let exits give until they are in equilibrium with *pose* and *states*, updated in place.
+
+        Returns a code, and *notices* with the certificate of where that is.
+        """
+        rig, kept = self.rig, self._kept
+        assert rig.unmodelled.exits is not None  # as asked
+        code = rig.unmodelled.exits.close(packed, kept, lengths, pose, states, rig.unmodelled.ratio, self._work)
+        rig.packed.lines[kept] = packed.lines
+        if code != 0 or rig.robot.n == 3:
+            return code, notices
+        code, _ = continuation.follow(packed, lengths, lengths, pose, states, *self._bounds, self._work, self._pool)
+        told = [each for each in notices if each.condition != Condition.UNCERTIFIED]
+        return (0, [*told, Notice(Condition.UNCERTIFIED)]) if code == Code.UNCERTIFIED else (code, told)
 
     def archive_state(self, archive: Archive) -> None:
         """As `Plant`; its rig is loaded before it."""

@@ -20,8 +20,9 @@ from cablewright.machine.simulated.motion.retraction import RetractionAxis
 from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings, require_hanging
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
+from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled
 from cablewright.machine.simulated.winches import Winches
-from cablewright.models.packed_views import PlatformNumbers, blank_states
+from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Model
 from cablewright.robot import RigidPlatform, Robot
 from cablewright.signals import Condition, Notice, Truth, frozen
@@ -50,6 +51,7 @@ class RigState:
     humidity: float
     ground: Ground
     swivels: Array  # (m,) rad, of the lines' planes in plan view
+    winch_tensions: Array  # (m,) N, before the sheaves
 
 
 class Rig:
@@ -77,18 +79,20 @@ class Rig:
         self.winches = Winches(self.robot, owner.winch, simulation.winch, self.lengths, seed)
         shared = model.packed
         self.packed = shared._replace(lines=shared.lines.copy(), platform=shared.platform.copy())
-        self.states = hung.states.copy()
-        self.tensions = hung.tensions.copy()
+        self.states, pose = hung.states.copy(), hung.pose.copy()
+        self.work, self.swing = dynamics.moving_workspace(robot.n, robot.m)
+        evaluate(self.packed, self.lengths, pose, self.states, self.work)  # for the lines' planes
+        self.unmodelled = Unmodelled(robot, simulation, self.packed, self.states, self.winches, seed)
+        self._let_exits_give(pose)
+        self.tensions = hung.tensions.copy() if self.unmodelled.exits is None else LineStates(self.states).tension
         self.motion = np.zeros(dynamics.MOTION)
-        self.motion[:3] = hung.pose[:3]
-        self.motion[6 : 3 + robot.n] = hung.pose[3:]
+        self.motion[:3] = pose[:3]
+        self.motion[6 : 3 + robot.n] = pose[3:]
         self.acceleration = np.zeros(6)
         self.vibrations = np.zeros((robot.m, 2))
         line = simulation.line
         self.vibration = np.array([line.vibration_damping, line.vibration, robot.scene.gravity])
         self.winch_flags = np.zeros(robot.m, dtype=np.int64)
-        self.work, self.swing = dynamics.moving_workspace(robot.n, robot.m)
-        evaluate(self.packed, self.lengths, hung.pose.copy(), self.states, self.work)  # for the lines' planes
         self.line_faults = LineFaults(robot, simulation.faults)
         self.ground = Ground(robot, settings)
         self.falling_mass = 0.0  # kg, since `_fall_start`; not deposited yet
@@ -106,6 +110,14 @@ class Rig:
         self._sensor_places = [(slice(i, i + 1), place) for i, place in enumerate(at)]  # m before B, by rows of lines
         if len(set(at)) == 1:
             self._sensor_places = [(slice(None), at[0])]
+
+    def _let_exits_give(self, pose: Array) -> None:
+        """Let exits give at the start, updating *pose* (n,). Raises `InputError` where nothing holds the platform."""
+        exits, ratio, whole = self.unmodelled.exits, self.unmodelled.ratio, np.arange(self.robot.m)
+        if exits is None:
+            return
+        if exits.close(self.packed, whole, self.lengths, pose, self.states, ratio, self.work) != 0:
+            raise InputError(f"exits.compliance: robot {self.robot.name!r} has no equilibrium with exits that give")
 
     def _filled(self, robot: Robot) -> Robot:
         """*robot* with the mass of the machine's drum or body, and of a body its centre of mass."""
@@ -131,7 +143,7 @@ class Rig:
             self._weigh()
         law = self.settings.simulation.climate
         temperature, _ = air_at(law, time)
-        self.winches.set_thermal_strain(self._expansion * (temperature - law.temperature))
+        self.winches.set_strain(self._expansion * (temperature - law.temperature) + self.unmodelled.strain)
         return notices
 
     def _wander(self) -> None:
@@ -143,6 +155,10 @@ class Rig:
         self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         self.body[dynamics.YAW_REST] = keep * self.body[dynamics.YAW_REST] + push * self._random.standard_normal()
+
+    def advance_unmodelled(self, period: float) -> None:
+        """Advance what no model has by the *period*, s, that has passed, for the next one."""
+        self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, period)
 
     def take_notices(self) -> list[Notice]:
         """Return and clear the notices of winches and retraction since the last call."""
@@ -181,7 +197,8 @@ class Rig:
         counts = self.winches.counts
         swivels = np.arctan2(self.work.planes[:, 1], self.work.planes[:, 0])
         air = (temperature, humidity)
-        return RigState(truth, self.acceleration.copy(), rotation, shown, counts, *air, self.ground, swivels)
+        pulled = truth.tensions * self.unmodelled.ratio
+        return RigState(truth, self.acceleration.copy(), rotation, shown, counts, *air, self.ground, swivels, pulled)
 
     def _show_lines(self) -> None:
         """Compute what the lines show; line by line where their accelerometers are not all at one place."""
@@ -236,6 +253,7 @@ class Rig:
         archive.array("platform", self.packed.platform)
         self.retraction.archive_state(archive.section("retraction"), self.packed.lines)
         self.line_faults.archive_state(archive.section("lines"), self.packed.lines)
+        self.unmodelled.archive_state(archive.section("unmodelled"), self.packed)
         archive.array("last_position", self._last_position)
         x, y = self._fall_start
         self._fall_start = archive.number("fall_start_x", x), archive.number("fall_start_y", y)

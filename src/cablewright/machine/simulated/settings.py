@@ -20,6 +20,7 @@ from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Tim
 from cablewright.machine.sensors import LidarName
 from cablewright.machine.settings import MAX_WALLS, MachineSettings
 from cablewright.machine.simulated.severities import filled
+from cablewright.machine.simulated.unmodelled.laws import CableStretch, ExitMounts, SheaveFriction, WinchGears, Wind
 from cablewright.robot import Robot
 from cablewright.units import Angle, Duration, Length, NonNegative
 from cablewright.validation import Description, refusal, validated
@@ -284,6 +285,11 @@ class SimulationSettings(Description):
     room: RoomLaw = RoomLaw()
     people: People = People()
     clock: DrumClockLaw = DrumClockLaw()
+    cable: CableStretch = CableStretch()
+    sheaves: SheaveFriction = SheaveFriction()
+    exits: ExitMounts = ExitMounts()
+    gears: WinchGears = WinchGears()
+    wind: Wind = Wind()
     wifi: Link = Link()
     wire: Link = Link()
     lidars: dict[LidarName, LidarFlaws] = Field(default_factory=dict)

@@ -30,6 +30,12 @@ PARTS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType({
     "people": ("share",),
     "gaps": ("gap_every", "gap_length"),
     "tensions": ("tension_gain", "tension_drift"),
+    "creep": ("creep",),
+    "hysteresis": ("hysteresis",),
+    "sheaves": ("friction",),
+    "exits": ("compliance",),
+    "gears": ("backlash",),
+    "wind": ("force",),
 })  # fmt: skip
 """Keys of the parts of a severity."""
 
@@ -38,9 +44,9 @@ OWN: Final = "own"
 
 MEANINGS: Final[Mapping[str, str]] = MappingProxyType({
     "ideal": "walls, mounts and clocks are exactly as described",
-    "typical": "walls, mounts, clocks, zeros, people and gaps of the link by the severity typical",
-    "rough": "walls, mounts, clocks, zeros, people and gaps of the link by the severity rough",
-    OWN: "walls, mounts, clocks, zeros, people and gaps of the link by the machine's file",
+    "typical": "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the severity typical",
+    "rough": "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the severity rough",
+    OWN: "walls, mounts, clocks, zeros, people, gaps of the link and what no model has, by the machine's file",
 })  # fmt: skip
 """What a severity says of the machine as built."""
 
@@ -66,10 +72,29 @@ def _severity(
     })  # fmt: skip
 
 
+def _unmodelled(
+    creep: float, hysteresis: float, compliance: float, friction: float, backlash: float, wind: float
+) -> Mapping[str, Mapping[str, float]]:
+    """Keys by table. The first two and *friction*: %; *compliance*: um/N; *backlash*: degrees; *wind*: N."""
+    return MappingProxyType({
+        "cable": {"creep": 1e-2 * creep, "hysteresis": 1e-2 * hysteresis},
+        "exits": {"compliance": 1e-6 * compliance},
+        "sheaves": {"friction": 1e-2 * friction},
+        "gears": {"backlash": math.radians(backlash)},
+        "wind": {"force": wind},
+    })  # fmt: skip
+
+
 SEVERITIES: Final[Mapping[str, Mapping[str, Mapping[str, float]]]] = MappingProxyType({
-    "ideal": _severity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-    "typical": _severity(1.0, 0.1, 2.0, 10.0, 0.5, 0.05, 0.2, 0.005),
-    "rough": _severity(2.0, 0.3, 10.0, 50.0, 1.5, 0.2, 2.0, 0.02),
+    "ideal": {
+        **_severity(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), **_unmodelled(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    },
+    "typical": {
+        **_severity(1.0, 0.1, 2.0, 10.0, 0.5, 0.05, 0.2, 0.005), **_unmodelled(0.02, 0.02, 1.0, 1.0, 0.1, 1.0)
+    },
+    "rough": {
+        **_severity(2.0, 0.3, 10.0, 50.0, 1.5, 0.2, 2.0, 0.02), **_unmodelled(0.1, 0.05, 10.0, 3.0, 0.3, 3.0)
+    },
 })  # fmt: skip
 """Keys of ``[simulation]``, by severity and table."""
 

@@ -200,6 +200,7 @@ class SimulatedMachine:
         self.rig.retraction.command(command.outputs.get(OUTPUT, 0.0))
         notices = self.rig.advance_slowly(self.time, self.period, command.valve)
         notices += self._plant.advance(speeds)
+        self.rig.advance_unmodelled(self.period)
         notices += self.rig.take_notices()
         self._steps += 1
         now = self.time

@@ -42,6 +42,8 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
 
     def _measure(self, state: RigState) -> Tensions:
         settings, flaws, true = self.settings, self.flaws, state.truth.tensions
+        # a motor sees the winch's side of the sheave, a load cell on its axle the mean of both
+        true = state.winch_tensions if self._source == "motor_torques" else 0.5 * (true + state.winch_tensions)
         m = len(true)
         noise, walk = self._random.standard_normal((2, m))
         chance, anywhere = self._random.random(m), self._random.uniform(0.0, settings.most, m)

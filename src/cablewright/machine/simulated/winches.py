@@ -43,6 +43,7 @@ class Winches:
         self.motor = np.array([settings.max_speed, settings.lag, settings.max_torque])
         self.state = np.zeros((robot.m, winding.WINCH))
         self.state[:, winding.HELD] = settings.held
+        self.state[:, winding.RATIO] = 1.0
         for own, line, coil in zip(self.state, robot.lines, self.coils, strict=True):
             own[winding.HEIGHT] = 0.0 if line.winch_exit is None else abs(line.exit_point[2] - line.winch_exit[2])
             own[winding.MIDDLE] = line.winch.drum_radius or coil.radii[0]
@@ -92,6 +93,14 @@ class Winches:
         if not ((self.angles >= 0.0) & (self.angles <= last)).all():
             raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")
 
-    def set_thermal_strain(self, strains: Array) -> None:
-        """Set the thermal strains (m,) of the cables."""
+    def set_strain(self, strains: Array) -> None:
+        """Set the strains (m,) of the cables besides elasticity."""
         self.state[:, winding.STRAIN] = strains
+
+    def set_unmodelled(self, ratio: Array, stretch: Array | float, lag: Array | None) -> None:
+        """Set the tension at each winch over that at the platform, *ratio* (m,), and what changes the length out.
+
+        *stretch* (m,): m, of the cable before the sheave by that tension; *lag* (m,): rad, of drums behind motors.
+        """
+        self.state[:, winding.RATIO] = ratio
+        self.state[:, winding.OFFSET] = stretch if lag is None or not lag.any() else stretch - self.leaving_radii * lag

@@ -1,0 +1,121 @@
+"""Exits that give: the mount of each is displaced by the force of its cable, closed with lines and platform."""
+
+from math import cos, exp, sin
+
+import numpy as np
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    DEAD,
+    DEAD_COMPLIANCE,
+    EXIT_X,
+    FREE,
+    FREE_COMPLIANCE,
+    NOT_CONVERGED,
+    OK,
+    PHI,
+    PSI,
+    PULLS,
+    TAU,
+    UNKNOWNS,
+    WINCH_X,
+    WINCH_Z,
+)
+from cablewright.kernels.statics.forward import solve_warm
+
+CLOSED = 1e-7  # m: last move of an exit in equilibrium
+ROUNDS = 100
+RELAXED = 20  # rounds with scaled steps
+
+
+@jit
+def give(lines, states, planes, ratio, compliance, displaced, steps):
+    """Move the exits of *lines* towards where their forces put them; return by how much at most, m.
+
+    *ratio* (m,): tension of each dead span over that of its free span; *compliance* (m, 3, 3), m/N. *displaced* (m, 3),
+    m, and the exits and winches in *lines* are updated in place; *steps* (m, 3), m, are written. One step of Newton's
+    method for each line between a fixed winch and a fixed platform, whose tension falls as its exit gives.
+    """
+    most = propose(lines, states, planes, ratio, compliance, displaced, steps)
+    move(lines, planes, steps, 1.0, displaced)
+    return most
+
+
+@jit
+def propose(lines, states, planes, ratio, compliance, displaced, steps):
+    """Write the *steps* of `give` and return the largest, m."""
+    most = 0.0
+    for i in range(lines.shape[0]):
+        _propose(lines[i], states[i], planes[i], ratio[i], compliance[i], displaced[i], steps[i])
+        most = max(most, abs(steps[i, 0]), abs(steps[i, 1]), abs(steps[i, 2]))
+    return most
+
+
+@jit
+def _propose(row, y, plane, ratio, soft, displaced, step):
+    """As `propose`, of one line: *soft* is its compliance (3, 3)."""
+    has_dead = 1.0 if row[UNKNOWNS] > 3.0 else 0.0
+    tension = exp(y[TAU]) if row[PULLS] > 0.0 else 0.0
+    flat, dead_flat = cos(y[PHI]), has_dead * cos(y[PSI])
+    rise, dead_rise = sin(y[PHI]), has_dead * sin(y[PSI])
+    pull, gx, gz = tension * (flat + ratio * dead_flat), flat + dead_flat, rise + dead_rise
+    fx, fy, fz = pull * plane[0], pull * plane[1], tension * (rise + ratio * dead_rise)
+    gx, gy = gx * plane[0], gx * plane[1]
+    missing_along, soft_along = 0.0, 0.0
+    for k in range(3):
+        g = gx if k == 0 else (gy if k == 1 else gz)
+        missing_along += g * (soft[k, 0] * fx + soft[k, 1] * fy + soft[k, 2] * fz - displaced[k])
+        soft_along += g * (soft[k, 0] * gx + soft[k, 1] * gy + soft[k, 2] * gz)
+    stretch = row[FREE_COMPLIANCE] * y[FREE] + row[DEAD_COMPLIANCE] * y[DEAD]  # m/N
+    share = missing_along / (stretch + soft_along)
+    fx, fy, fz = fx - share * gx, fy - share * gy, fz - share * gz
+    for k in range(3):
+        step[k] = soft[k, 0] * fx + soft[k, 1] * fy + soft[k, 2] * fz - displaced[k]
+
+
+@jit
+def move(lines, planes, steps, scale, displaced):
+    """Move exits by *scale* times *steps* (m, 3), m; winches, told from the exits, stay where they are."""
+    for i in range(lines.shape[0]):
+        row = lines[i]
+        for k in range(3):
+            displaced[i, k] += scale * steps[i, k]
+            row[EXIT_X + k] += scale * steps[i, k]
+        if row[UNKNOWNS] > 3.0:
+            row[WINCH_Z] -= scale * steps[i, 2]
+        if row[UNKNOWNS] > 4.0:
+            row[WINCH_X] -= scale * (steps[i, 0] * planes[i, 0] + steps[i, 1] * planes[i, 1])
+
+
+@jit(allocates=True)
+def close(packed, lengths, pose, states, ratio, compliance, displaced, work):
+    """Let exits give until they are in equilibrium with lines and platform; all but *lengths* and *ratio* in place.
+
+    *pose* and *states* are an equilibrium for the exits of now, evaluated in *work*. Steps are scaled by how the last
+    one answered, since the platform is not fixed (Aitken relaxation: Kuettler and Wall 2008, Computational Mechanics
+    43), and no more where that does not help. Returns a code.
+    """
+    steps, last, scale = np.zeros_like(displaced), np.zeros_like(displaced), 1.0
+    for k in range(ROUNDS):
+        if propose(packed.lines, states, work.planes, ratio, compliance, displaced, steps) < CLOSED:
+            return OK
+        if k > 0:
+            scale = min(max(_answered(steps, last, scale), 0.5), 3.0) if k < RELAXED else 1.0
+        move(packed.lines, work.planes, steps, scale, displaced)
+        last[:, :] = steps
+        code, _, _ = solve_warm(packed, lengths, pose, states, work)
+        if code != OK:
+            return code
+    return NOT_CONVERGED
+
+
+@jit
+def _answered(steps, last, scale):
+    """The scale with which *last* would have left the least of the *steps* that are left."""
+    along, size = 0.0, 0.0
+    for i in range(steps.shape[0]):
+        for k in range(3):
+            change = steps[i, k] - last[i, k]
+            along += last[i, k] * change
+            size += change * change
+    return -scale * along / size if size > 0.0 else 1.0

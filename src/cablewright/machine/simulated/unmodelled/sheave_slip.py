@@ -1,0 +1,48 @@
+"""Friction of sheaves: tensions before and after one differ by the direction in which the cable moves.
+
+Capstan formula (Euler, Eytelwein): T_winch = T_platform exp(-mu a s), a the angle by which the cable turns and s the
+state of sliding, 1 while it is paid out and -1 while it is reeled in. Where the motion turns round, s goes from the one
+to the other over a short way, by elements that stick first and slip then (Maxwell slip): no jump, and no rate.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.kernels.plant import sheave_slip
+from cablewright.machine.simulated.snapshot import Archive
+from cablewright.models.packed_views import LineStates
+
+STICKS: Final = np.array([0.2e-3, 0.5e-3, 1e-3])  # assumed: m, from rest until an element slips; equal shares
+
+
+class SheaveSlip:
+    """Sliding of m lines over their sheaves or eyelets at the exit.
+
+    Where a winch is not described its dead span arrives vertically, as for the contact in statics.
+    """
+
+    def __init__(self, friction: float, states: Array) -> None:
+        """*friction*: share that is lost over a right angle; *states* (m, 6) are those of lines at rest."""
+        self._rate = -math.log1p(-friction) / (0.5 * math.pi)  # mu
+        self._free = LineStates(states).free_length.copy()
+        self.elements = np.zeros((len(states), len(STICKS)))
+        self.ratio = np.ones(len(states))
+        """Tension at the winch over that at the platform, (m,)."""
+        self.stretch = np.zeros(len(states))
+        """How much more than in statics dead spans stretch, (m,) m."""
+
+    def slide(self, lines: Array, states: Array) -> Array:
+        """Slide to where *lines* are by their *states*; return the ratio. Since the last time they went one way."""
+        sheave_slip.slide(lines, states, self._rate, STICKS, self._free, self.elements, self.ratio, self.stretch)
+        return self.ratio
+
+    def archive_state(self, archive: Archive) -> None:
+        """Save or load the state."""
+        archive.array("slip_free", self._free)
+        archive.array("slip", self.elements)
+        archive.array("slip_ratio", self.ratio)
