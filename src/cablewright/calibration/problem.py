@@ -142,6 +142,10 @@ class CalibrationProblem:
         whole, held = self.whole(theta), np.ones_like(self.held)
         return replace(self, rows=rows, limits=np.zeros((2, 0)), start=whole, held=held, frame=NO_FRAME)
 
+    def with_numbers(self, lines: Array) -> Self:
+        """Return the same with other known numbers of the lines (m, COLUMNS); unknowns stay unknown."""
+        return replace(self, rows=self.rows._replace(lines=np.ascontiguousarray(lines)))
+
     @property
     def poses(self) -> int:
         """The number N of poses."""
