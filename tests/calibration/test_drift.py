@@ -160,7 +160,7 @@ def test_lines_that_stretch_are_checked_by_their_tensions(tmp_path: Path) -> Non
 
 def test_false_alarms_are_as_rare_as_was_asked() -> None:
     """Numbers with the covariance that was told: the share of alarms is under the level, and not far under it."""
-    rng, count, level = np.random.default_rng(0), 600, 0.05
+    rng, count, level = np.random.default_rng(0), 400, 0.05
     root = rng.normal(size=(12, 12))
     suspects = [Suspect("x", str(at), rng.normal(size=(12, 1 + at % 3))) for at in range(6)]
     alarms = 0

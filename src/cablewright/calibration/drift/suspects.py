@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy import stats
-from scipy.linalg import solve_triangular
+from scipy import special, stats
 
 from cablewright.arrays import Array
 from cablewright.results import Figure
@@ -104,10 +103,10 @@ class Evidence:
     """Numbers (d,) with a covariance (d, d), and suspects. *freedom*: of the covariance's sigma; inf if it is known."""
 
     def __init__(self, numbers: Array, covariance: Array, suspects: Sequence[Suspect], freedom: float) -> None:
-        root = np.linalg.cholesky(covariance)
+        whitening = np.linalg.inv(np.linalg.cholesky(covariance))
         self.suspects, self.freedom = tuple(suspects), freedom
-        self.seen = solve_triangular(root, numbers, lower=True)
-        self.effects = [solve_triangular(root, each.effect, lower=True) for each in suspects]
+        self.seen = whitening @ numbers
+        self.effects = [whitening @ each.effect for each in suspects]
 
     def explained(self, level: float) -> Explanation:
         """Return what explains the numbers, by tests with a false alarm in a share *level* of cases."""
@@ -161,8 +160,8 @@ class Evidence:
 
     def _chance(self, square: float, count: int) -> float:
         if not np.isfinite(self.freedom):
-            return float(stats.chi2.sf(square, count))
-        return float(stats.f.sf(square / count, count, self.freedom))
+            return float(special.chdtrc(count, square))
+        return float(special.fdtrc(count, self.freedom, square / count))
 
     def _explains(self, named: list[int]) -> dict[int, tuple[float, int]]:
         """Return the squares that each suspect explains beside the *named* ones, and by how many amounts."""
