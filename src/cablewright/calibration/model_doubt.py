@@ -50,6 +50,7 @@ class ModelDoubt:
 
     joint: Array  # (k + q, k + q): of the unknowns, then of how far off these numbers are
     considered: tuple[Considered, ...]
+    assumed: Array  # (k,) variances of the unknowns by these numbers, which more poses hardly make smaller
 
     @property
     def covariance(self) -> Array:
@@ -62,7 +63,7 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     """Return the covariance of the unknowns at a solution; *scale*: sigma of a row over that of its weight."""
     noise = posterior.covariance * scale**2
     if not (np.isfinite(found.cost) and 0.0 < scale < np.inf):
-        return ModelDoubt(noise, ())
+        return ModelDoubt(noise, (), np.zeros(len(noise)))
     wider, extra, numbers = _considered(problem, found)
     rows = wider.derivatives(_theta(wider, problem, found), found.poses, found.weights)
     k = len(found.theta)
@@ -86,9 +87,10 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     scatter = _by_scatter(
         off, reduced[..., :k], problem.derivatives(found.theta, found.poses).others_by_unknown, posterior
     )
+    assumed = np.diag(joint)[:k] - np.diag(noise)
     larger = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(np.diag(joint)[:k], 1e-300), 1.0))
     larger = np.append(larger, np.ones(len(numbers)))
-    return ModelDoubt(joint * np.outer(larger, larger), tuple(considered))
+    return ModelDoubt(joint * np.outer(larger, larger), tuple(considered), assumed)
 
 
 def _by_scatter(off: Array, rows: Array, others: Array, posterior: Information) -> Array:

@@ -20,7 +20,7 @@ def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tupl
         straight = CalibrationProblem.of(problem.robot, problem.measured, plan, hold=False)
     start = _moved(problem, theta, straight)
     if new_home:
-        start = _with_new_home(straight, start)
+        start = with_new_home(straight, start)
     poses = _poses(straight, start)
     if not isinstance(problem, ElasticProblem):
         return start, fit(problem.for_poses_only(start), np.zeros(0), poses).poses
@@ -48,7 +48,7 @@ def _poses(problem: CalibrationProblem, theta: Array) -> Array:
     return unmirrored(problem, theta, fitted_poses(problem, theta, start))
 
 
-def _with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
+def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
     """Return the unknowns (k,) with the lengths at home that fit the data, all others held."""
     homes = problem.named("length_offset")
     plan = problem.plan.model_copy(update={"unknowns": ("length_offset",), "shared": (), "bounds": ()})

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, RobotName, Seed
+from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, Limits, RobotName, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import quantity
+from cablewright.apps.cli.parsing import quantity, tension_limits
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw
@@ -54,6 +54,27 @@ class CheckOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
+class GuideOptions:
+    """Which poses to measure next."""
+
+    PANEL: ClassVar = "Guide"
+
+    guide: Annotated[
+        bool,
+        typer.Option(
+            "--guide",
+            help="Tell what is known by the poses measured so far, none if there is no DATA.csv yet, which ones to "
+            "measure next, and when to stop. Writes no robot.",
+        ),
+    ] = False
+    count: Annotated[int, typer.Option("--next", help="Number of poses to measure next.")] = 4
+    limits: Limits = None
+    next_out: Annotated[
+        Path | None, typer.Option("--next-out", metavar="FILE.csv", help="Write these poses, with counts to move to.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class CalibrateCommand:
     """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
 
@@ -63,7 +84,11 @@ class CalibrateCommand:
     """
 
     EXAMPLE: ClassVar = "calibrate wang2021 examples/calibration.csv --accept"
-    ANSWERS: ClassVar = ("calibration.result:Calibration", "calibration.drift.drift:Drift")
+    ANSWERS: ClassVar = (
+        "calibration.result:Calibration",
+        "calibration.drift.drift:Drift",
+        "calibration.guide:Guidance",
+    )
 
     robot: RobotName
     data: Annotated[
@@ -97,6 +122,7 @@ class CalibrateCommand:
         bool, typer.Option("--accept", help="Take a doubtful answer as it is: write it, exit code 0.")
     ] = False
     since: CheckOptions
+    guidance: GuideOptions
     seed: Seed = 0
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the calibrated robot.")] = None
     report: Annotated[
@@ -112,8 +138,12 @@ class CalibrateCommand:
         from cablewright.robot import file_text, load, update
 
         machine = load(self.robot)
+        if self.since.check and self.guidance.guide:
+            raise InputError("--check and --guide: give one of them")
         if self.since.check:
             return self._check(machine)
+        if self.guidance.guide:
+            return self._guide(machine)
         page = self.report or (None if self.out is None else self.out.with_suffix(".html"))
         if self.out is not None and page is not None and page.resolve() == self.out.resolve():
             raise InputError(f"--out {self.out}: is the file of the report too; give a robot's, as FILE.toml")
@@ -153,7 +183,8 @@ class CalibrateCommand:
         from cablewright.calibration.drift.record import record_path
 
         beside = record_path(self.robot)
-        return self.since.last or (beside if beside.is_file() else None)
+        is_file = Path(self.robot).suffix == ".toml" and beside.is_file()  # not of a robot of the library
+        return self.since.last or (beside if is_file else None)
 
     def _compared(self, found: Calibration) -> Calibration:
         """The same, compared with the last calibration, if there is one."""
@@ -180,6 +211,31 @@ class CalibrateCommand:
         since = self.since
         found = check_drift(machine, self.data, record, false_alarm=since.false_alarm, new_home=since.new_home)
         return answer(found, self.as_json)
+
+    def _guide(self, machine: Robot) -> int:
+        """Which poses to measure next."""
+        from cablewright.calibration.data import write_measured
+        from cablewright.calibration.guide import guide
+
+        given = self.guidance
+        if self.out is not None or self.report is not None:
+            raise InputError("--guide: writes no robot and no report; leave --out and --report away")
+        with progress() as show:
+            found = guide(
+                machine,
+                self.data if self.data.exists() else None,
+                self._plan(),
+                count=given.count,
+                need=quantity(self.need, "--need", LENGTH),
+                rough=self.rough,
+                tension_limits=tension_limits(given.limits),
+                seed=self.seed,
+                progress=show,
+            )
+        if given.next_out is not None and found.next_poses:
+            comments = (f"poses to measure next of {machine.name}; counts are as far as it is known",)
+            write_whole(given.next_out, write_measured(found.to_measure, machine, comments).encode())
+        return answer(found, self.as_json, next_out=given.next_out if found.next_poses else None)
 
     def _plan(self) -> CalibrationPlan:
         """The plan of --plan, or the TOML file beside the data; --datum takes the place of theirs."""
