@@ -219,7 +219,8 @@ class Evidence:
         scores, named = self._scores(before), set()
         for other, score in sorted(scores.items(), key=lambda each: -each[1]):
             whose = self._whose(other)
-            if other == at or whose in named or score < scores[at] - _ALIKE:
+            wider = whose == self._whose(at) and self.suspects[at].what in self.suspects[other].what
+            if wider or whose in named or score < scores[at] - _ALIKE:
                 continue
             named.add(whose)
             yield _words(self.suspects[other])
