@@ -125,7 +125,11 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
         return None
     measured = replace(problem.measured, pose_sigma=None, tensions=None, swivel=None, tilt=None)
     plan = CalibrationPlan(
-        unknowns=problem.plan.unknowns, shared=problem.plan.shared, bounds=problem.plan.bounds, sigma=problem.plan.sigma
+        unknowns=problem.plan.unknowns,
+        shared=problem.plan.shared,
+        groups=problem.plan.groups,
+        bounds=problem.plan.bounds,
+        sigma=problem.plan.sigma,
     )
     free = CalibrationProblem.of(problem.robot, measured, plan, hold=False)
     m = problem.robot.m

@@ -62,6 +62,7 @@ def straight_plan(problem: ElasticProblem) -> CalibrationPlan:
     kept = {
         "unknowns": tuple(name for name in plan.unknowns if name != "modulus"),
         "shared": tuple(name for name in plan.shared if name != "modulus"),
+        "groups": tuple(group for group in plan.groups if group.name != "modulus"),
         "priors": tuple(prior for prior in plan.priors if prior.name != "modulus"),
         "sigma": plan.sigma.model_copy(update=exact),
     }

@@ -308,7 +308,8 @@ class _Candidates:
         places, every = places[kept], every[:, kept]
         problem = known.problem
         blank = Measured(np.zeros((len(places), problem.robot.m)), places)
-        plan = CalibrationPlan(unknowns=problem.plan.unknowns, shared=problem.plan.shared, datum=problem.plan.datum)
+        kept = problem.plan
+        plan = CalibrationPlan(unknowns=kept.unknowns, shared=kept.shared, groups=kept.groups, datum=kept.datum)
         wanted = CalibrationProblem.of(problem.robot, blank, plan, hold=bool(problem.held.any()))
         _, rows, _ = projected(wanted.derivatives(known.theta, places))
         return cls(places, every, rows * (wanted.encoder_sigma / known.sigma))

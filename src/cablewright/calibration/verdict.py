@@ -97,8 +97,7 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
             )
     for prior in problem.plan.priors:
         for unknown, change in zip(found.unknowns, found.changes, strict=True):
-            of_it = unknown.name == prior.name and (prior.lines is None or unknown.line in prior.lines)
-            if of_it and abs(change) > _PRIOR[0] * prior.deviation:
+            if prior.is_of(unknown) and abs(change) > _PRIOR[0] * prior.deviation:
                 times = abs(change) / prior.deviation
                 moved = f"{unknown.label} moves by {times:.3g} times the {prior.deviation:g} of its prior"
                 yield _Reason(f"{moved}, limit {_PRIOR[0]:g}", times > _PRIOR[1])

@@ -13,7 +13,7 @@ import tomlkit
 from pydantic import Field, Strict, model_validator
 
 from cablewright.arrays import Array
-from cablewright.calibration.plan import CalibrationPlan, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, Group, Sigmas
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.unknowns import Unknown, unknowns_of
 from cablewright.errors import InputError
@@ -55,6 +55,7 @@ class CalibrationRecord(FileDescription):
     redundancy: Annotated[int, Strict(), Field(ge=1)] | None = None
     unknowns: Annotated[tuple[str, ...], Field(min_length=1, max_length=20)]
     shared: Annotated[tuple[str, ...], Field(max_length=20)] = ()
+    groups: Annotated[tuple[Group, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
     sigma: Sigmas
     values: Annotated[tuple[KnownValue, ...], Field(min_length=1, max_length=_MAX_UNKNOWNS)]
     considered: Annotated[tuple[KnownValue, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
@@ -92,11 +93,12 @@ class CalibrationRecord(FileDescription):
     @property
     def plan(self) -> CalibrationPlan:
         """The plan of later measurements: the same unknowns, and the sigmas that were found."""
-        return CalibrationPlan(unknowns=self.unknowns, shared=self.shared, sigma=self.sigma)
+        return CalibrationPlan(unknowns=self.unknowns, shared=self.shared, groups=self.groups, sigma=self.sigma)
 
     def unknowns_in(self, robot: Robot, where: str) -> tuple[Unknown, ...]:
         """Return the unknowns of *robot*. Raises `InputError` if it is not the robot whose calibration this is."""
-        found = unknowns_of(robot, self.unknowns, self.shared, elastic=self.cable is not CableLaw.RIGID)
+        elastic = self.cable is not CableLaw.RIGID
+        found = unknowns_of(robot, self.unknowns, self.shared, elastic, self.plan.grouped)
         if [(each.kind, each.line) for each in found] != [(each.name, each.line) for each in self.values]:
             raise InputError(f"{where}: values are not those of {robot.name!r}, in its order of lines")
         for each, known in zip(found, self.values, strict=True):
@@ -136,6 +138,7 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
         redundancy=max(found.posterior.redundancy, 1) if plan.sigma.encoder is None else None,
         unknowns=plan.unknowns,
         shared=plan.shared,
+        groups=plan.groups,
         sigma=sigma,
         values=tuple(KnownValue(name=one.kind, line=one.line, value=value, sigma=s) for one, value, s in told),
         considered=tuple(

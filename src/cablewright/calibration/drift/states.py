@@ -51,7 +51,11 @@ def _poses(problem: CalibrationProblem, theta: Array) -> Array:
 def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
     """Return the unknowns (k,) with the lengths at home that fit the data, all others held."""
     homes = problem.named("length_offset")
-    plan = problem.plan.model_copy(update={"unknowns": ("length_offset",), "shared": (), "bounds": ()})
+    if not homes.any():  # lengths are absolute
+        return theta
+    plan = problem.plan.model_copy(
+        update={"unknowns": ("length_offset",), "shared": (), "groups": (), "priors": (), "bounds": ()}
+    )
     only = CalibrationProblem.of(problem.robot, problem.measured, plan, hold=False)
     only = only.with_numbers(problem.line_numbers(theta))
     changed = theta.copy()
