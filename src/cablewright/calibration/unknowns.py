@@ -54,7 +54,7 @@ class Unknown(Parameter):
 
     def of_line(self, name: str) -> bool:
         """Whether it is a number of the line *name*."""
-        return name in self.others or super().of_line(name)
+        return self.line in (None, name) or name in self.others
 
     @property
     def name(self) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy import special, stats
+from scipy import special
 
 from cablewright.arrays import Array
 from cablewright.results import Figure
@@ -131,12 +131,9 @@ class Evidence:
     def detectable(self, at: int, level: float) -> float:
         """Return the amount of such a suspect that is found in nine of ten cases."""
         tested = sum(each.of_alarm for each in self.suspects)
-        limit = (
-            stats.t.isf(level / (4.0 * tested), self.freedom)
-            if np.isfinite(self.freedom)
-            else stats.norm.isf(level / (4.0 * tested))
-        )
-        return float(limit + stats.norm.ppf(_POWER)) * self.alone(at)[1]
+        tail = level / (4.0 * tested)
+        limit = -special.stdtrit(self.freedom, tail) if np.isfinite(self.freedom) else -special.ndtri(tail)
+        return float(limit + special.ndtri(_POWER)) * self.alone(at)[1]
 
     def _left(self, named: list[int]) -> int:
         return int(len(self.seen) - self._basis(named).shape[1])
@@ -188,7 +185,7 @@ class Evidence:
         own = [at for at in explains if (self.suspects[at].line, self.suspects[at].pose) == self._whose(best)]
         for at in sorted(own, key=lambda each: explains[each][1]):
             less, fewer = explains[at]
-            if fewer < rank and square - less < stats.chi2.isf(_MORE, rank - fewer):
+            if fewer < rank and square - less < special.chdtri(rank - fewer, _MORE):
                 return at
         return best
 

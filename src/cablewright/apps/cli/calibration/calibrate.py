@@ -133,7 +133,6 @@ class CalibrateCommand:
 
     def run(self) -> int:
         """Calibrate, write the robot, its record and the report, and print; or check."""
-        from cablewright.apps.report.calibration import calibration_page
         from cablewright.calibration.drift.record import record_of, record_path, record_text
         from cablewright.robot import file_text, load, update
 
@@ -153,6 +152,8 @@ class CalibrateCommand:
         text = None if out is None else update(file_text(self.robot), found.robot)
         record = None if out is None else record_text(record_of(found, self.data, datetime.now(UTC)))
         if page is not None:
+            from cablewright.apps.report.calibration import calibration_page
+
             write_whole(page, calibration_page(found, self.data.name).encode())
         beside = None if out is None else record_path(out)
         if out is not None and text is not None and beside is not None and record is not None:
