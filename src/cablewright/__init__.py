@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from cablewright.calibration.drift.comparison import compared
     from cablewright.calibration.drift.drift import Drift, check_drift
     from cablewright.calibration.drift.record import CalibrationRecord, load_record, record_of, record_text
-    from cablewright.calibration.guide import Guidance, guide
+    from cablewright.calibration.guidance.guide import Guidance, guide
     from cablewright.calibration.plan import CalibrationPlan, Sigmas
     from cablewright.calibration.poses import CalibrationPoses, calibration_poses
     from cablewright.calibration.problem import Measured
@@ -148,7 +148,7 @@ _HOMES = {
         "calibration.drift.comparison": "compared",
         "calibration.drift.drift": "Drift check_drift",
         "calibration.drift.record": "CalibrationRecord load_record record_of record_text",
-        "calibration.guide": "Guidance guide",
+        "calibration.guidance.guide": "Guidance guide",
         "calibration.plan": "CalibrationPlan Sigmas",
         "calibration.poses": "CalibrationPoses calibration_poses",
         "calibration.problem": "Measured",

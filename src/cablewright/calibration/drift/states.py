@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cablewright.arrays import Array
@@ -57,7 +59,7 @@ def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
         update={"unknowns": ("length_offset",), "shared": (), "groups": (), "priors": (), "bounds": ()}
     )
     only = CalibrationProblem.of(problem.robot, problem.measured, plan, hold=False)
-    only = only.with_numbers(problem.line_numbers(theta))
+    only = replace(only, rows=only.rows._replace(lines=problem.line_numbers(theta)))
     changed = theta.copy()
     changed[homes] = best_fit(only, seed=0, rough=0.0).theta
     return changed

@@ -87,7 +87,7 @@ class CalibrateCommand:
     ANSWERS: ClassVar = (
         "calibration.result:Calibration",
         "calibration.drift.drift:Drift",
-        "calibration.guide:Guidance",
+        "calibration.guidance.guide:Guidance",
     )
 
     robot: RobotName
@@ -216,7 +216,7 @@ class CalibrateCommand:
     def _guide(self, machine: Robot) -> int:
         """Which poses to measure next."""
         from cablewright.calibration.data import write_measured
-        from cablewright.calibration.guide import guide
+        from cablewright.calibration.guidance.guide import guide
 
         given = self.guidance
         if self.out is not None or self.report is not None:

@@ -1,6 +1,6 @@
 """How often a check of a calibrated robot says that something moved, where nothing did, and where something did.
 
-`python -m benchmarks.calibration_drift [MACHINES] [SEED]`: each machine is calibrated by 40 poses of 0.1 mm, then
+`python -m benchmarks.campaigns.drift [MACHINES] [SEED]`: each machine is calibrated by 40 poses of 0.1 mm, then
 checked by 8 others, at a false alarm of 1 % (the default): nothing moved; a line slipped; an exit point moved; all
 lengths are longer; a single reading is wrong. Then machines of `calibration_campaign`, whose model is wrong: nothing
 moved. Shares come with their 95 % interval (Clopper and Pearson).
