@@ -13,8 +13,9 @@ Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, mo
     workspace_area, Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, FREEDOMS,
     Interference, InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, RetractionLaw,
     RetractionStudy, Trade, TradeSettings, Vertices, Workspace, WorkspaceArea.
-Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_calibration, survey, walls,
-    Calibration, CalibrationPlan, CalibrationPoses, FileScan, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
+Calibrate: aligned, calibrate, calibration_poses, check_drift, compared, guide, load_record, modulus, read_scan,
+    record_of, record_text, simulate_calibration, survey, walls, Calibration, CalibrationPlan, CalibrationPoses,
+    CalibrationRecord, Drift, FileScan, Guidance, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
     Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
 Print and simulate: load_machine, load_twin, machine_names, pour, print_job, random_loop, read_log, replay, simulate,
     Command, DriveSettings, Encoders, HeightField, MachineSettings, Pilot, Powder, PrintedJob, PrintOptions,
@@ -38,6 +39,10 @@ if TYPE_CHECKING:
     from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.analyses.workspace.retraction import RetractionStudy, retraction
     from cablewright.analyses.workspace.workspace import NodeCount, Workspace, count_nodes, workspace
+    from cablewright.calibration.drift.comparison import compared
+    from cablewright.calibration.drift.drift import Drift, check_drift
+    from cablewright.calibration.drift.record import CalibrationRecord, load_record, record_of, record_text
+    from cablewright.calibration.guidance.guide import Guidance, guide
     from cablewright.calibration.plan import CalibrationPlan, Sigmas
     from cablewright.calibration.poses import CalibrationPoses, calibration_poses
     from cablewright.calibration.problem import Measured
@@ -106,25 +111,24 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FREEDOMS", "Accuracy", "AccuracyAtPose", "AccuracyStudy", "AnswerError", "Boundary", "BracketStress",
-    "CableLaw", "CablewrightError", "Calibration", "CalibrationPlan", "CalibrationPoses", "Capacity", "Certificate",
-    "Change", "Check", "Command", "Curve", "Curves", "Distribution", "DriveSettings", "Encoders",
-    "EnvironmentFault", "Equilibria", "Equilibrium", "Fidelity", "Figure", "FileScan", "FirstOrder", "HeightField",
-    "InputError", "Interference", "InterferenceSettings", "Job", "JobInterference", "Laser", "LidarPlace",
-    "Linearisation", "MachineSettings", "Measured", "Model", "Modes", "MonteCarlo", "NodeCount", "Parameter",
-    "Pilot", "Places", "PoseBox", "Powder", "PrintOptions", "PrintedJob", "Quadratic", "Range", "RankedCurve",
-    "Replay", "Result", "RetractionLaw", "RetractionStudy", "Robot", "RoomMap", "Scan", "SensorFrame", "SensorNoise",
-    "SheaveLaw", "Shot", "Shots", "Sigmas", "SimulatedCalibration", "SimulatedMachine", "Simulation",
-    "SimulationSettings", "SlackSet",
-    "Status", "Survey", "SurveyPlan", "TensileResult", "TensileTest", "Tracker", "TrackerSettings", "Trade",
-    "TradeSettings", "TriangleMesh", "TwinSettings", "Uncertainty", "UnknownName", "Vertices", "Walls",
-    "Workspace", "WorkspaceArea",
+    "CableLaw", "CablewrightError", "Calibration", "CalibrationPlan", "CalibrationPoses", "CalibrationRecord",
+    "Capacity", "Certificate", "Change", "Check", "Command", "Curve", "Curves", "Distribution", "Drift",
+    "DriveSettings", "Encoders", "EnvironmentFault", "Equilibria", "Equilibrium", "Fidelity", "Figure", "FileScan",
+    "FirstOrder", "Guidance", "HeightField", "InputError", "Interference", "InterferenceSettings", "Job",
+    "JobInterference", "Laser", "LidarPlace", "Linearisation", "MachineSettings", "Measured", "Model", "Modes",
+    "MonteCarlo", "NodeCount", "Parameter", "Pilot", "Places", "PoseBox", "Powder", "PrintOptions", "PrintedJob",
+    "Quadratic", "Range", "RankedCurve", "Replay", "Result", "RetractionLaw", "RetractionStudy", "Robot",
+    "RoomMap", "Scan", "SensorFrame", "SensorNoise", "SheaveLaw", "Shot", "Shots", "Sigmas",
+    "SimulatedCalibration", "SimulatedMachine", "Simulation", "SimulationSettings", "SlackSet", "Status", "Survey",
+    "SurveyPlan", "TensileResult", "TensileTest", "Tracker", "TrackerSettings", "Trade", "TradeSettings",
+    "TriangleMesh", "TwinSettings", "Uncertainty", "UnknownName", "Vertices", "Walls", "Workspace",
+    "WorkspaceArea",
     "accuracy", "aligned", "boundary_modes", "bracket", "calibrate", "calibration_poses", "capacity", "certify",
-    "changed",
-    "check", "count_nodes", "curves", "enclose_poses", "equilibria", "excess_lengths", "forward", "interference",
-    "inverse", "let_out", "library_names", "linearise", "load", "load_job", "load_machine", "load_twin",
-    "load_uncertainty",
-    "loads", "machine_names", "modes", "modulus", "modulus_ranges", "pour", "print_job", "random_loop", "read_log",
-    "read_scan", "read_stl", "replay", "retraction", "simulate", "simulate_calibration", "slack_sets",
+    "changed", "check", "check_drift", "compared", "count_nodes", "curves", "enclose_poses", "equilibria",
+    "excess_lengths", "forward", "guide", "interference", "inverse", "let_out", "library_names", "linearise",
+    "load", "load_job", "load_machine", "load_record", "load_twin", "load_uncertainty", "loads", "machine_names",
+    "modes", "modulus", "modulus_ranges", "pour", "print_job", "random_loop", "read_log", "read_scan", "read_stl",
+    "record_of", "record_text", "replay", "retraction", "simulate", "simulate_calibration", "slack_sets",
     "solve_with_slack", "survey", "tension_distribution", "trade", "walls", "with_box_inertia", "workspace",
     "workspace_area", "wrench_closure",
 ]  # fmt: skip
@@ -141,6 +145,10 @@ _HOMES = {
         "analyses.workspace.criterion": "RetractionLaw",
         "analyses.workspace.retraction": "RetractionStudy retraction",
         "analyses.workspace.workspace": "NodeCount Workspace count_nodes workspace",
+        "calibration.drift.comparison": "compared",
+        "calibration.drift.drift": "Drift check_drift",
+        "calibration.drift.record": "CalibrationRecord load_record record_of record_text",
+        "calibration.guidance.guide": "Guidance guide",
         "calibration.plan": "CalibrationPlan Sigmas",
         "calibration.poses": "CalibrationPoses calibration_poses",
         "calibration.problem": "Measured",

@@ -53,7 +53,7 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
         for name in bound.lines or ():
             line_index(robot, name, where)
         for at, each in enumerate(unknowns):
-            if each.name == bound.name and (bound.lines is None or each.line in bound.lines):
+            if each.name == bound.name and (bound.lines is None or any(each.of_line(line) for line in bound.lines)):
                 found[:, at] = bound.min / each.size, bound.max / each.size
                 known = each.name != "length_offset"
                 if known and not found[0, at] <= start[at] <= found[1, at]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.kinds import idle, kind_fits, kind_of
@@ -69,7 +69,7 @@ def predicted_halves(problem: CalibrationProblem, found: PoseFit) -> tuple[HalfP
         total = max(float(rest @ rest - (known.T @ rest) @ inner), 0.0)  # Woodbury
         ratio = (total / count) / max(square / redundancy, floor)
         places = np.flatnonzero(other)
-        probability = float(stats.f.sf(ratio, count, redundancy))
+        probability = float(special.fdtrc(count, redundancy, ratio))
         made.append(HalfPrediction((int(places[0]), int(places[-1])), float(np.sqrt(ratio)), probability))
     return tuple(made)
 
@@ -125,7 +125,11 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
         return None
     measured = replace(problem.measured, pose_sigma=None, tensions=None, swivel=None, tilt=None)
     plan = CalibrationPlan(
-        unknowns=problem.plan.unknowns, shared=problem.plan.shared, bounds=problem.plan.bounds, sigma=problem.plan.sigma
+        unknowns=problem.plan.unknowns,
+        shared=problem.plan.shared,
+        groups=problem.plan.groups,
+        bounds=problem.plan.bounds,
+        sigma=problem.plan.sigma,
     )
     free = CalibrationProblem.of(problem.robot, measured, plan, hold=False)
     m = problem.robot.m
@@ -142,6 +146,6 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
     alone = max(math.sqrt(square / left), floor)
     more = max(joint.redundancy - left, 1.0)
     growth = max(joint.ratio**2 * joint.redundancy - square, 0.0) / (more * alone**2)
-    probability = float(stats.f.sf(growth, more, left))
+    probability = float(special.fdtrc(more, left, growth))
     sigma = problem.encoder_sigma
     return Together(alone * sigma, max(joint.ratio, floor) * sigma, math.sqrt(growth), probability)

@@ -34,7 +34,7 @@ def elastic_fit(problem: ElasticProblem, seed: int, rough: float, progress: Prog
 
     Raises `InputError` if both are missing, `AnswerError` if there is no equilibrium near any pose.
     """
-    straight = CalibrationProblem.of(problem.robot, problem.measured, _straight(problem), hold=False)
+    straight = CalibrationProblem.of(problem.robot, problem.measured, straight_plan(problem), hold=False)
     guessed = problem.measured.guess is not None
     if surplus_per_pose(straight) < 1:
         if guessed:
@@ -54,7 +54,7 @@ def _fit_from(problem: ElasticProblem, straight: CalibrationProblem, found: Pose
     return replace(plain, starts=found.starts, alike=found.alike)
 
 
-def _straight(problem: ElasticProblem) -> CalibrationPlan:
+def straight_plan(problem: ElasticProblem) -> CalibrationPlan:
     """Return the plan for straight lines: without the modulus, with sigmas that allow for sag."""
     plan, robot = problem.plan, problem.robot
     min_tension = _SAGGING * robot.platform.mass * robot.scene.gravity
@@ -62,6 +62,7 @@ def _straight(problem: ElasticProblem) -> CalibrationPlan:
     kept = {
         "unknowns": tuple(name for name in plan.unknowns if name != "modulus"),
         "shared": tuple(name for name in plan.shared if name != "modulus"),
+        "groups": tuple(group for group in plan.groups if group.name != "modulus"),
         "priors": tuple(prior for prior in plan.priors if prior.name != "modulus"),
         "sigma": plan.sigma.model_copy(update=exact),
     }
@@ -75,7 +76,7 @@ def _relaxed(problem: ElasticProblem, straight: CalibrationProblem, found: PoseF
     theta = np.array([known.get(*each) for each in zip(problem.free_unknowns, problem.free, strict=True)])
     sizes = np.array([each.size for each in straight.unknowns])
     robot = with_values(problem.robot, straight.unknowns, values * sizes, raised=True)
-    states = problem.states_of(_equilibria_at(problem, Model(robot), found.poses))
+    states = problem.states_of(equilibria_at(problem, Model(robot), found.poses))
     off = problem.derivatives(theta, states).residual[:, : problem.robot.m] * problem.encoder_sigma
     for at, each in enumerate(problem.free_unknowns):
         if each.name == "length_offset":
@@ -83,7 +84,7 @@ def _relaxed(problem: ElasticProblem, straight: CalibrationProblem, found: PoseF
     return theta, states
 
 
-def _equilibria_at(problem: ElasticProblem, found: Model, poses: Array) -> Equilibrium:
+def equilibria_at(problem: ElasticProblem, found: Model, poses: Array) -> Equilibrium:
     """Return equilibria at *poses*, with tensions near the measured ones. Raises `AnswerError` if there are none."""
     robot, measured = problem.robot, problem.measured
     tensions, limits = measured.tensions, None

@@ -57,12 +57,12 @@ def linear_rows(
         values += [float(row @ start) for row in rows[-2:]]
     measured = len(rows)
     for at, prior in enumerate(plan.priors):
-        if prior.name not in plan.unknowns:
+        if prior.name.partition(".")[0] not in plan.unknowns:
             raise InputError(f"priors[{at}]: {prior.name} is not among the unknowns")
         for name in prior.lines or ():
             line_index(robot, name, f"priors[{at}]")
         for place, unknown in enumerate(unknowns):
-            if unknown.name == prior.name and (prior.lines is None or unknown.line in prior.lines):
+            if prior.is_of(unknown):
                 weight = unknown.size / prior.deviation
                 rows.append(weight * np.eye(len(unknowns))[place])
                 values.append(float(weight * start[place]))

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from cablewright.arrays import Array
 from cablewright.calibration.checks import gauge_size
@@ -54,7 +54,7 @@ def unexplained(problem: CalibrationProblem, found: PoseFit) -> tuple[Array, Arr
 
 def spread_of(squares: Array, redundancy: Array) -> float:
     """Return the sigma of a row over that of its weight, from the median over poses: a few outliers cannot move it."""
-    return float(np.sqrt(np.median(squares / stats.chi2.median(redundancy))))
+    return float(np.sqrt(np.median(squares / special.chdtri(redundancy, 0.5))))
 
 
 def _reweighted(problem: CalibrationProblem, plain: PoseFit) -> PoseFit:
@@ -62,7 +62,7 @@ def _reweighted(problem: CalibrationProblem, plain: PoseFit) -> PoseFit:
     found, share = plain, np.ones(problem.poses)
     for _ in range(_ROUNDS):
         squares, redundancy = unexplained(problem, replace(found, weights=plain.weights))
-        usual = stats.chi2.median(redundancy)  # a pose with more surplus has larger squares
+        usual = special.chdtri(redundancy, 0.5)  # a pose with more surplus has larger squares
         size = np.sqrt(squares * np.median(usual) / usual)
         smallest = max(0.3 * spread_of(squares, redundancy), floor_of(problem))
         wanted = np.sqrt(smallest / np.maximum(size, smallest))

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special, stats
+from scipy import special
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.observability import projected
@@ -96,7 +96,8 @@ class Unexplained:
 
     def _improbable(self, square: float, surplus: int, others: float, freedom: float) -> float:
         variance = max(others / freedom, 1.0)  # rows whose sigma is told too large would make it small
-        return -float(stats.f.logsf(square / (surplus * variance), surplus, freedom))
+        with np.errstate(divide="ignore"):  # what is too improbable for a number is infinitely so
+            return -float(np.log(special.fdtrc(surplus, freedom, square / (surplus * variance))))
 
     def mistaken(self) -> NDArray[np.int64]:
         """Return the poses that are out though noise may explain them, as the worst of all sets of as many."""

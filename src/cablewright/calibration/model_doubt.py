@@ -26,6 +26,8 @@ RADIUS: Final = 0.03  # of a sheave's radius: the cable's own radius may be in i
 BUILD_UP: Final = 2e-3  # 1/m: a layer of 4 mm cable on a drum of 0.1 m, every 20 m
 STRETCH: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
 MODULUS: Final = 0.2  # of the file's, where lines stretch
+STRETCH_NAME: Final = "stretch"
+_STRETCH_WORDS: Final = "stretch of all lines over that by the file"
 _LEAST: Final = 0.05  # of the information: min that is left without a pose
 
 
@@ -33,6 +35,8 @@ _LEAST: Final = 0.05  # of the information: min that is left without a pose
 class Considered:
     """A number of the file that counts as known: how far off the data say it is."""
 
+    name: str  # in the registry, or `STRETCH_NAME`
+    line: str | None
     words: str
     unit: str
     value: float  # how far off, as far as it is believed and the data say
@@ -42,17 +46,24 @@ class Considered:
 
 @dataclass(frozen=True, eq=False)
 class ModelDoubt:
-    """The covariance (k, k) of the free unknowns with what a wrong model adds, and the numbers that were considered."""
+    """The covariance of the free unknowns with what a wrong model adds, and the q numbers that were considered."""
 
-    covariance: Array
+    joint: Array  # (k + q, k + q): of the unknowns, then of how far off these numbers are
     considered: tuple[Considered, ...]
+    assumed: Array  # (k,) variances of the unknowns by these numbers, which more poses hardly make smaller
+
+    @property
+    def covariance(self) -> Array:
+        """The covariance (k, k) of the free unknowns."""
+        k = len(self.joint) - len(self.considered)
+        return self.joint[:k, :k]
 
 
 def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Information, scale: float) -> ModelDoubt:
     """Return the covariance of the unknowns at a solution; *scale*: sigma of a row over that of its weight."""
     noise = posterior.covariance * scale**2
     if not (np.isfinite(found.cost) and 0.0 < scale < np.inf):
-        return ModelDoubt(noise, ())
+        return ModelDoubt(noise, (), np.zeros(len(noise)))
     wider, extra, numbers = _considered(problem, found)
     rows = wider.derivatives(_theta(wider, problem, found), found.poses, found.weights)
     k = len(found.theta)
@@ -60,21 +71,26 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
     known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
     motion = -posterior.covariance @ (known.T @ other)  # (k, q): of the unknowns, as the numbers change
-    covariance, considered, exits = noise, [], problem.named("exit_point")
+    considered, exits = [], problem.named("exit_point")
+    joint = np.zeros((k + len(numbers),) * 2)
+    joint[:k, :k] = noise
     if len(numbers):
         left = other.T @ other + other.T @ known @ motion
         believed = np.diag([1.0 / each.sigma**2 for each in numbers])
         spread = np.linalg.inv(left / scale**2 + believed)
         value = -spread @ (other.T @ off.ravel()) / scale**2
-        covariance = noise + motion @ (spread + np.outer(value, value)) @ motion.T
+        shown = np.concatenate([motion, np.eye(len(numbers))])
+        joint += shown @ (spread + np.outer(value, value)) @ shown.T
         for at, each in enumerate(numbers):
             shift = float(np.abs(motion[exits, at] * value[at]).max(initial=0.0))
             considered.append(replace(each, value=float(value[at]), sigma=float(spread[at, at] ** 0.5), shift=shift))
     scatter = _by_scatter(
         off, reduced[..., :k], problem.derivatives(found.theta, found.poses).others_by_unknown, posterior
     )
-    larger = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(np.diag(covariance), 1e-300), 1.0))
-    return ModelDoubt(covariance * np.outer(larger, larger), tuple(considered))
+    assumed = np.diag(joint)[:k] - np.diag(noise)
+    larger = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(np.diag(joint)[:k], 1e-300), 1.0))
+    larger = np.append(larger, np.ones(len(numbers)))
+    return ModelDoubt(joint * np.outer(larger, larger), tuple(considered), assumed)
 
 
 def _by_scatter(off: Array, rows: Array, others: Array, posterior: Information) -> Array:
@@ -106,13 +122,13 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
     for each in wider.free_unknowns[len(found.theta) :]:
         believed = {"build_up": BUILD_UP, "modulus": MODULUS}.get(each.name)
         sigma = RADIUS * float(wider.start[wider.unknowns.index(each)]) if believed is None else believed
-        numbers.append(Considered(each.label, each.unit, 0.0, sigma, 0.0))
-    stretch = None if problem.elastic else _stretch(problem, found)
+        numbers.append(Considered(each.kind, each.line, each.label, each.unit, 0.0, sigma, 0.0))
+    stretch = None if problem.elastic else stretch_of(problem, found.theta, found.poses)
     if stretch is None:
         return wider, np.zeros((problem.poses, problem.per_pose, 0)), numbers
     extra = np.zeros((problem.poses, problem.per_pose, 1))
     extra[:, : robot.m, 0] = problem.of_poses(found.weights)[:, : robot.m] * stretch
-    return wider, extra, [*numbers, Considered("stretch of all lines over that by the file", "1", 0.0, STRETCH, 0.0)]
+    return wider, extra, [*numbers, Considered(STRETCH_NAME, None, _STRETCH_WORDS, "1", 0.0, STRETCH, 0.0)]
 
 
 def _with_unknowns(plan: CalibrationPlan, names: tuple[str, ...], shared: tuple[str, ...]) -> CalibrationPlan:
@@ -124,21 +140,21 @@ def _theta(wider: CalibrationProblem, problem: CalibrationProblem, found: PoseFi
     return np.append(found.theta, wider.free[len(problem.free_unknowns) :])
 
 
-def _stretch(problem: CalibrationProblem, found: PoseFit) -> Array | None:
+def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
     """Return by how much each line (N, m) stretches by the file's stiffness, m; None if nothing loads the lines.
 
     With measured tensions, or the least that hold the pose.
     """
     robot = problem.robot
-    lengths = problem.lengths(found.theta, found.poses)
+    lengths = problem.lengths(theta, poses)
     compliance = 1.0 / np.array([line.cable.stiffness for line in robot.lines])
     tensions = problem.measured.tensions
     if tensions is None:
         if not _is_loaded(robot):
             return None
-        exits = np.broadcast_to(problem.exit_points(found.theta), (problem.poses, robot.m, 3))
+        exits = np.broadcast_to(problem.exit_points(theta), (problem.poses, robot.m, 3))
         model = Model(robot, Fidelity.of(CableLaw.RIGID))
-        tensions = solve_inverse(model, found.poses, exit_points=np.ascontiguousarray(exits)).tensions
+        tensions = solve_inverse(model, poses, exit_points=np.ascontiguousarray(exits)).tensions
     return np.asarray(np.nan_to_num(tensions) * lengths * compliance)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.gross_parts import robust_fit, spread_of, unexplained
@@ -101,7 +101,7 @@ def _suspects(problem: CalibrationProblem, robust: PoseFit) -> Mask:
     """Return which poses (N,) are far off at a fit that they did not move."""
     squares, redundancy = unexplained(problem, robust)
     spread = max(spread_of(squares, redundancy), floor_of(problem))
-    return np.asarray(squares > spread**2 * stats.chi2.isf(FALSE_ALARM / len(squares), redundancy))
+    return np.asarray(squares > spread**2 * special.chdtri(redundancy, FALSE_ALARM / len(squares)))
 
 
 def _left_out(problem: CalibrationProblem, found: PoseFit, out: Mask) -> tuple[Mask, PoseFit]:
@@ -147,7 +147,7 @@ def _rows_of(problem: CalibrationProblem, found: PoseFit, bad: Mask, spread: flo
                 excess.append(np.inf)
                 continue
             remains = rest @ rest - rest @ (np.linalg.pinv(part, rcond=1e-9) @ (part @ rest))
-            excess.append(remains / (spread**2 * stats.chi2.isf(level, left_over)))
+            excess.append(remains / (spread**2 * special.chdtri(left_over, level)))
         order = np.argsort(excess)
         if surplus >= 2 and excess[order[0]] < _NAMED and excess[order[1]] > 1.0:
             rows[j, readings[order[0]].rows] = True

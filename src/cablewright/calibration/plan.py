@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Final, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, Strict, model_validator
 
-from cablewright.calibration.unknowns import BOUNDED, DEFAULT, NAMES
+from cablewright.calibration.unknowns import BOUNDED, COORDINATES, DEFAULT, NAMES, Unknown
 from cablewright.errors import suggestion
 from cablewright.toml_input import load_model
 from cablewright.units import Angle, Force, Length, Positive, Vec3
@@ -32,7 +32,10 @@ class Sigmas(Description):
 
 
 class Prior(Description):
-    """Prior knowledge: the file's value of an unknown, with a standard deviation in the unknown's SI unit."""
+    """Prior knowledge: the file's value of an unknown, with a standard deviation in the unknown's SI unit.
+
+    ``name`` may be of a coordinate: ``exit_point.z``.
+    """
 
     name: str
     lines: tuple[str, ...] | None = None
@@ -40,9 +43,15 @@ class Prior(Description):
 
     @model_validator(mode="after")
     def _is_known(self) -> Self:
-        if self.name not in NAMES:
-            raise refusal("name", f"unknown number; {suggestion(self.name, NAMES)}")
+        if self.name not in (*NAMES, *COORDINATES):
+            raise refusal("name", f"unknown number; {suggestion(self.name, (*NAMES, *COORDINATES))}")
         return self
+
+    def is_of(self, unknown: Unknown) -> bool:
+        """Whether it is of this unknown."""
+        return self.name in (unknown.name, unknown.kind) and (
+            self.lines is None or any(unknown.of_line(line) for line in self.lines)
+        )
 
 
 class Bound(Description):
@@ -61,6 +70,19 @@ class Bound(Description):
             raise refusal("max", f"must be over min, {self.min:g}")
         if self.min <= 0.0 and self.name not in ("build_up", "length_offset"):
             raise refusal("min", "must be over 0")
+        return self
+
+
+class Group(Description):
+    """Lines that have one number in common."""
+
+    name: str
+    lines: Annotated[tuple[str, ...], Field(min_length=2, max_length=_MAX_ENTRIES)]
+
+    @model_validator(mode="after")
+    def _is_known(self) -> Self:
+        if self.name not in NAMES:
+            raise refusal("name", f"unknown number; {suggestion(self.name, NAMES)}")
         return self
 
 
@@ -119,12 +141,16 @@ class MeasuredRange(Description):
 class CalibrationPlan(FileDescription):
     """The plan of a calibration.
 
-    ``shared``: unknowns that are one number for all lines. ``datum``: exit points (``south-west``) or coordinates
-    (``south-east.y``) to hold. ``level``: sigma of the tilt of all exit points against the file, rad.
+    ``lengths``: whether counts are lengths from the exit point on (absolute) or changes since home (relative; the
+    default, with ``length_offset`` among the unknowns). ``shared``: unknowns that are one number for all lines;
+    ``groups``: for some. ``datum``: exit points (``south-west``) or coordinates (``south-east.y``) to hold. ``level``:
+    sigma of the tilt of all exit points against the file, rad.
     """
 
+    lengths: Literal["absolute", "relative"] | None = None
     unknowns: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = DEFAULT
     shared: Annotated[tuple[str, ...], Field(max_length=len(NAMES))] = ()
+    groups: Annotated[tuple[Group, ...], Field(max_length=_MAX_ENTRIES)] = ()
     datum: Annotated[tuple[str, ...], Field(max_length=_MAX_ENTRIES)] = ()
     sigma: Sigmas = Sigmas()
     level: Positive[Angle] | None = None
@@ -134,6 +160,27 @@ class CalibrationPlan(FileDescription):
     points: Annotated[tuple[Point, ...], Field(max_length=_MAX_ENTRIES)] = ()
     planes: Annotated[tuple[Plane, ...], Field(max_length=8)] = ()
     ranges: Annotated[tuple[MeasuredRange, ...], Field(max_length=8)] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _absolute_lengths_have_no_home(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("lengths") == "absolute":
+            return {"unknowns": [name for name in DEFAULT if name != "length_offset"]} | data
+        return data
+
+    @model_validator(mode="after")
+    def _says_what_lengths_are(self) -> Self:
+        home = "length_offset" in self.unknowns
+        if self.lengths == "absolute" and home:
+            raise refusal("lengths", "absolute ones have no length at home: leave length_offset out of unknowns")
+        if self.lengths == "relative" and not home:
+            raise refusal("lengths", "relative ones have an unknown length at home: add length_offset to unknowns")
+        return self
+
+    @property
+    def grouped(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The groups as pairs of a name and lines."""
+        return tuple((each.name, each.lines) for each in self.groups)
 
 
 def load_plan(path: str | Path) -> CalibrationPlan:

@@ -153,10 +153,10 @@ def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: fl
             )
             stage = fits(problem, theta[None], poses[None], settings=_STAGE, rows=rows)[0]
             if np.isfinite(stage.cost):
-                theta, poses = stage.theta, _unmirrored(problem, stage.theta, stage.poses)
+                theta, poses = stage.theta, unmirrored(problem, stage.theta, stage.poses)
     found = fit(problem, theta, poses, settings=_FAR)
     for _ in range(_FLIPS):
-        poses = _unmirrored(problem, found.theta, found.poses)
+        poses = unmirrored(problem, found.theta, found.poses)
         if np.array_equal(poses, found.poses):
             break
         again = fit(problem, found.theta, poses, settings=_FAR)
@@ -179,7 +179,7 @@ def _mirrored(problem: CalibrationProblem, found: PoseFit) -> list[PoseFit]:
     return [image] if np.isfinite(image.cost) else []
 
 
-def _unmirrored(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
+def unmirrored(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
     """Return *poses*, each mirrored at the plane through the exit points if it fits better there.
 
     If exit points are nearly in one plane, lengths hardly depend on the side of it on which the platform is.

@@ -302,7 +302,7 @@ def equations(
 ) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask, Array]:
     """Return the fields of a `CalibrationProblem` from `unknowns` on; *elastic*: whether lines stretch or sag."""
     robot.require_plain("calibration")
-    unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic=elastic)
+    unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic, plan.grouped)
     if not unknowns:
         raise InputError("unknowns: must name at least one number")
     lines, target = numbers_of_lines(robot), targets(robot, unknowns)

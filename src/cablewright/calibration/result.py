@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array, Mask
+from cablewright.calibration.drift.suspects import CHANGE_PARTS, Explanation
 from cablewright.calibration.model_doubt import ModelDoubt, model_doubt
 from cablewright.calibration.observability import (
     Direction,
@@ -111,6 +112,13 @@ FIGURES = (
         Figure("open_before", "1", "Number of open freedoms without it.", name="open before"),
         Figure("open_after", "1", "Number of open freedoms with it.", name="open after"),
     )),
+    Figure("last", "", "Date and data of the calibration before, which this one is compared with.",
+           name="last calibration",
+           only=lambda of: of.moved is not None),
+    Figure("moved_probability", "1", "Probability of the difference from that if nothing moved.", "moved.probability",
+           "probability if nothing moved", 2, lambda of: of.moved is not None),
+    Figure("moved", "", "What moved since, after the best translation and yaw.", "moved.changes", "moved since",
+           only=lambda of: of.moved is not None, parts=CHANGE_PARTS),
     Figure("pose", "m, rad", "The poses.", "poses", detail=True),
     Figure("starts", "1", "Number of starts that were tried.", "fit.starts", detail=True),
     Figure("notes", "", "What a careful person would ask.", detail=True),
@@ -146,6 +154,8 @@ class Calibration(Pictured):
     verdict: str = "good"
     reasons: tuple[str, ...] = ()
     accepted: bool = False  # a doubtful one is taken as it is
+    last: str = ""  # the calibration before
+    moved: Explanation | None = None  # what is different from it
 
     @property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -190,6 +200,17 @@ class Calibration(Pictured):
     def covariance(self) -> Array:
         """Covariance of the unknowns (k, k), with datum and priors: of noise, or larger where the model is in doubt."""
         return self._of_all(self.doubt.covariance)
+
+    @cached_property
+    def joint_covariance(self) -> Array:
+        """Covariance (k + q, k + q) of the unknowns and of the q numbers that are considered."""
+        every = np.append(
+            np.flatnonzero(~self.problem.held), len(self.unknowns) + np.arange(len(self.doubt.considered))
+        )
+        found = np.zeros((len(self.unknowns) + len(self.doubt.considered),) * 2)
+        found[np.ix_(every, every)] = self.doubt.joint
+        sizes = np.append(self._sizes, np.ones(len(self.doubt.considered)))
+        return found * np.outer(sizes, sizes)
 
     @cached_property
     def noise_sigma(self) -> Array:

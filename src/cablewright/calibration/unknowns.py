@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -29,6 +29,9 @@ _COLUMNS: Final = {
 NAMES: Final = tuple(_COLUMNS)
 """Names of the numbers that may be unknown, as in the parameter registry."""
 
+COORDINATES: Final = tuple(f"{name}.{axis}" for name in NAMES if name.endswith("_point") for axis in "xyz")
+"""Coordinates of those that are points."""
+
 BOUNDED: Final = tuple(name for name in NAMES if not name.endswith("_point"))
 """Those that are one number, not coordinates: a plan may give their range."""
 
@@ -42,10 +45,16 @@ _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
 class Unknown(Parameter):
     """One parameter to be found.
 
-    ``size``: the scale of the number that is solved for, a drum's nominal radius, otherwise 1.
+    ``size``: the scale of the number that is solved for, a drum's nominal radius, otherwise 1. ``others``: the lines
+    that share it with ``line``, in a group.
     """
 
     size: float = 1.0
+    others: tuple[str, ...] = ()
+
+    def of_line(self, name: str) -> bool:
+        """Whether it is a number of the line *name*."""
+        return self.line in (None, name) or name in self.others
 
     @property
     def name(self) -> str:
@@ -60,7 +69,7 @@ class Unknown(Parameter):
     @property
     def label(self) -> str:
         """The name for people: "exit point x of south-west", "sheave radius of all lines"."""
-        return super().label.replace("length offset", "home length")
+        return ", ".join((super().label.replace("length offset", "home length"), *self.others))
 
     @property
     def of_equilibrium(self) -> bool:
@@ -74,12 +83,23 @@ class Unknown(Parameter):
 
 
 def unknowns_of(
-    robot: Robot, names: Sequence[str] = DEFAULT, shared: Sequence[str] = (), elastic: bool = False
+    robot: Robot,
+    names: Sequence[str] = DEFAULT,
+    shared: Sequence[str] = (),
+    elastic: bool = False,
+    groups: Sequence[tuple[str, Sequence[str]]] = (),
 ) -> tuple[Unknown, ...]:
     """Return the unknowns with these ``names``, line by line; one for all lines for those in ``shared``.
 
+    *groups*: names of an unknown, and of the lines that have one number in common.
     Raises `InputError` for an unknown name, one given twice, and a number that this robot does not have.
     """
+    for name, _ in groups:
+        if name not in names or name in shared:
+            why = "is shared by all lines" if name in shared else "is not among the unknowns"
+            raise InputError(f"groups: {name!r} {why}")
+        if name == "length_offset" or not KINDS_OF[name][0].shareable:
+            raise InputError(f"groups: {name!r} cannot be one number for several lines")
     found: list[Unknown] = []
     for index, name in enumerate(names):
         if name not in NAMES:
@@ -88,7 +108,7 @@ def unknowns_of(
             raise InputError("unknowns: modulus: rigid lines do not stretch; use elastic or catenary ones")
         if name in names[:index]:
             raise InputError(f"unknowns: {name!r} is given more than once")
-        found += _unknowns(robot, name, name in shared)
+        found += _grouped(robot, _unknowns(robot, name, name in shared), [lines for of, lines in groups if of == name])
     for name in shared:
         if name not in names:
             raise InputError(f"shared: {name!r} is not among the unknowns")
@@ -112,6 +132,33 @@ def _unknowns(robot: Robot, name: str, shared: bool) -> Iterator[Unknown]:
         for parameter in of_line:
             size = nominal(robot, parameter) if name == "drum_radius" else 1.0
             yield Unknown(parameter.kind, parameter.line, size)
+
+
+def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[str]]) -> Iterator[Unknown]:
+    """Yield unknowns, those of the lines of a group as one: that of its first line in the robot's order.
+
+    Raises `InputError` for lines that are unknown, in two groups, or of different values in the file.
+    """
+    group_of: dict[str | None, Sequence[str]] = {}
+    for group in groups:
+        for name in group:
+            if name not in [line.name for line in robot.lines]:
+                raise InputError(f"groups: {UnknownName('line', name, [line.name for line in robot.lines])}")
+            if name in group_of:
+                raise InputError(f"groups: line {name!r} is in it twice")
+            group_of[name] = group
+    given = list(found)
+    value_of = {each.line: nominal(robot, each) for each in given} if groups else {}
+    for each in given:
+        group = [one.line for one in given if one.line is not None and one.line in group_of.get(each.line, ())]
+        if len(group) < 2:
+            yield each
+        elif group[0] == each.line:
+            if len({value_of[name] for name in group}) > 1:
+                raise InputError(
+                    f"groups: {each.name} of {', '.join(map(str, group))}: not one number in the robot file"
+                )
+            yield replace(each, others=tuple(group[1:]))
 
 
 def numbers_of_lines(robot: Robot) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from cablewright.calibration.cross_checks import others_of, predicted_halves, together
 from cablewright.calibration.kinds import kind_fits
@@ -97,8 +97,7 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
             )
     for prior in problem.plan.priors:
         for unknown, change in zip(found.unknowns, found.changes, strict=True):
-            of_it = unknown.name == prior.name and (prior.lines is None or unknown.line in prior.lines)
-            if of_it and abs(change) > _PRIOR[0] * prior.deviation:
+            if prior.is_of(unknown) and abs(change) > _PRIOR[0] * prior.deviation:
                 times = abs(change) / prior.deviation
                 moved = f"{unknown.label} moves by {times:.3g} times the {prior.deviation:g} of its prior"
                 yield _Reason(f"{moved}, limit {_PRIOR[0]:g}", times > _PRIOR[1])
@@ -117,7 +116,7 @@ def _overstated(found: Calibration) -> float | None:
     """Return the residuals of positions over their sigma, where that is much too large; None where it is not."""
     for kind in kind_fits(found.problem, found.fit):
         if kind.name == "positions" and kind.redundancy >= 1.0 and kind.ratio < _TOO_LARGE:
-            chance = stats.chi2.cdf(kind.ratio**2 * kind.redundancy, kind.redundancy)
+            chance = special.chdtr(kind.redundancy, kind.ratio**2 * kind.redundancy)
             return kind.ratio if chance < _LEVEL else None
     return None
 
@@ -177,7 +176,7 @@ def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
             continue
         if kind.redundancy < 1.0 or not kind.ratio > _RATIO[0]:
             continue
-        if stats.chi2.sf(kind.ratio**2 * kind.redundancy, kind.redundancy) < _LEVEL:
+        if special.chdtrc(kind.redundancy, kind.ratio**2 * kind.redundancy) < _LEVEL:
             yield _Reason(
                 f"residuals of the {kind.name} are {kind.ratio:.3g} times what their sigma explains, limit "
                 f"{_RATIO[0]:g}: they contradict the model or the other measurements",

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from cablewright.arrays import Array
 from cablewright.calibration.kinds import KindFit, kind_fits, kind_of, leverages
@@ -103,7 +103,7 @@ def _wanted(problem: CalibrationProblem, fit: KindFit) -> float:
         return _bounded(problem, fit.name, fit.ratio) if fit.redundancy >= ENOUGH else now
     if fit.redundancy < _LEAST or not fit.ratio > 1.0:
         return 1.0
-    denied = stats.chi2.sf(fit.ratio**2 * fit.redundancy, fit.redundancy) < _DENIED
+    denied = bool(special.chdtrc(fit.redundancy, fit.ratio**2 * fit.redundancy) < _DENIED)
     return fit.ratio if denied or now > 1.0 else 1.0
 
 

@@ -110,4 +110,6 @@ def varied(
 
 def lines_of(robot: Robot, parameter: Parameter) -> list[int]:
     """Return the indices of a parameter's lines."""
-    return [i for i, line in enumerate(robot.lines) if parameter.line in (None, line.name)]
+    if parameter.line is None:
+        return list(range(len(robot.lines)))
+    return [i for i, line in enumerate(robot.lines) if parameter.of_line(line.name)]

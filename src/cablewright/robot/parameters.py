@@ -82,6 +82,10 @@ class Parameter:
         if fault is not None:
             raise InputError(f"{self.kind}: {fault[1]}")
 
+    def of_line(self, name: str) -> bool:
+        """Whether it is a number of the line *name*."""
+        return self.line in (None, name)
+
     @property
     def entry(self) -> Kind:
         """The registry's entry."""
@@ -123,7 +127,7 @@ def nominal(robot: Robot, parameter: Parameter) -> float:
     Raises `InputError` if the robot has no such line or number, or if the lines that share it have different values.
     """
     _require(robot, parameter)
-    line = next(line for line in robot.lines if parameter.line in (None, line.name))
+    line = next(line for line in robot.lines if parameter.of_line(line.name))
     value = parameter.entry.value(robot.platform if parameter.entry.of == "platform" else line)
     assert value is not None  # checked by why_not
     return value
@@ -142,7 +146,7 @@ def with_value(robot: Robot, parameter: Parameter, value: float) -> Robot:
         raise InputError(f"it {kind.bound}")
     if kind.of == "platform":
         return robot.model_copy(update={"platform": kind.put(robot.platform, value)})
-    lines = (kind.put(line, value) if parameter.line in (None, line.name) else line for line in robot.lines)
+    lines = (kind.put(line, value) if parameter.of_line(line.name) else line for line in robot.lines)
     return robot.model_copy(update={"lines": tuple(lines)})
 
 

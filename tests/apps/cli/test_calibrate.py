@@ -388,3 +388,59 @@ def test_a_body_may_be_guessed_unrotated(cli, tmp_path: Path) -> None:
     assert found["status"] == "ok"
     assert found["rms"] < 1e-10
     assert len(found["gauge"]) == 6
+
+
+def test_what_was_calibrated_is_checked_and_compared(cli, data: Path, tmp_path: Path) -> None:
+    lines = data.read_text().splitlines(keepends=True)
+    early, late = tmp_path / "early.csv", tmp_path / "late.csv"
+    early.write_text("".join(lines[:-8]))
+    late.write_text("".join([*lines[:4], *lines[-8:]]))
+    robot = tmp_path / "mine.toml"
+    made = cli("calibrate", "wang2021", early, "--need", "0.1", "--out", robot, "--json")
+    record = tmp_path / "mine.calibration.toml"
+    assert (made.code, made.json["record"], record.exists()) == (0, str(record), True)
+    assert "moved" not in made.json
+    same = cli("calibrate", robot, late, "--check", "--json")
+    assert (same.code, same.json["verdict"], same.json["changes"]) == (0, "unchanged", [])
+    rows = [line.split(",") for line in late.read_text().splitlines() if not line.startswith("#")]
+    for row in rows[1:]:
+        row[2] = repr(float(row[2]) - 0.01)
+    late.write_text("".join(",".join(row) + "\n" for row in rows))
+    moved = cli("calibrate", robot, late, "--check", "--json")
+    (change,) = moved.json["changes"]
+    assert (moved.code, moved.json["verdict"], change["line"]) == (1, "moved", "north-east")
+    assert change["amount"] == pytest.approx(0.01, abs=1e-3)
+    assert "length of north-east by +" in moved.err
+    again = cli("calibrate", robot, data, "--need", "0.1", "--json")
+    assert (again.json["moved"], again.json["last"].endswith("early.csv")) == ([], True)
+    elsewhere = cli("calibrate", "wang2021", late, "--check", "--last", record)
+    assert (elsewhere.code, "give the file that this calibration wrote" in elsewhere.err) == (2, True)
+
+
+def test_a_guide_needs_no_data_and_writes_the_next_poses(cli, data: Path, tmp_path: Path) -> None:
+    file = tmp_path / "next.csv"
+    told = cli(
+        "calibrate", "wang2021", tmp_path / "none.csv", "--guide", "--rough", "0.05", "--next-out", file, "--json"
+    )
+    assert (told.code, told.json["advice"], told.json["poses"], told.json["sigma"]) == (0, "measure", 0, None)
+    assert len(told.json["next"]) == 17
+    assert file.read_text().splitlines()[1] == "dl_1,dl_2,dl_3,dl_4,x,y,z"
+    later = cli("calibrate", "wang2021", data, "--guide", "--next", "2", "--json").json
+    assert (later["poses"], len(later["next"]), len(later["exits"])) == (40, 2, 4)
+    assert later["sigma_next"] <= later["sigma"]
+    assert cli("calibrate", "wang2021", data, "--guide", "--need", "0.1", "--json").json["advice"] == "stop"
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (("--check",), "no record of a calibration beside wang2021"),
+        (("--check", "--guide"), "give one of them"),
+        (("--guide", "--out", "x.toml"), "writes no robot"),
+        (("--guide", "--next", "0"), "next = 0: must be from 1 to 50"),
+        (("--check", "--last", "nowhere.toml"), "nowhere.toml: no such file"),
+    ],
+)
+def test_what_check_and_guide_refuse(cli, data: Path, asked: tuple[str, ...], told: str) -> None:
+    found = cli("calibrate", "wang2021", data, *asked)
+    assert (found.code, told in found.err) == (2, True), found.err

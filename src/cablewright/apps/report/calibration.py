@@ -149,6 +149,7 @@ def _inputs(found: Calibration, data: str) -> Html:
         ("measurements", data),
         ("unknowns", ", ".join(plan.unknowns)),
         ("shared by all lines", ", ".join(plan.shared)),
+        ("groups of lines", "; ".join(f"{each.name}: {', '.join(each.lines)}" for each in plan.groups)),
         ("datum", ", ".join(plan.datum) or "inner"),
         ("priors", ", ".join(f"{each.name} ±{each.deviation:g}" for each in plan.priors)),
         ("program", program()),

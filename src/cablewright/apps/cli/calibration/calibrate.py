@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, RobotName, Seed
+from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, Limits, RobotName, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import quantity
+from cablewright.apps.cli.parsing import quantity, tension_limits
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw
@@ -19,6 +20,58 @@ from cablewright.units import LENGTH
 
 if TYPE_CHECKING:
     from cablewright.calibration.plan import CalibrationPlan
+    from cablewright.calibration.result import Calibration
+    from cablewright.robot import Robot
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckOptions:
+    """Whether anything moved since a calibration."""
+
+    PANEL: ClassVar = "Check"
+
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check", help="Do not calibrate: tell whether anything moved since ROBOT was calibrated, and which line."
+        ),
+    ] = False
+    last: Annotated[
+        Path | None,
+        typer.Option(
+            "--last",
+            metavar="FILE.toml",
+            help="Record of the last calibration, to compare with; by default ROBOT.calibration.toml beside "
+            "ROBOT.toml, which --out writes.",
+        ),
+    ] = None
+    false_alarm: Annotated[
+        float, typer.Option("--false-alarm", help="Share of checks that may say so though nothing moved.")
+    ] = 0.01
+    new_home: Annotated[
+        bool, typer.Option("--new-home", help="Lengths were set to zero anew since: those at home are not checked.")
+    ] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class GuideOptions:
+    """Which poses to measure next."""
+
+    PANEL: ClassVar = "Guide"
+
+    guide: Annotated[
+        bool,
+        typer.Option(
+            "--guide",
+            help="Tell what is known by the poses measured so far, none if there is no DATA.csv yet, which ones to "
+            "measure next, and when to stop. Writes no robot.",
+        ),
+    ] = False
+    count: Annotated[int, typer.Option("--next", help="Number of poses to measure next.")] = 4
+    limits: Limits = None
+    next_out: Annotated[
+        Path | None, typer.Option("--next-out", metavar="FILE.csv", help="Write these poses, with counts to move to.")
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,11 +79,16 @@ class CalibrateCommand:
     """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
 
     The verdict is good, doubtful or bad. A doubtful one is a no (exit 1) unless it is accepted, a bad one always is.
-    With a no, no robot is written.
+    With a no, no robot is written. Beside a robot that is written stands its record, FILE.calibration.toml: date, data
+    and sigmas, with which later data (--check) and calibrations are compared.
     """
 
     EXAMPLE: ClassVar = "calibrate wang2021 examples/calibration.csv --accept"
-    ANSWERS: ClassVar = ("calibration.result:Calibration",)
+    ANSWERS: ClassVar = (
+        "calibration.result:Calibration",
+        "calibration.drift.drift:Drift",
+        "calibration.guidance.guide:Guidance",
+    )
 
     robot: RobotName
     data: Annotated[
@@ -63,6 +121,8 @@ class CalibrateCommand:
     accept: Annotated[
         bool, typer.Option("--accept", help="Take a doubtful answer as it is: write it, exit code 0.")
     ] = False
+    since: CheckOptions
+    guidance: GuideOptions
     seed: Seed = 0
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the calibrated robot.")] = None
     report: Annotated[
@@ -72,17 +132,42 @@ class CalibrateCommand:
     as_json: AsJson = False
 
     def run(self) -> int:
-        """Calibrate, write the robot and the report, and print."""
-        from cablewright.apps.report.calibration import calibration_page
-        from cablewright.calibration.solve import calibrate
+        """Calibrate, write the robot, its record and the report, and print; or check."""
+        from cablewright.calibration.drift.record import record_of, record_path, record_text
         from cablewright.robot import file_text, load, update
 
+        machine = load(self.robot)
+        if self.since.check and self.guidance.guide:
+            raise InputError("--check and --guide: give one of them")
+        if self.since.check:
+            return self._check(machine)
+        if self.guidance.guide:
+            return self._guide(machine)
         page = self.report or (None if self.out is None else self.out.with_suffix(".html"))
         if self.out is not None and page is not None and page.resolve() == self.out.resolve():
             raise InputError(f"--out {self.out}: is the file of the report too; give a robot's, as FILE.toml")
+        found = self._compared(self._found(machine))
+        out = self.out if found.ok else None
+        page = self.report or (None if out is None else out.with_suffix(".html"))
+        text = None if out is None else update(file_text(self.robot), found.robot)
+        record = None if out is None else record_text(record_of(found, self.data, datetime.now(UTC)))
+        if page is not None:
+            from cablewright.apps.report.calibration import calibration_page
+
+            write_whole(page, calibration_page(found, self.data.name).encode())
+        beside = None if out is None else record_path(out)
+        if out is not None and text is not None and beside is not None and record is not None:
+            write_whole(out, text.encode())
+            write_whole(beside, record.encode())
+        return answer(found, self.as_json, out=out, record=beside, report=page)
+
+    def _found(self, machine: Robot) -> Calibration:
+        """The calibration."""
+        from cablewright.calibration.solve import calibrate
+
         with progress() as show:
             found = calibrate(
-                load(self.robot),
+                machine,
                 self.data,
                 self._plan(),
                 seed=self.seed,
@@ -92,15 +177,66 @@ class CalibrateCommand:
                 need=quantity(self.need, "--need", LENGTH),
                 progress=show,
             )
-        found = replace(found, accepted=self.accept)
-        out = self.out if found.ok else None
-        page = self.report or (None if out is None else out.with_suffix(".html"))
-        text = None if out is None else update(file_text(self.robot), found.robot)
-        if page is not None:
-            write_whole(page, calibration_page(found, self.data.name).encode())
-        if out is not None and text is not None:
-            write_whole(out, text.encode())
-        return answer(found, self.as_json, out=out, report=page)
+        return replace(found, accepted=self.accept)
+
+    def _record(self) -> Path | None:
+        """The record of the last calibration: that named, or else that beside the robot's file, if it is there."""
+        from cablewright.calibration.drift.record import record_path
+
+        beside = record_path(self.robot)
+        is_file = Path(self.robot).suffix == ".toml" and beside.is_file()  # not of a robot of the library
+        return self.since.last or (beside if is_file else None)
+
+    def _compared(self, found: Calibration) -> Calibration:
+        """The same, compared with the last calibration, if there is one."""
+        from cablewright.calibration.drift.comparison import compared
+        from cablewright.calibration.drift.record import load_record
+
+        file = self._record()
+        if file is None or found.verdict == "bad" or found.posterior.redundancy < 1:
+            return found
+        record = load_record(file)
+        told = f"{record.date.isoformat(timespec='minutes')}, {record.data}"
+        return replace(found, last=told, moved=compared(found, record))
+
+    def _check(self, machine: Robot) -> int:
+        """Whether anything moved since the last calibration."""
+        from cablewright.calibration.drift.drift import check_drift
+
+        record = self._record()
+        if record is None:
+            raise InputError(
+                f"--check: there is no record of a calibration beside {self.robot}; name it with --last, or calibrate "
+                "with --out"
+            )
+        since = self.since
+        found = check_drift(machine, self.data, record, false_alarm=since.false_alarm, new_home=since.new_home)
+        return answer(found, self.as_json)
+
+    def _guide(self, machine: Robot) -> int:
+        """Which poses to measure next."""
+        from cablewright.calibration.data import write_measured
+        from cablewright.calibration.guidance.guide import guide
+
+        given = self.guidance
+        if self.out is not None or self.report is not None:
+            raise InputError("--guide: writes no robot and no report; leave --out and --report away")
+        with progress() as show:
+            found = guide(
+                machine,
+                self.data if self.data.exists() else None,
+                self._plan(),
+                count=given.count,
+                need=quantity(self.need, "--need", LENGTH),
+                rough=self.rough,
+                tension_limits=tension_limits(given.limits),
+                seed=self.seed,
+                progress=show,
+            )
+        if given.next_out is not None and found.next_poses:
+            comments = (f"poses to measure next of {machine.name}; counts are as far as it is known",)
+            write_whole(given.next_out, write_measured(found.to_measure, machine, comments).encode())
+        return answer(found, self.as_json, next_out=given.next_out if found.next_poses else None)
 
     def _plan(self) -> CalibrationPlan:
         """The plan of --plan, or the TOML file beside the data; --datum takes the place of theirs."""

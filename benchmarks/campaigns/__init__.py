@@ -1,0 +1,1 @@
+"""Campaigns over many drawn machines, run by hand."""

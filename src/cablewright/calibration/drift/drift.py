@@ -1,0 +1,297 @@
+"""Whether anything moved since a calibration, which line and by how much: from a handful of new measurements.
+
+What the calibration predicts of the new rows is uncertain by its covariance and by the sensors' noise. Poses, which are
+unknown, are eliminated, and with a new home the lengths at home too. What remains is tested against changes of a line's
+length (a slip, a wrong count), of its exit point, of both, of the scale of all lengths, and against single wrong
+readings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar, Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.calibration.checks import check_lengths, surplus_per_pose
+from cablewright.calibration.data import read_measured
+from cablewright.calibration.drift.record import CalibrationRecord, load_record
+from cablewright.calibration.drift.states import states_at
+from cablewright.calibration.drift.suspects import CHANGE_PARTS, READING, SCALE, Change, Evidence, Suspect, beside
+from cablewright.calibration.elastic_lines import ElasticProblem
+from cablewright.calibration.kinds import kind_of
+from cablewright.calibration.model_doubt import STRETCH_NAME, stretch_of
+from cablewright.calibration.problem import CalibrationProblem, Derivatives, Measured
+from cablewright.errors import AnswerError, InputError
+from cablewright.models.fidelity import CableLaw
+from cablewright.models.statics import Model
+from cablewright.results import Figure, Result
+from cablewright.robot import Robot
+
+FALSE_ALARM: Final = 0.01
+"""Default share of checks that say that something moved though nothing did."""
+
+_FREED: Final = ("exit_point", "length_offset")
+_NAMED: Final = 2  # numbers that a pose leaves over with which a wrong line of it can be told
+
+
+@dataclass(frozen=True)
+class LineDrift:
+    """By how much a line's length seems to have changed, as if it alone did, and how little would be found."""
+
+    line: str
+    change: float  # m
+    sigma: float  # m
+    detectable: float  # m
+
+
+FIGURES = (
+    Figure("verdict", "", "unchanged, moved, or wrong-reading: single readings that do not fit the others."),
+    Figure("probability", "1", "Probability of such measurements if nothing changed.", digits=2),
+    Figure("false_alarm", "1", "Probability below which something moved.", name="limit"),
+    Figure("changes", "", "What explains the measurements, in the order in which it was named.", name="what changed",
+           parts=CHANGE_PARTS),
+    Figure("rest", "1", "Probability of what these changes leave unexplained.", only=lambda of: bool(of.changes),
+           digits=2),
+    Figure("lines", "", "The length of each line, as if it alone changed.", parts=(
+        Figure("line", "", "The line."),
+        Figure("change", "m", "Its length less that of the calibration.", digits=3, shown="mm"),
+        Figure("sigma", "m", "Standard deviation of that.", digits=2, shown="mm"),
+        Figure("detectable", "m", "Change of this size that nine of ten such checks find.", name="found from", digits=2,
+               shown="mm"),
+    )),
+    Figure("poses", "1", "Number of poses measured.", "measured"),
+    Figure("redundancy", "1", "Number of measurements that are left over."),
+    Figure("since", "", "Date of the calibration."),
+    Figure("notes", "", "What limits the answer.", detail=True),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Drift(Result):
+    """What moved since a calibration, `changes`, if the `probability` that nothing did is under `false_alarm`."""
+
+    FIGURES: ClassVar = FIGURES
+    HEADLINES: ClassVar = ("verdict", "probability", "poses")
+
+    probability: float
+    false_alarm: float
+    changes: tuple[Change, ...]
+    rest: float
+    lines: tuple[LineDrift, ...]
+    measured: int
+    redundancy: int
+    since: str
+    notes: tuple[str, ...]
+
+    @property
+    def verdict(self) -> str:
+        """The outcome in a word."""
+        if self.probability >= self.false_alarm:
+            return "unchanged"
+        wrong = bool(self.changes) and all(each.pose is not None for each in self.changes)
+        return "wrong-reading" if wrong and self.rest >= self.false_alarm else "moved"
+
+    @property
+    def refusal(self) -> str:
+        """What moved, in a sentence; empty where nothing did."""
+        if self.verdict == "unchanged":
+            return ""
+        named = "; ".join(each.sentence for each in self.changes) or "no single change explains how"
+        left = "" if self.rest >= self.false_alarm else "; and more that this does not explain"
+        return f"{self.verdict.replace('-', ' ')}: {named}{left}"
+
+
+def check_drift(
+    robot: Robot | Model,
+    data: str | Path | Measured,
+    record: str | Path | CalibrationRecord,
+    *,
+    false_alarm: float = FALSE_ALARM,
+    new_home: bool = False,
+) -> Drift:
+    """Test new *data* of a calibrated *robot* against the *record* of its calibration.
+
+    *new_home*: whether lengths were set to zero anew: then those at home are unknown, and not tested. *false_alarm*:
+    the share of checks that find a change where there is none. Positions in the data are start values only.
+
+    Raises `InputError` for a record that is not of this robot, and for data that leave nothing over; `AnswerError` if
+    no pose explains a row.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> from datetime import UTC, datetime
+    >>> robot, data = cw.load("wang2021"), "examples/calibration.csv"
+    >>> found = cw.calibrate(robot, data)
+    >>> cw.check_drift(found.robot, data, cw.record_of(found, data, datetime.now(UTC))).verdict
+    'unchanged'
+    """
+    if not 0.0 < false_alarm < 0.5:
+        raise InputError(f"false_alarm = {false_alarm:g}: must be over 0 and under 0.5")
+    known = record if isinstance(record, CalibrationRecord) else load_record(record)
+    where = "the record" if isinstance(record, CalibrationRecord) else str(record)
+    model = Model.of(robot, cable=known.cable, default=CableLaw.RIGID)
+    known.unknowns_in(model.robot, where)
+    measured = data if isinstance(data, Measured) else read_measured(data, model.robot)
+    check_lengths(model.robot, measured)
+    problem = _problem(model, replace(measured, pose_sigma=None), known)
+    theta, spread = _of_record(problem, known)
+    theta, states = states_at(problem, theta, new_home)
+    rows = problem.derivatives(theta, states)
+    lost = ~np.isfinite(rows.residual).all(axis=1)
+    if lost.any():
+        raise AnswerError(f"{measured.origin}, {measured.place(int(np.argmax(lost)))}: no pose explains this row")
+    eliminated = _Eliminated.of(problem, rows, new_home)
+    if len(eliminated.numbers) < 1:
+        raise InputError(f"{measured.origin}: no measurement is left over that would test anything: measure more poses")
+    suspects = list(_suspects(problem, eliminated, new_home))
+    through = _through(problem, theta, states, eliminated)
+    covariance = np.eye(len(through)) + through @ spread @ through.T
+    evidence = Evidence(eliminated.numbers, covariance, suspects, known.freedom)
+    found = evidence.explained(false_alarm)
+    lines = () if new_home else tuple(_lines(evidence, suspects, false_alarm))
+    return Drift(
+        found.probability,
+        false_alarm,
+        found.changes,
+        found.rest,
+        lines,
+        problem.poses,
+        len(eliminated.numbers),
+        known.date.isoformat(timespec="minutes"),
+        tuple(_notes(measured, new_home, found.probability < false_alarm)),
+    )
+
+
+def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> CalibrationProblem:
+    """Return the equations with the record's unknowns, what it considers, exit points and home lengths."""
+    plan, considered = known.plan, [each for each in known.considered if each.name != STRETCH_NAME]
+    names = (*plan.unknowns, *(each.name.partition(".")[0] for each in considered), *_FREED)
+    shared = (*plan.shared, *(each.name for each in considered if each.line is None))
+    plan = plan.model_copy(update={"unknowns": tuple(dict.fromkeys(names)), "shared": tuple(dict.fromkeys(shared))})
+    problem: CalibrationProblem
+    if known.cable is CableLaw.RIGID:
+        problem = CalibrationProblem.of(model.robot, measured, plan, hold=False)
+    else:
+        problem = ElasticProblem.under(model, measured, plan, hold=False)
+    if surplus_per_pose(problem) < 1:
+        raise InputError(
+            f"{measured.origin}: {problem.robot.m} lines leave nothing over that would test a pose: measure tensions"
+        )
+    return problem
+
+
+def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[Array, Array]:
+    """Return the unknowns (k,) at the record's values, and their covariance (k + 1, k + 1), SI, the stretch's last.
+
+    It is 0 of what the record does not know to be uncertain.
+    """
+    its = {(each.name, each.line): at for at, each in enumerate((*known.values, *known.considered))}
+    mine = [*((each.kind, each.line) for each in problem.unknowns), (STRETCH_NAME, None)]
+    both = [(here, its[name]) for here, name in enumerate(mine) if name in its]
+    here, there = (np.array(side) for side in zip(*both, strict=True))
+    theta, by = problem.start.copy(), np.ones(len(both))
+    for at, (mine_at, its_at) in enumerate(both):
+        if its_at >= len(known.values):  # considered: its value is how far off it may be
+            continue
+        value, unknown = known.values[its_at].value, problem.unknowns[mine_at]
+        if unknown.name == "modulus":  # relative to the file, which the calibration changed
+            by[at] = 1.0 / value
+        else:
+            theta[mine_at] = value / unknown.size
+    spread = np.zeros((len(mine), len(mine)))
+    spread[np.ix_(here, here)] = known.spread[np.ix_(there, there)] * np.outer(by, by)
+    return theta, spread
+
+
+def _through(problem: CalibrationProblem, theta: Array, states: Array, eliminated: _Eliminated) -> Array:
+    """Return how the numbers (d, k + 1) follow unknowns, SI, and a stretch of lines that count as stiff."""
+    extra = np.zeros((problem.poses, problem.per_pose))
+    stretch = None if problem.elastic else stretch_of(problem, theta, states)
+    if stretch is not None:
+        extra[:, : problem.robot.m] = problem.of_poses(problem.weights)[:, : problem.robot.m] * stretch
+    sizes = np.array([each.size for each in problem.unknowns])
+    return np.column_stack([eliminated.unknowns / sizes, eliminated.turned @ extra.ravel()])
+
+
+@dataclass(frozen=True, eq=False)
+class _Eliminated:
+    """Rows without what poses explain, and with a new home its lengths: d numbers of unit noise."""
+
+    numbers: Array  # (d,)
+    unknowns: Array  # (d, k) their derivatives
+    turned: Array  # (d, N e): how they follow from the rows
+
+    @classmethod
+    def of(cls, problem: CalibrationProblem, rows: Derivatives, new_home: bool) -> _Eliminated:
+        used, count = problem.of_poses(problem.weights) > 0.0, rows.residual.size
+        turned, e = [], problem.per_pose
+        for pose, by_pose in enumerate(rows.by_pose):
+            own = np.flatnonzero(used[pose])
+            free = np.zeros((len(own), count))
+            free[:, pose * e + own] = np.eye(len(own))
+            turned.append(beside(by_pose[own]).T @ free)
+        whole = np.concatenate(turned)
+        by_unknown = rows.by_unknown.reshape(count, -1)
+        if new_home:
+            whole = beside(whole @ by_unknown[:, problem.named("length_offset")]).T @ whole
+        return cls(whole @ rows.residual.ravel(), whole @ by_unknown, whole)
+
+
+def _suspects(problem: CalibrationProblem, eliminated: _Eliminated, new_home: bool) -> Iterator[Suspect]:
+    """Yield what may have changed: lengths first, in the order of lines."""
+    m, sizes = problem.robot.m, np.array([each.size for each in problem.unknowns])
+    effects = -eliminated.unknowns / sizes
+    lines = [line.name for line in problem.robot.lines]
+    column = {(each.kind, each.line): at for at, each in enumerate(problem.unknowns)}
+    for name in lines if not new_home else ():
+        yield Suspect("length", name, effects[:, [column["length_offset", name]]], m)
+    for name in lines:
+        exits = [column[f"exit_point.{axis}", name] for axis in "xyz"]
+        yield Suspect("exit point", name, effects[:, exits], m)
+        if not new_home:
+            both = effects[:, [*exits, column["length_offset", name]]]
+            yield Suspect("exit point and length", name, both, m, of_alarm=False)
+    weights = problem.of_poses(problem.weights)
+    out = np.zeros((problem.poses, problem.per_pose))
+    out[:, :m] = weights[:, :m] * problem.measured.counted
+    yield Suspect(SCALE, None, eliminated.turned @ out.reshape(-1, 1))
+    yield from _readings(problem, eliminated)
+
+
+def _readings(problem: CalibrationProblem, eliminated: _Eliminated) -> Iterator[Suspect]:
+    """Yield single readings that may be wrong; where a pose leaves one number over, its line cannot be told."""
+    kinds, which = kind_of(problem), problem.rows.line[: problem.per_pose]
+    weights = problem.of_poses(problem.weights)
+    effects = -eliminated.turned.reshape(-1, problem.poses, problem.per_pose) * weights
+    among = int((weights > 0.0).sum())
+    for pose in range(problem.poses):
+        own = np.flatnonzero(weights[pose] > 0.0)
+        alike = len(own) - problem.unknowns_per_pose < _NAMED
+        if alike:
+            own = own[[int(np.argmax(np.linalg.norm(effects[:, pose, own], axis=0)))]]
+        for at in own.tolist():
+            named = not alike and kinds[at] != "tilts"
+            what = "one of the readings" if alike else f"{READING}{kinds[at]}"
+            line = problem.robot.lines[int(which[at])].name if named else None
+            yield Suspect(what, line, effects[:, pose, [at]], among, pose, of_alarm=False)
+
+
+def _lines(evidence: Evidence, suspects: list[Suspect], level: float) -> Iterator[LineDrift]:
+    for at, each in enumerate(suspects):
+        if each.what == "length" and each.line is not None:
+            change, sigma = evidence.alone(at)
+            yield LineDrift(each.line, change, sigma, evidence.detectable(at, level))
+
+
+def _notes(measured: Measured, new_home: bool, moved: bool) -> Iterator[str]:
+    if measured.pose_sigma is not None:
+        yield "measured positions are start values here: they are in a frame of their own"
+    if new_home:
+        yield "home is new: lengths at home are not tested"
+    elif moved:
+        yield "if lengths were set to zero anew since the calibration, say --new-home"

@@ -1,0 +1,166 @@
+"""The record of a calibration: date, data and sigmas beside the robot's file, to compare later measurements with."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Final, Self
+
+import numpy as np
+import tomlkit
+from pydantic import Field, Strict, model_validator
+
+from cablewright.arrays import Array
+from cablewright.calibration.plan import CalibrationPlan, Group, Sigmas
+from cablewright.calibration.result import Calibration
+from cablewright.calibration.unknowns import Unknown, unknowns_of
+from cablewright.errors import InputError
+from cablewright.models.fidelity import CableLaw
+from cablewright.robot import Robot
+from cablewright.robot.parameters import nominal
+from cablewright.toml_input import load_model
+from cablewright.validation import Description, FileDescription, refusal
+
+_MAX_UNKNOWNS: Final = 250
+_AGREES: Final = 1e-8  # m: numbers in a robot's file are rounded to a nanometre
+_Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+
+
+class KnownValue(Description):
+    """An unknown's name in the registry, its line (none: shared by all), its value and standard deviation, SI."""
+
+    name: str
+    line: str | None = None
+    value: _Number
+    sigma: Annotated[_Number, Field(ge=0)]
+
+
+class CalibrationRecord(FileDescription):
+    """What a calibration found, when and from what.
+
+    ``sigma``: of the sensors, as their residuals say. ``redundancy``: the numbers left over that the encoders' sigma is
+    estimated from; absent where it was given. ``considered``: numbers that count as known, by how far they are off.
+    ``covariance``: the rows of the lower triangle of that of values and considered, SI.
+    """
+
+    robot: str
+    date: datetime
+    data: str
+    sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+    verdict: str
+    cable: CableLaw
+    poses: Annotated[int, Strict(), Field(ge=1)]
+    redundancy: Annotated[int, Strict(), Field(ge=1)] | None = None
+    unknowns: Annotated[tuple[str, ...], Field(min_length=1, max_length=20)]
+    shared: Annotated[tuple[str, ...], Field(max_length=20)] = ()
+    groups: Annotated[tuple[Group, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
+    sigma: Sigmas
+    values: Annotated[tuple[KnownValue, ...], Field(min_length=1, max_length=_MAX_UNKNOWNS)]
+    considered: Annotated[tuple[KnownValue, ...], Field(max_length=_MAX_UNKNOWNS)] = ()
+    covariance: Annotated[tuple[tuple[_Number, ...], ...], Field(max_length=2 * _MAX_UNKNOWNS)]
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        if self.sigma.encoder is None:
+            raise refusal("sigma.encoder", "is missing")
+        if [len(row) for row in self.covariance] != [at + 1 for at in range(len(self.values) + len(self.considered))]:
+            raise refusal("covariance", "must be the lower triangle: a row for each of values and considered")
+        values = np.linalg.eigvalsh(self.spread)
+        if values[0] < -1e-6 * max(values[-1], 0.0):
+            raise refusal("covariance", "is none: it has a negative variance")
+        return self
+
+    @property
+    def spread(self) -> Array:
+        """The covariance (k + q, k + q) of values and considered, SI."""
+        found = np.zeros((len(self.covariance), len(self.covariance)))
+        for at, row in enumerate(self.covariance):
+            found[at, : at + 1] = found[: at + 1, at] = row
+        return found
+
+    @property
+    def amounts(self) -> Array:
+        """The values (k,), SI."""
+        return np.array([each.value for each in self.values])
+
+    @property
+    def freedom(self) -> float:
+        """How many numbers the encoders' sigma is estimated from; inf where it was given."""
+        return math.inf if self.redundancy is None else float(self.redundancy)
+
+    @property
+    def plan(self) -> CalibrationPlan:
+        """The plan of later measurements: the same unknowns, and the sigmas that were found."""
+        return CalibrationPlan(unknowns=self.unknowns, shared=self.shared, groups=self.groups, sigma=self.sigma)
+
+    def unknowns_in(self, robot: Robot, where: str) -> tuple[Unknown, ...]:
+        """Return the unknowns of *robot*. Raises `InputError` if it is not the robot whose calibration this is."""
+        elastic = self.cable is not CableLaw.RIGID
+        found = unknowns_of(robot, self.unknowns, self.shared, elastic, self.plan.grouped)
+        if [(each.kind, each.line) for each in found] != [(each.name, each.line) for each in self.values]:
+            raise InputError(f"{where}: values are not those of {robot.name!r}, in its order of lines")
+        for each, known in zip(found, self.values, strict=True):
+            if each.entry.described and each.name != "modulus":
+                now = nominal(robot, each)
+                if abs(now - known.value) > _AGREES * max(1.0, abs(known.value)):
+                    raise InputError(
+                        f"{where}: {each.label} is {known.value:.9g}, and {now:.9g} in the robot's file: give the file "
+                        "that this calibration wrote"
+                    )
+        return found
+
+
+def record_of(found: Calibration, data: str | Path, date: datetime) -> CalibrationRecord:
+    """Return the record of a calibration of the file *data*, made at *date*.
+
+    Raises `InputError` for a calibration without sigmas.
+    """
+    if found.verdict == "bad" or not np.isfinite(found.covariance).all():
+        raise InputError(f"{data}: a calibration without sigmas has no record: nothing could be compared with it")
+    plan, factors = found.problem.plan, found.problem.factors
+    sigma = Sigmas(
+        encoder=max(found.encoder_sigma, 1e-9),
+        tension=plan.sigma.tension * factors.get("tensions", 1.0),
+        swivel=plan.sigma.swivel * factors.get("swivel angles", 1.0),
+        tilt=plan.sigma.tilt * factors.get("tilts", 1.0),
+    )
+    told = zip(found.unknowns, found.values.tolist(), found.sigma.tolist(), strict=True)
+    return CalibrationRecord(
+        robot=found.problem.robot.name,
+        date=date,
+        data=Path(data).name,
+        sha256=hashlib.sha256(Path(data).read_bytes()).hexdigest(),
+        verdict=found.verdict,
+        cable=CableLaw(found.problem.cable),
+        poses=found.problem.poses,
+        redundancy=max(found.posterior.redundancy, 1) if plan.sigma.encoder is None else None,
+        unknowns=plan.unknowns,
+        shared=plan.shared,
+        groups=plan.groups,
+        sigma=sigma,
+        values=tuple(KnownValue(name=one.kind, line=one.line, value=value, sigma=s) for one, value, s in told),
+        considered=tuple(
+            KnownValue(name=each.name, line=each.line, value=each.value, sigma=each.sigma)
+            for each in found.doubt.considered
+        ),
+        covariance=tuple(tuple(row[: at + 1]) for at, row in enumerate(found.joint_covariance.tolist())),
+    )
+
+
+def record_text(record: CalibrationRecord) -> str:
+    """Return the TOML file of a record."""
+    table = record.model_dump(mode="json", by_alias=True, exclude_none=True)
+    table["date"] = record.date
+    return tomlkit.dumps(table)
+
+
+def record_path(robot: str | Path) -> Path:
+    """Return where the record of a robot's file is: ``mine.calibration.toml`` beside ``mine.toml``."""
+    return Path(robot).with_suffix(".calibration.toml")
+
+
+def load_record(path: str | Path) -> CalibrationRecord:
+    """Read a record. Raises `InputError`, one line naming file, key, value and what is allowed."""
+    return load_model(CalibrationRecord, path)

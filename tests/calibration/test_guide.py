@@ -1,0 +1,108 @@
+"""Guided calibrations: what is proposed is safe on the true robot, helps, and ends; what is told holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cablewright as cw
+from cablewright.calibration.plan import CalibrationPlan, Point
+from cablewright.calibration.problem import Measured
+from cablewright.calibration.simulation import measure, random_poses
+from cablewright.calibration.unknowns import unknowns_of, with_values
+from cablewright.errors import InputError
+from cablewright.solvers.inverse import solve_inverse
+
+WANG = cw.load("wang2021")
+EXITS = np.array([line.exit_point for line in WANG.lines])
+ROUGH = 0.05
+SURVEYED = CalibrationPlan(points=tuple(Point(line=line.name, at=line.exit_point) for line in WANG.lines[:3]))
+
+
+def file_of(seed: int) -> cw.Robot:
+    """The robot's file, whose exit points are wrong by up to `ROUGH`."""
+    wrong = EXITS + np.random.default_rng(seed).uniform(-ROUGH, ROUGH, EXITS.shape)
+    return with_values(WANG, unknowns_of(WANG, ("exit_point",)), wrong.ravel(), raised=True)
+
+
+def measured_at(poses: np.ndarray, seed: int) -> Measured:
+    """What the true robot measures there, with guesses like those that were proposed."""
+    return measure(WANG, poses, 1e-4, np.random.default_rng(seed), guess=ROUGH).measured
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_it_leads_from_nothing_to_a_good_calibration(seed: int) -> None:
+    file, data, poses, before = file_of(seed), None, np.zeros((0, 3)), np.inf
+    for _ in range(12):
+        found = cw.guide(file, data, SURVEYED, rough=2.0 * ROUGH, need=5e-3, seed=seed)
+        if found.advice == "stop":
+            break
+        assert found.advice == "measure"
+        assert found.sigma_next <= before
+        before = found.sigma if found.sigma is not None else np.inf
+        poses = np.concatenate([poses, [each.pose for each in found.next_poses]])
+        data = measured_at(poses, seed)
+    assert found.advice == "stop"
+    assert found.found.verdict == "good"
+    assert len(poses) < 40
+    assert np.abs(found.found.values[:12] - EXITS.ravel()).max() < 4.0 * 5e-3
+    assert found.next_poses == ()
+
+
+def test_what_it_calls_safe_the_true_robot_holds() -> None:
+    held = []
+    for seed in range(6):
+        found = cw.guide(file_of(seed), rough=ROUGH, tension_limits=(20.0, 400.0), seed=seed)
+        poses = np.array([each.pose for each in found.next_poses if each.safe])
+        held += solve_inverse(cw.Model(WANG, tension_limits=(20.0, 400.0)), poses).ok.tolist()
+        for each in found.next_poses:
+            assert 20.0 - 1e-6 <= each.min_tension <= each.max_tension <= 400.0 + 1e-6
+    assert np.mean(held) > 0.95
+
+
+def test_it_knows_better_than_random_poses() -> None:
+    """After the proposed poses exit points are known better than after as many random ones."""
+    poses = random_poses(WANG, 24, np.random.default_rng(3))
+    guided = cw.guide(WANG, measured_at(poses, 3), SURVEYED, rough=ROUGH, count=6)
+    proposed = np.array([each.pose for each in guided.next_poses])
+    noise = []
+    for more in (proposed, *(random_poses(WANG, 6, np.random.default_rng(seed)) for seed in range(10, 15))):
+        made = cw.calibrate(WANG, measured_at(np.concatenate([poses, more]), 4), SURVEYED, rough=ROUGH)
+        noise.append(float((made.noise_sigma[:12] / made.encoder_sigma).max()))
+    assert noise[0] < min(noise[1:])
+
+
+def test_counts_lead_to_the_poses() -> None:
+    """With the true file the told counts are those that the robot has there; the first pose is home."""
+    found = cw.guide(WANG, rough=0.01)
+    poses = np.array([each.pose for each in found.next_poses])
+    counts = np.array([each.counts for each in found.next_poses])
+    assert counts[0] == pytest.approx(np.zeros(4))
+    assert counts == pytest.approx(measure(WANG, poses, 0.0, np.random.default_rng(0)).measured.counted, abs=1e-9)
+    assert np.array_equal(found.to_measure.guess, poses)
+
+
+def test_few_poses_give_no_figure_and_say_how_many_are_missing() -> None:
+    made = measured_at(random_poses(WANG, 6, np.random.default_rng(1)), 1)
+    found = cw.guide(WANG, made, rough=ROUGH)
+    assert (found.sigma, found.exits, found.poses) == (None, (), 6)
+    assert len(found.next_poses) == 11  # 12 that there must be, 5 that test them
+
+
+def test_data_of_another_machine_end_it() -> None:
+    made = measured_at(random_poses(WANG, 30, np.random.default_rng(1)), 1)
+    found = cw.guide(WANG, replace(made, counted=made.counted[:, [1, 0, 2, 3]]), rough=ROUGH)
+    assert found.advice == "mend"
+    assert "no further pose helps" in found.refusal
+    assert found.next_poses == ()
+
+
+def test_what_it_cannot_do_is_refused() -> None:
+    with pytest.raises(InputError, match="next = 0"):
+        cw.guide(WANG, count=0)
+    with pytest.raises(InputError, match="rigid lines only"):
+        cw.guide(cw.Model(WANG, cw.Fidelity.of("elastic")))
+    with pytest.raises(InputError, match="exit_point must be among"):
+        cw.guide(WANG, plan=CalibrationPlan(unknowns=("length_offset",)))
