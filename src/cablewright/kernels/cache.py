@@ -106,7 +106,8 @@ class KernelCache(NullCache):  # type: ignore[misc]
         key = self._key(signature, result.codegen.magic_tuple())
         try:
             if stamp() == STAMP:
-                _write(folder / self._file(key), dumps((key, result._reduce())))
+                plain = result._replace(type_annotation="")  # it quotes the sources, with their place on this machine
+                _write(folder / self._file(key), dumps((key, plain._reduce())))
         except OSError as reason:
             _warn_once(reason)
 
