@@ -221,6 +221,14 @@ def _over_job(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Clearances:
+    """What a check keeps of the distances of lines at k samples."""
+
+    smallest: Array  # (k,) m; inf where there is nothing, NaN where no line is known
+    nearest: Contact | None  # of all; its row is the sample
+
+
 @dataclass
 class JobDistances:
     """Distances of lines at k samples of a job, taken block by block: margins, status codes, and the nearest contacts.
@@ -274,9 +282,9 @@ class JobDistances:
         return min((each for each in self.contacts if each is not None), key=lambda each: each.margin, default=None)
 
     @property
-    def smallest(self) -> Array:
-        """(k,) smallest distance at each sample, m; inf where there is nothing, NaN where no line is known."""
-        return np.asarray(self.margins.min(axis=1))
+    def clearances(self) -> Clearances:
+        """The smallest distances, without the part, which takes more memory than they."""
+        return Clearances(np.asarray(self.margins.min(axis=1)), self.nearest)
 
 
 def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:

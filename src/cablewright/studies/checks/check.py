@@ -27,7 +27,7 @@ from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
-from cablewright.studies.interference import JobDistances
+from cablewright.studies.interference import Clearances
 from cablewright.studies.job_poses import along, path_box, sampled
 from cablewright.studies.memory import require_for_samples
 
@@ -147,7 +147,7 @@ def _expected(expected: ExpectedError | None, allowed: float) -> Iterator[Findin
     yield Finding(EXPECTED_ERROR, "m", margin, expected.value, bounds, None, expected.sample, int(beyond.sum()))
 
 
-def _clearance(distances: JobDistances | None, clearance: float) -> Iterator[Finding]:
+def _clearance(distances: Clearances | None, clearance: float) -> Iterator[Finding]:
     """Yield the smallest distance of a line from anything as a limit."""
     nearest = None if distances is None else distances.nearest
     if distances is None or nearest is None:

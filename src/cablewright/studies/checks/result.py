@@ -27,7 +27,7 @@ from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.studies.checks.path_statics import PathStatics, extreme, median
-from cablewright.studies.interference import JobDistances
+from cablewright.studies.interference import Clearances
 from cablewright.units import spell_length
 
 MET: Final = 1e-6
@@ -194,7 +194,7 @@ class Check(Result):
     verdict: str
     expected: ExpectedError | None  # None where it was not asked for
     uncertainty: str  # where the uncertainties are from
-    distances: JobDistances | None  # of lines; None where they were not asked for
+    distances: Clearances | None  # of lines; None where they were not asked for
     not_checked: tuple[str, ...]
     step: float  # m, max distance of samples
     reserved: bool  # whether tensions at rest keep from their limits what acceleration takes

@@ -24,7 +24,7 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.limits import drum_arms
 from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 from cablewright.studies.checks.path_statics import PathStatics
-from cablewright.studies.interference import JobDistances
+from cablewright.studies.interference import Clearances, JobDistances
 
 BLOCK: Final = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
 RESERVE: Final = 1.1
@@ -41,7 +41,7 @@ class Walked:
     statics: PathStatics
     tension_drop: Array  # (m,) N, at least 0: the most that acceleration takes from the tension of each line
     tension_rise: Array  # (m,) N, at least 0
-    distances: JobDistances | None
+    distances: Clearances | None
     search: ExpectedErrorSearch | None
 
 
@@ -86,7 +86,8 @@ class JobPath:
         assert solved is not None
         _add_speeds(solved.lines.winch_speed, solved.lengths, self.samples, self.law)
         lines = replace(solved.lines, cable_length=solved.lengths)
-        return Walked(replace(solved, lines=lines), drop, rise, distances, search)
+        clearances = None if distances is None else distances.clearances
+        return Walked(replace(solved, lines=lines), drop, rise, clearances, search)
 
     def judged(self, robot: Robot, found: Walked) -> tuple[Finding, ...]:
         """Compare with the limits of the robot's file."""
