@@ -2,6 +2,7 @@
 #   make demo    checks a house on a printer, prints three layers         make setup   installs all that check and test need
 #   make check   lint, types, import ranks, sizes, advisories             make test    the tests (make slow: the slow ones too)
 #   make bench   timings and comparisons                                  make docs    the documentation site
+#   make wheel   a wheel with compiled kernels, in dist/, for this Python and Numba, Linux and processors with AVX2
 #   make fuzz    mutated files for all readers, an hour (SECONDS=60: a minute); what fails is kept in tests/fuzz_cases
 #   make fuzz-server  a hundred thousand foul requests and messages to a server of its own, two minutes
 #   make kills   72 commands that are killed, interrupted, without room or in company, ten minutes
@@ -14,7 +15,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 CHECKED := $(wildcard src tests tools examples benchmarks)
 
-.PHONY: demo setup check test slow fuzz fuzz-server kills bench docs lock clean
+.PHONY: demo setup check test slow fuzz fuzz-server kills bench docs wheel lock clean
 
 demo: $(VENV)/.run
 	$(BIN)/cablewright check house-printer examples/house.toml
@@ -51,6 +52,9 @@ bench: $(VENV)/.bench
 
 docs: $(VENV)/.docs
 	$(BIN)/mkdocs build --strict
+
+wheel: $(VENV)/.dev
+	$(BIN)/python tools/wheel.py
 
 # A lock is installed once, and again when it changes; the package itself is linked, so its sources need no installing.
 $(VENV)/.%: requirements/%.txt pyproject.toml | $(BIN)/python

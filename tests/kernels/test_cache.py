@@ -10,9 +10,6 @@ import errno
 import logging
 import os
 import pickle
-import shutil
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from hashlib import sha256
@@ -24,8 +21,8 @@ import pytest
 from numba.core import config
 from numba.core.serialize import dumps
 
-from cablewright import kernels
 from cablewright.kernels import cache, is_compiled, jit, rotation
+from kernel_tree import DOUBLE, edit, ended, entries, planted, start
 
 POSE = np.array([0.0, 0.0, 0.0, 2.0, 3.0, 6.0])
 ANGLE = 7.0
@@ -40,11 +37,6 @@ def fresh() -> Any:
 def hits(kernel: Any) -> int:
     """How many signatures of *kernel* came from the cache."""
     return sum(kernel.stats.cache_hits.values())
-
-
-def entries(folder: Path) -> list[Path]:
-    """All files below *folder*, finished or not."""
-    return [each for each in folder.rglob("*") if each.is_file()]
 
 
 @pytest.fixture
@@ -223,67 +215,9 @@ def test_the_newest_folders_stay_for_a_month_and_use_keeps_them_new(folder: Path
 # --- Processes over sources that can be edited
 
 
-CALLER = """
-import ctypes, numpy as np
-from cablewright.kernels import is_compiled, jit
-from cablewright.kernels.wing.callee import rate
-
-TABLE = np.ones(200_000)  # too large to be copied into the compiled code
-
-@jit
-def double():
-    return 2.0 * rate()
-
-@jit
-def from_table(i):
-    return TABLE[i]
-
-def hits(kernel):
-    return sum(kernel.stats.cache_hits.values())
-"""
-
-
 @pytest.fixture
 def tree(tmp_path: Path) -> Path:
-    """A package `cablewright` of two small kernel files, in two folders, and room for its cache."""
-    package = tmp_path / "cablewright" / "kernels"
-    (package / "wing").mkdir(parents=True)
-    for empty in (package.parent, package / "wing"):
-        (empty / "__init__.py").touch()
-    for name in ("__init__.py", "cache.py", "compiler.py"):
-        shutil.copy(Path(kernels.__file__).parent / name, package)
-    (package / "caller.py").write_text(CALLER)
-    edit(tmp_path, 1.0)
-    return tmp_path
-
-
-def edit(tree: Path, rate: float) -> None:
-    callee = tree / "cablewright" / "kernels" / "wing" / "callee.py"
-    callee.write_text(f"from cablewright.kernels import jit\n@jit\ndef rate():\n    return {rate}\n")
-
-
-def start(tree: Path, code: str, *arguments: str, folder: str = "cache") -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-B", "-c", code, *arguments],  # Python's own cache tells files apart by size and second
-        cwd=tree,
-        env=os.environ | {cache.DIRECTORY: str(tree / folder)},
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def ended(process: subprocess.Popen[str], said: str = "", answered: str = "") -> str:
-    """What a process that ended well printed, once *answered*; on stderr it had only *said*, once."""
-    out, err = process.communicate(answered, timeout=120)
-    assert process.returncode == 0, err
-    assert err.count("\n") == (1 if said else 0), err
-    assert said in err
-    return out.strip()
-
-
-DOUBLE = "from cablewright.kernels.caller import *; print(double(), hits(double))"
+    return planted(tmp_path)
 
 
 def test_an_edit_of_a_callee_in_another_folder_is_seen(tree: Path) -> None:

@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 
+from cablewright import paging
 from cablewright.errors import InputError, Status
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
@@ -64,6 +65,16 @@ def test_lengths_and_tensions_are_those_of_the_inverse_problem(found: Check) -> 
     np.testing.assert_allclose(found.statics.tensions, solved.tensions, atol=1e-6)
     assert (found.statics.lines.lowest_tension <= found.statics.tensions + ROUNDING).all()
     assert (found.statics.lines.highest_tension >= found.statics.tensions - ROUNDING).all()
+
+
+def test_what_lies_in_files_is_the_same(found: Check, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(paging, "SMALL", 1)
+    again = check(found.robot, found.job, room=tmp_path)
+    for name, values in arrays(found).items():
+        assert np.array_equal(values, arrays(again)[name], equal_nan=True), name
+    assert again.findings == found.findings
+    assert again.to_dict() == found.to_dict()
+    assert not list(tmp_path.iterdir())
 
 
 def test_shapes_and_summary(found: Check) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array, Mask
 from cablewright.errors import Status
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.paging import let_go
 from cablewright.results import Figure
 from cablewright.robot import Line, Robot
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
@@ -145,6 +146,7 @@ def judge(
     findings = [_frame(robot, positions)]
     for limit in LIMITS:
         findings += _worst_line(limit, limit.values(lines), robot)
+        let_go(limit.values(lines))
     findings += _statics(codes, violations)
     return ranked(findings)
 

@@ -14,9 +14,11 @@ import re
 import shutil
 import stat
 import sys
+import sysconfig
 import tempfile
 import time
 import warnings
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -31,21 +33,29 @@ from numba.core.errors import NumbaWarning
 from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
 
+from cablewright.kernels.carried import carried, tell_unused
 from cablewright.kernels.compiler import KernelCompiler, Part
 
 DIRECTORY = "CABLEWRIGHT_CACHE_DIR"
 """Environment variable with the cache folder (default: the user's cache folder)."""
 _CHECKSUM = hashlib.sha256().digest_size
 _KEPT, _RECENT, _OLD = 8, 3600.0, 30 * 86400.0  # folders of other stamps; s since their last use
-_IDLE = re.compile("^_|CUDA|GDB|THREAD")  # settings of Numba that do not change the compiled code
+_IDLE = re.compile("^_|CACHE|COLOR|CPU_|CUDA|GDB|THREAD")
+"""Settings of Numba that do not change the compiled code, or, as the processor, have a place in the key."""
 _HOME = Path(__file__).parent
 SOURCES = frozenset(_HOME.rglob("[!.]*.py"))
 log = logging.getLogger(__name__)
 
 
 def stamp() -> str:
-    """Hash everything that a compiled kernel depends on besides its types and the CPU: programs, settings, sources."""
-    programs = (sys.version, sys.flags.optimize, np.__version__, numba.__version__, llvmlite.__version__)
+    """Hash everything that a compiled kernel depends on besides its types and the CPU: programs, settings, sources.
+
+    Of Python that is its binary interface, which all releases of a minor version share; of NumPy, as Numba sees it, the
+    minor version.
+    """
+    interface = sysconfig.get_config_var("SOABI") or sys.version
+    libraries = (np.__version__.split(".")[:2], numba.__version__, llvmlite.__version__)
+    programs = (interface, sys.flags.optimize, *libraries)
     settings = [f"{name}={value}" for name, value in vars(config).items() if name.isupper() and not _IDLE.search(name)]
     digest = hashlib.sha256(repr((programs, sorted(settings))).encode())
     for file in sorted(SOURCES):
@@ -75,12 +85,13 @@ class KernelCache(NullCache):  # type: ignore[misc]
         target.refresh()
         if KernelCompiler.depth:  # a part: the folder has none
             return None
-        folder = open_folder()
-        if folder is None:
-            return None
-        key = self._key(signature, target.codegen())
-        data = _read(folder / self._file(key), key)
-        return None if data is None else CompileResult._rebuild(target, *data)
+        host = target.codegen().magic_tuple()
+        for file, key in self._entries(signature, host):
+            data = _read(file, key)
+            if data is not None:
+                return CompileResult._rebuild(target, *data)
+        tell_unused(STAMP, host)
+        return None
 
     def save_overload(self, signature: Any, result: CompileResult) -> None:
         """Save *result* for later processes, unless the sources have changed since this process read them."""
@@ -92,20 +103,32 @@ class KernelCache(NullCache):  # type: ignore[misc]
         folder = open_folder()
         if folder is None:
             return
-        key = self._key(signature, result.codegen)
+        key = self._key(signature, result.codegen.magic_tuple())
         try:
             if stamp() == STAMP:
-                _write(folder / self._file(key), dumps((key, result._reduce())))
+                plain = result._replace(type_annotation="")  # it quotes the sources, with their place on this machine
+                _write(folder / self._file(key), dumps((key, plain._reduce())))
         except OSError as reason:
             _warn_once(reason)
 
     def holds(self, signature: Any, codegen: Any) -> bool:
         """Whether the function is saved as compiled for *signature*."""
-        folder = open_folder()
-        return folder is not None and (folder / self._file(self._key(signature, codegen))).exists()
+        return any(file.exists() for file, _ in self._entries(signature, codegen.magic_tuple()))
 
-    def _key(self, signature: Any, codegen: Any) -> tuple[Any, ...]:
-        return STAMP, self._name, self._line, signature, codegen.magic_tuple()
+    def _entries(self, signature: Any, host: tuple[Any, ...]) -> Iterator[tuple[Path, tuple[Any, ...]]]:
+        """Where the function may be as compiled for *signature*, and as what: in the package, then in the folder."""
+        found = carried(STAMP, host)
+        if found is not None:
+            folder, processor = found
+            key = self._key(signature, processor)
+            yield folder / self._file(key), key
+        own = open_folder()
+        if own is not None:
+            key = self._key(signature, host)
+            yield own / self._file(key), key
+
+    def _key(self, signature: Any, processor: tuple[Any, ...]) -> tuple[Any, ...]:
+        return STAMP, self._name, self._line, signature, processor
 
     def _file(self, key: tuple[Any, ...]) -> Path:
         return Path(self._folder, hashlib.sha256(repr(key).encode()).hexdigest()[:32])

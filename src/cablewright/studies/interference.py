@@ -29,6 +29,7 @@ from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.solids import Obstacle, of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.paging import Room, let_go
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
@@ -220,6 +221,14 @@ def _over_job(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Clearances:
+    """What a check keeps of the distances of lines at k samples."""
+
+    smallest: Array  # (k,) m; inf where there is nothing, NaN where no line is known
+    nearest: Contact | None  # of all; its row is the sample
+
+
 @dataclass
 class JobDistances:
     """Distances of lines at k samples of a job, taken block by block: margins, status codes, and the nearest contacts.
@@ -238,20 +247,28 @@ class JobDistances:
 
     @classmethod
     def of(
-        cls, job: Job, samples: Samples, mesh: TriangleMesh | None = None, settings: InterferenceSettings = DEFAULT
+        cls,
+        job: Job,
+        samples: Samples,
+        mesh: TriangleMesh | None = None,
+        settings: InterferenceSettings = DEFAULT,
+        room: Room | None = None,
     ) -> Self:
         """Return it before the first block; the part is the *mesh*, or else what the job lays."""
         if mesh is None:
             part, now = of_beads(deposit(samples, job.bead)), np.arange(len(samples), dtype=np.float64)
         else:
             part, now = of_mesh(mesh), _grown(samples)
-        return cls(part, now, settings, np.full((len(samples), 4), np.nan), np.zeros(len(samples), dtype=np.int64))
+        margins = (room or Room()).empty((len(samples), 4))
+        margins[:] = np.nan
+        return cls(part, now, settings, margins, np.zeros(len(samples), dtype=np.int64))
 
     def take(self, held: Equilibrium, first: int) -> None:
         """Add a block of solved rows, whose first is sample *first*."""
         block = slice(first, first + len(held))
         found = distances(held, part=self.part, now=self.now[block], settings=self.settings)
         self.margins[block], self.codes[block] = found.margins, held.code
+        let_go(self.margins)
         self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
         known = self.nearest
         self.contacts = NearestContacts(*map(partial(_nearer, first=first), self.contacts, found.contacts))
@@ -265,9 +282,9 @@ class JobDistances:
         return min((each for each in self.contacts if each is not None), key=lambda each: each.margin, default=None)
 
     @property
-    def smallest(self) -> Array:
-        """(k,) smallest distance at each sample, m; inf where there is nothing, NaN where no line is known."""
-        return np.asarray(self.margins.min(axis=1))
+    def clearances(self) -> Clearances:
+        """The smallest distances, without the part, which takes more memory than they."""
+        return Clearances(np.asarray(self.margins.min(axis=1)), self.nearest)
 
 
 def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:

@@ -24,13 +24,14 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.models.coil import TURN
 from cablewright.models.drum import drum_of
+from cablewright.paging import let_go
 from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.checks.result import Check
 from cablewright.toml_input import read_bytes
 
-GROUP: Final = 65536  # rows of a file that are made at a time
+GROUP: Final = 32768  # rows of a file that are made at a time
 MANIFEST: Final = "manifest.json"
 _MAX_MANIFEST: Final = 1 << 20  # bytes
 
@@ -154,6 +155,7 @@ def _write_samples(check: Check, names: list[str], file: Path) -> None:
     ):
         for at in _groups(check):
             out.write_table(_table(check, names, at))
+            let_go(check.statics)
 
 
 def _write_lengths(check: Check, names: list[str], file: Path) -> None:

@@ -73,6 +73,7 @@ class CheckCommand:
                 skip=skipped,
                 seed=self.seed,
                 progress=show,
+                room=part,
             )
             show("writing report", 0, 1)
             options = {

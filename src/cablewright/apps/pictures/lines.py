@@ -14,6 +14,7 @@ from cablewright.apps import style
 from cablewright.apps.quantities import quantity
 from cablewright.apps.report.digest import Digest, band
 from cablewright.arrays import Array
+from cablewright.paging import let_go
 from cablewright.robot import Line
 
 MAX_LINES: Final = 8
@@ -94,6 +95,7 @@ def uses(digest: Digest) -> list[Use]:
             title, unit, factor = _USED[limit.name]
             values = limit.values(digest.check.statics.lines)
             low, high = np.fmin.reduce(values, axis=0) * factor, np.fmax.reduce(values, axis=0) * factor
+            let_go(values)
             if np.isfinite(high).any():
                 known.append(Use(title, unit, low, high, limit.allowed(lines) * factor))
     return known

@@ -24,6 +24,7 @@ from cablewright.apps.report.viewer import script, stylesheet, view
 from cablewright.apps.web.check_scene import check_scene
 from cablewright.errors import Status
 from cablewright.file_output import write_whole
+from cablewright.paging import let_go
 from cablewright.printing.layers import LayerTable
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.path_statics import extreme
@@ -50,15 +51,14 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
 
 def _pictures(digest: Digest) -> Pictures:
     """Draw all pictures there is something to draw for."""
+    drawn, kinds = {}, (plan, side_view, tensions, error_by_height, limits)
     with style.drawing():
-        drawn = {
-            "plan": plan(digest),
-            "path-3d": side_view(digest),
-            "tensions": tensions(digest),
-            "error-height": error_by_height(digest),
-            "limits": limits(digest),
-        }
-        return {name: style.png(figure) for name, figure in drawn.items() if figure is not None}
+        for name, draw in zip(("plan", "path-3d", "tensions", "error-height", "limits"), kinds, strict=True):
+            figure = draw(digest)
+            if figure is not None:
+                drawn[name] = style.png(figure)
+            let_go(digest.check.statics)
+    return drawn
 
 
 def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:

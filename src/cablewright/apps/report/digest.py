@@ -11,6 +11,7 @@ import numpy as np
 
 from cablewright.arrays import Array, Indices
 from cablewright.models.rotation import placed
+from cablewright.paging import let_go
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.checks.path_statics import median
 from cablewright.studies.checks.result import Check
@@ -107,6 +108,7 @@ class Digest:
         limit = np.array([line.tension_limits for line in self.check.robot.lines])
         lowest = np.fmin.reduce(self.check.statics.lines.lowest_tension, axis=0)
         highest = np.fmax.reduce(self.check.statics.lines.highest_tension, axis=0)
+        let_go(self.check.statics)
         room = np.fmin(lowest - limit[:, 0], limit[:, 1] - highest) / np.ptp(limit, axis=1)
         return sorted(int(i) for i in np.argsort(room, kind="stable")[:count])
 

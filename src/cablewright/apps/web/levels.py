@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array, Indices, Mask
 
 LEFT_OUT: Final = 255
+_AT_ONCE: Final = 1 << 16  # points whose distances are in memory
 _BREAK: Final = 512  # vertices after which one is kept in any case, which keeps pieces short
 
 
@@ -32,7 +33,7 @@ def levels(points: Array, fixed: Mask, tolerances: Array) -> NDArray[np.uint8]:
         open_ = end - begin > 1
         begin, end = begin[open_], end[open_]
         while len(begin):
-            farthest, distance = _farthest(points, begin, end)
+            farthest, distance = _farthest_by_turns(points, begin, end)
             split = distance > tolerance
             middle = farthest[split]
             level[middle] = number
@@ -41,6 +42,19 @@ def levels(points: Array, fixed: Mask, tolerances: Array) -> NDArray[np.uint8]:
             order = np.argsort(begin[open_], kind="stable")
             begin, end = begin[open_][order], end[open_][order]
     return level
+
+
+def _farthest_by_turns(points: Array, begin: Indices, end: Indices) -> tuple[Indices, Array]:
+    """As `_farthest`, of so many pieces at a time that memory does not grow with the path."""
+    total = np.cumsum(end - begin)
+    cuts = np.searchsorted(total, np.arange(_AT_ONCE, total[-1], _AT_ONCE))
+    turns = [
+        _farthest(points, *ends)
+        for ends in zip(np.split(begin, cuts), np.split(end, cuts), strict=True)
+        if len(ends[0])
+    ]
+    at, distance = zip(*turns, strict=True)
+    return np.concatenate(at), np.concatenate(distance)
 
 
 def _farthest(points: Array, begin: Indices, end: Indices) -> tuple[Indices, Array]:

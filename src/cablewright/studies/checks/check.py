@@ -14,6 +14,7 @@ from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_
 from cablewright.analyses.interference import too_near
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
+from cablewright.paging import Room
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.schedule import Schedule
 from cablewright.printing.toolpath import Toolpath
@@ -26,7 +27,7 @@ from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
-from cablewright.studies.interference import JobDistances
+from cablewright.studies.interference import Clearances
 from cablewright.studies.job_poses import along, path_box, sampled
 from cablewright.studies.memory import require_for_samples
 
@@ -50,13 +51,15 @@ def check(
     skip: Collection[str] = (),
     seed: int = 0,
     progress: Progress | None = None,
+    room: Path | None = None,
 ) -> Check:
     """Check *job*, or its file, on *robot* under the full model: limits, distances of lines, expected error.
 
     *tension_limits* (N) replace those of every line. *uncertainty*: of the robot's numbers; by default that of its
     file, or else `assumed_uncertainty`. *clearance*, m: distance under which a line is too near to something; 0: only
     if it touches. *skip*: what is not checked, of "interference" and "expected-error". *seed*: of the machines drawn
-    for the expected error.
+    for the expected error. *room*: a folder, with room on its disk for what is found at the samples, which is then not
+    in memory; the arrays of the result are those of files without a name.
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the forces of the time law's accelerations. Raises `InputError`
@@ -78,7 +81,7 @@ def check(
     samples, step = sampled(robot, job, toolpath)
     require_for_samples(len(samples), bytes_each(robot), "a check")
     source, uncertain = _uncertainty(robot, uncertainty)
-    path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples))
+    path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples), Room(room))
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_expected(expected, job.allowed_error))
@@ -144,7 +147,7 @@ def _expected(expected: ExpectedError | None, allowed: float) -> Iterator[Findin
     yield Finding(EXPECTED_ERROR, "m", margin, expected.value, bounds, None, expected.sample, int(beyond.sum()))
 
 
-def _clearance(distances: JobDistances | None, clearance: float) -> Iterator[Finding]:
+def _clearance(distances: Clearances | None, clearance: float) -> Iterator[Finding]:
     """Yield the smallest distance of a line from anything as a limit."""
     nearest = None if distances is None else distances.nearest
     if distances is None or nearest is None:

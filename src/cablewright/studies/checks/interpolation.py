@@ -8,6 +8,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.models.statics import Model
+from cablewright.paging import let_go
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
@@ -23,6 +24,7 @@ def interpolation_error(robot: Robot, poses: Array, lengths: Array, retraction: 
     """
     step = np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1)
     shortest = np.minimum(lengths[1:], lengths[:-1]).min(axis=1)
+    let_go(lengths)
     bound = np.where(np.isfinite(shortest) & (step > 0.0), step**2 / shortest, -1.0)
     worst = np.argsort(-bound, kind="stable")[:MEASURED]
     worst = worst[bound[worst] > 0.0]

@@ -13,6 +13,7 @@ from cablewright.analyses.feasibility import LineQuantities
 from cablewright.analyses.inertia_forces import InertiaEffects
 from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium
+from cablewright.paging import let_go
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +61,7 @@ class PathStatics:
         )
 
     def accelerated(self, rows: NDArray[np.bool_], effects: InertiaEffects, drum_arms: Array) -> Self:
-        """Return the same with the *effects* of acceleration at some *rows* (k,); *drum_arms* (..., m), m, NaN if unknown."""
+        """Return the same with *effects* of acceleration at *rows* (k,); *drum_arms* (..., m), m, NaN if unknown."""
         lines, drop, rise = self.lines, np.zeros_like(self.tensions), np.zeros_like(self.tensions)
         drop[rows], rise[rows] = effects.tension_drop, effects.tension_rise
         displacement = self.displacement.copy()
@@ -76,12 +77,15 @@ class PathStatics:
 
 def extreme(choose: np.ufunc, values: Array) -> float:
     """The smallest or largest of *values*, by ``np.fmin`` or ``np.fmax``; NaN where none is a number."""
-    return float(choose.reduce(values, axis=None, initial=np.nan))
+    found = float(choose.reduce(values, axis=None, initial=np.nan))
+    let_go(values)
+    return found
 
 
 def median(values: Array) -> Array:
     """The lower median along the first axis of what is not NaN; NaN where that is nothing."""
     ranked = np.sort(values, axis=0)  # NaN comes last
+    let_go(values)
     known = np.count_nonzero(~np.isnan(ranked), axis=0)
     at = np.maximum(known - 1, 0) // 2
     return np.asarray(np.take_along_axis(ranked, np.asarray(at)[None], axis=0)[0])

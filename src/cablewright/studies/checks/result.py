@@ -19,6 +19,7 @@ from cablewright.analyses.interference import Contact
 from cablewright.arrays import Array, Mask
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
+from cablewright.paging import let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
@@ -26,7 +27,7 @@ from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.studies.checks.path_statics import PathStatics, extreme, median
-from cablewright.studies.interference import JobDistances
+from cablewright.studies.interference import Clearances
 from cablewright.units import spell_length
 
 MET: Final = 1e-6
@@ -72,7 +73,14 @@ def _of_lines(
     key: str, unit: str, meaning: str, name: str, array: str, choose: Callable[[Array], Array] = np.fmax.reduce
 ) -> Figure:
     """One value of each line, of an array (k, m) of the check."""
-    return Figure(key, unit, meaning, lambda found: choose(attrgetter(array)(found)), name, along="line")
+
+    def chosen(found: Check) -> Array:
+        values = attrgetter(array)(found)
+        of_lines = choose(values)
+        let_go(values)
+        return of_lines
+
+    return Figure(key, unit, meaning, chosen, name, along="line")
 
 
 def _errors() -> tuple[Figure, ...]:
@@ -186,7 +194,7 @@ class Check(Result):
     verdict: str
     expected: ExpectedError | None  # None where it was not asked for
     uncertainty: str  # where the uncertainties are from
-    distances: JobDistances | None  # of lines; None where they were not asked for
+    distances: Clearances | None  # of lines; None where they were not asked for
     not_checked: tuple[str, ...]
     step: float  # m, max distance of samples
     reserved: bool  # whether tensions at rest keep from their limits what acceleration takes
@@ -248,11 +256,15 @@ class Check(Result):
         return Model(self.robot).nozzle(poses)
 
     def _error(self, poses: Array) -> Array:
-        return np.asarray(np.linalg.norm(self.nozzle(poses) - self.samples.positions, axis=1))
+        error = np.asarray(np.linalg.norm(self.nozzle(poses) - self.samples.positions, axis=1))
+        let_go(poses)
+        return error
 
     def _turn(self, poses: Array) -> Array:
         if poses.shape[1] == 3:
-            return np.where(np.isnan(poses[:, 0]), np.nan, 0.0)
+            turn = np.where(np.isnan(poses[:, 0]), np.nan, 0.0)
+            let_go(poses)
+            return turn
         return angle_between(poses[:, 3:], self.poses[:, 3:])
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final
 
 import numpy as np
@@ -13,6 +13,7 @@ from cablewright.analyses.feasibility import Finding, judge
 from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
 from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.paging import Room, let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw, accelerations, corner_speeds
@@ -23,7 +24,7 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.limits import drum_arms
 from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 from cablewright.studies.checks.path_statics import PathStatics
-from cablewright.studies.interference import JobDistances
+from cablewright.studies.interference import Clearances, JobDistances
 
 BLOCK: Final = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
 RESERVE: Final = 1.1
@@ -40,7 +41,7 @@ class Walked:
     statics: PathStatics
     tension_drop: Array  # (m,) N, at least 0: the most that acceleration takes from the tension of each line
     tension_rise: Array  # (m,) N, at least 0
-    distances: JobDistances | None
+    distances: Clearances | None
     search: ExpectedErrorSearch | None
 
 
@@ -53,10 +54,11 @@ class JobPath:
     law: TimeLaw
     poses: Array
     retraction: Array | None
+    room: Room = field(default_factory=Room)  # for what is found
 
     def walk(self, full: Model, ranges: Sequence[Range], skip: Collection[str], seed: int, report: Progress) -> Walked:
         """Solve the inverse and forward problems, and look for all that is not in *skip*."""
-        distances = None if "interference" in skip else JobDistances.of(self.job, self.samples)
+        distances = None if "interference" in skip else JobDistances.of(self.job, self.samples, room=self.room)
         search = None if "expected-error" in skip else ExpectedErrorSearch(ranges, self.samples, seed)
         motion, rows = self.job.motion, len(self.poses)
         corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation)
@@ -71,8 +73,9 @@ class JobPath:
             moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
             effects = inertia_effects(held[regular], linear, moved)
             found = PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, drum_arms(held))
-            solved = _room(found, rows) if solved is None else solved
+            solved = _room(found, rows, self.room) if solved is None else solved
             _write(found, solved, first)
+            let_go(solved)
             drop, rise = _largest(drop, rise, effects)
             if distances is not None:
                 distances.take(held, first)
@@ -80,9 +83,10 @@ class JobPath:
                 search.take(first + np.flatnonzero(regular), held[regular], linear)
         report("solving", rows, rows)
         assert solved is not None
-        speed = _cable_speed(solved.lengths, self.samples, self.law)
-        lines = replace(solved.lines, winch_speed=speed, cable_length=solved.lengths)
-        return Walked(replace(solved, lines=lines), drop, rise, distances, search)
+        _add_speeds(solved.lines.winch_speed, solved.lengths, self.samples, self.law)
+        lines = replace(solved.lines, cable_length=solved.lengths)
+        clearances = None if distances is None else distances.clearances
+        return Walked(replace(solved, lines=lines), drop, rise, clearances, search)
 
     def judged(self, robot: Robot, found: Walked) -> tuple[Finding, ...]:
         """Compare with the limits of the robot's file."""
@@ -115,11 +119,11 @@ def _largest(drop: Array, rise: Array, effects: InertiaEffects) -> tuple[Array, 
     return np.maximum(drop, most_drop), np.maximum(rise, np.max(effects.tension_rise, axis=0, initial=0.0))
 
 
-def _room(block: Any, rows: int) -> Any:
+def _room(block: Any, rows: int, room: Room) -> Any:
     """Room for so many rows of what a block has: an array, or a dataclass of arrays. Blocks joined would take two."""
     if isinstance(block, np.ndarray):
-        return np.empty((rows, *block.shape[1:]), block.dtype)
-    return type(block)(*(_room(getattr(block, each.name), rows) for each in fields(block)))
+        return room.empty((rows, *block.shape[1:]), block.dtype)
+    return type(block)(*(_room(getattr(block, each.name), rows, room) for each in fields(block)))
 
 
 def _write(block: Any, room: Any, first: int) -> None:
@@ -131,11 +135,16 @@ def _write(block: Any, room: Any, first: int) -> None:
         _write(getattr(block, each.name), getattr(room, each.name), first)
 
 
-def _cable_speed(lengths: Array, samples: Samples, law: TimeLaw) -> Array:
-    """Speed of each cable (k, m), m/s: its change of length per length of path, times the speed along the path."""
+def _add_speeds(speeds: Array, lengths: Array, samples: Samples, law: TimeLaw) -> None:
+    """Write the speed of each cable (k, m), m/s: its change of length per length of path, times that along the path."""
     distance = np.diff(samples.distance)
     duration = np.diff(law.time) - samples.dwell[:-1]
     fastest = np.maximum(np.maximum(law.speed[1:], law.speed[:-1]), distance / duration)
-    speed = np.zeros_like(lengths)
-    speed[1:] = np.abs(np.diff(lengths, axis=0)) * (fastest / distance)[:, None]
-    return speed
+    pace = fastest / distance
+    speeds[0] = 0.0
+    for first in range(0, len(distance), BLOCK):
+        block = slice(first, first + BLOCK)
+        changes = np.abs(np.diff(lengths[first : first + BLOCK + 1], axis=0))
+        speeds[1:][block] = changes * pace[block, None]
+        let_go(speeds)
+        let_go(lengths)

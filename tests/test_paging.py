@@ -1,0 +1,67 @@
+"""Arrays in files: the same numbers, room that is promised or refused at once, and nothing left behind."""
+
+from __future__ import annotations
+
+import errno
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright import paging
+from cablewright.arrays import Array
+from cablewright.paging import Room, let_go
+
+SHAPE = (1 << 14, 4)
+in_files = pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="no promise of room in a file")
+
+
+@dataclass(frozen=True)
+class Pair:
+    one: Array
+    other: Array
+
+
+def resident() -> int:
+    """Bytes of files that this process has in memory."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(1024 * int(line.split()[1]) for line in lines if line.startswith("RssFile"))
+
+
+@in_files
+def test_an_array_in_a_file_keeps_its_numbers_and_leaves_memory(tmp_path: Path) -> None:
+    room = Room(tmp_path)
+    pair = Pair(room.empty((1 << 20, 4)), room.empty(SHAPE, np.int64))
+    wanted = np.arange(pair.one.size, dtype=float).reshape(pair.one.shape)
+    pair.one[:], pair.other[:] = wanted, 7
+    before = resident() if Path("/proc/self/status").exists() else None
+    let_go(pair)
+    if before is not None:
+        assert resident() < before - 0.9 * pair.one.nbytes
+    assert np.array_equal(pair.one, wanted)
+    assert (pair.other == 7).all()
+    let_go(pair.one[5:, 1])
+    assert np.array_equal(pair.one, wanted)
+    assert not list(tmp_path.iterdir())
+
+
+@in_files
+def test_a_disk_without_room_is_an_error_before_anything_is_written(tmp_path: Path, monkeypatch) -> None:
+    def full(*_arguments: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(paging.os, "posix_fallocate", full)
+    with pytest.raises(OSError, match="No space"):
+        Room(tmp_path).empty(SHAPE)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("room", [Room(), Room(Path("nowhere"))])
+def test_a_small_array_and_one_without_a_folder_are_in_memory(room: Room) -> None:
+    shape = (3, 4) if room.folder else SHAPE
+    values = room.empty(shape)
+    values[:] = 1.0
+    let_go(values)
+    assert (values == 1.0).all()
