@@ -13,7 +13,15 @@ from cablewright.machine.drives.can_port import CanPort
 from cablewright.machine.drives.cia402 import DISABLE_OPERATION, ENERGISED, PowerState, state_of
 from cablewright.machine.drives.loopback import LoopbackPort
 from cablewright.machine.drives.network import Identity, Network
-from cablewright.machine.drives.parameters import RAMP_AND_OFF, Parameter, communication, disarmed, guards, speed_limit
+from cablewright.machine.drives.parameters import (
+    RAMP_AND_OFF,
+    Parameter,
+    communication,
+    disarmed,
+    guards,
+    shut,
+    speed_limit,
+)
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.sdo import Transfer
 from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
@@ -50,7 +58,7 @@ class CanopenDrives:
         self.settings, self._machine = drives, settings
         scales = scales_of(robot, settings)
         self.axes = tuple(
-            Axis(name, drives.nodes[name].id, scale, drives.brake_time)
+            Axis(name, drives.nodes[name].id, scale, drives.brake_time, valve_of(drives, name))
             for name, scale in zip(lines, scales, strict=True)
         )
         self._make_port = port or (lambda: open_port(drives))
@@ -125,7 +133,10 @@ class CanopenDrives:
 
     def parameters(self, axis: Axis) -> list[Parameter]:
         """All that is written into a drive."""
-        return communication(self.settings, self.settings.nodes[axis.name]) + self._guards(axis)
+        return self._communication(axis) + self._guards(axis)
+
+    def _communication(self, axis: Axis) -> list[Parameter]:
+        return communication(self.settings, self.settings.nodes[axis.name], axis.mapped)
 
     def open(self) -> None:
         """As `WinchDrives`."""
@@ -173,14 +184,14 @@ class CanopenDrives:
         return PowerState.ENABLED if word.failure else state_of(word.result)
 
     def _guards(self, axis: Axis) -> list[Parameter]:
-        return guards(self.settings, axis.scale, self._machine.winch.counts, self._machine.period)
+        own = guards(self.settings, axis.scale, self._machine.winch.counts, self._machine.period)
+        return own + shut(axis.valve)
 
     def begin_checks(self) -> None:
         """As `WinchDrives`: PDOs are read, as they can be changed in another state alone; the rest is written too."""
-        nodes = self.settings.nodes
         for axis in self.axes:
             axis.failure = ""
-            talk = [each for each in communication(self.settings, nodes[axis.name]) if each.lasts]
+            talk = [each for each in self._communication(axis) if each.lasts]
             axis.check(talk, write=False)
             axis.check(self._guards(axis), write=True)
 
@@ -223,6 +234,12 @@ class CanopenDrives:
         if bus is not None:
             self._closed_statistics = bus.statistics
             bus.port.close()
+
+
+def valve_of(settings: DriveSettings, line: str) -> int:
+    """The bit, as a mask, of the outputs of a *line*'s drive that opens the valve; 0: it has none."""
+    valve = settings.valve
+    return 1 << valve.bit if valve is not None and valve.line == line else 0
 
 
 def require_drives(settings: MachineSettings, robot: Robot) -> DriveSettings:

@@ -128,8 +128,9 @@ class Network:
         """
         self._seen = ""
         for axis, setpoint in zip(self.axes, setpoints, strict=True):
-            for frame in axis.commands(setpoint, self.port.now(), reset=reset):
-                self.send(frame)
+            commands = axis.commands(setpoint, self.port.now(), reset=reset)
+            for kind, data in zip((o.CONTROL_PDO, o.TORQUE_PDO), commands, strict=True):
+                self.send(Frame(kind + axis.node, data))
         if beats:
             self.beat()
         self.pump(due)

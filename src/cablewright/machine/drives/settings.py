@@ -46,6 +46,18 @@ class InputBits(Description):
     barrier: _Bit | None = None
 
 
+class ValveSettings(Description):
+    """The nozzle's valve: a digital output, object 0x60FE, of the drive of ``line``, which opens it with its ``bit``.
+
+    ``closes_alone``: whether that drive clears the output by itself in a fault, and when it loses this computer. No
+    standard says so: it is in the drive's manual.
+    """
+
+    line: _Text
+    bit: _Bit
+    closes_alone: Annotated[bool, Field(strict=True)]
+
+
 class DriveSettings(Description):
     """CANopen drives of profile CiA 402, one for each line, each of which opens and closes its own brake.
 
@@ -83,6 +95,7 @@ class DriveSettings(Description):
     tension_error: Annotated[float, Field(ge=0.01, le=0.5)] = 0.1
     tension_speed: Annotated[Speed, Field(gt=0.0, le=0.25)] = 0.02
     inputs: InputBits = InputBits()
+    valve: ValveSettings | None = None
 
     def stop_time(self, speed: float) -> float:
         """Time, s, in which a drive stops from a *speed* of its cable, m/s, closes its brake, and has told so."""
@@ -95,6 +108,8 @@ class DriveSettings(Description):
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
+        if self.valve is not None and self.valve.line not in self.nodes:
+            raise refusal("line", f"{self.valve.line!r} has no drive in drives.nodes", ("valve",))
         ids = [node.id for node in self.nodes.values()]
         for name, node in self.nodes.items():
             if node.id == self.host:

@@ -62,6 +62,9 @@ class VirtualRig:
             VirtualDrive(drives.nodes[name].id, drives.rated_torque, winch.counts, unit, 0.5 * drives.brake_time)
             for name in self.names
         )
+        self._valve = drives.valve
+        for drive in self.drives:
+            drive.keeps_outputs = drives.valve is not None and not drives.valve.closes_alone
         self._radii = np.array([scale.radii[0] for scale in scales_of(robot, owner)])
         self._axial = np.array([line.cable.stiffness for line in robot.lines])
         self._base = np.zeros(len(self.drives))
@@ -96,9 +99,15 @@ class VirtualRig:
         if self.ticks % _TICKS == (self._phase or 0):
             speeds = self.signs * self._turned / self.per_radian
             self._turned[:] = 0.0
-            self.plant.step(Command(self.plant.time, speeds))
+            self.plant.step(Command(self.plant.time, speeds, float(self.valve_open)))
             self._load()
         return self._said()
+
+    @property
+    def valve_open(self) -> bool:
+        """Whether the output of the valve is set."""
+        valve = self._valve
+        return valve is not None and bool(self.drives[self.names.index(valve.line)].outputs >> valve.bit & 1)
 
     def warm(self) -> None:
         """Compile, or load, what the plant calls, and leave it where it was."""

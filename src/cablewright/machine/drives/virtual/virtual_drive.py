@@ -53,6 +53,7 @@ class VirtualDrive:
     stop_input: bool = False  # its own input for a quick stop
     tells_early: bool = False  # it tells that it is off, or in fault, while its brake still closes under torque
     drift: float = 0.0  # counts/s by which it turns besides, unknown to itself
+    keeps_outputs: bool = False  # in a fault, instead of clearing them
     dead: bool = False  # neither hears nor says anything
     profile: int = o.PROFILE
     dictionary: Dictionary = field(init=False)
@@ -82,6 +83,12 @@ class VirtualDrive:
             return 0.0
         limit = self.dictionary[o.MAX_TORQUE] * 1e-3 * self.rated_torque
         return min(max(-self.load, -limit), limit)
+
+    @property
+    def outputs(self) -> int:
+        """The bits of its digital outputs that are set."""
+        cleared = self.state in IN_FAULT and not self.keeps_outputs
+        return 0 if cleared else self.dictionary[o.OUTPUTS] & self.dictionary[o.OUTPUT_MASK]
 
     @property
     def _powered(self) -> bool:
@@ -135,27 +142,33 @@ class VirtualDrive:
         if frame.id == o.SYNC:
             self.outbox += self._answers()
             return
-        for k, mapped in enumerate(o.TO_DRIVES):
-            if frame.id != int.from_bytes(own.entries[0x1400 + k, 1].data, "little"):
-                continue
-            values = o.unpacked(mapped, frame.data)
-            if values is None:
-                self.fail(SHORT_PDO)
-                return
-            for each, value in zip(mapped, values, strict=True):
-                own[each] = value
-            if k == 0:
-                self._commanded = now
-                self._control(own[o.CONTROLWORD])
+        for k in range(len(o.TO_DRIVES)):
+            if frame.id == int.from_bytes(own.entries[0x1400 + k, 1].data, "little"):
+                self.command(0x1600 + k, frame.data, now)
+
+    def command(self, mapping: int, data: bytes, now: float) -> None:
+        """Take what a PDO of that *mapping* carries, at *now*, s."""
+        entries = self.dictionary.mapped(mapping)
+        if len(data) != sum(len(each.data) for each in entries):
+            self.fail(SHORT_PDO)
+            return
+        at = 0
+        for each in entries:
+            each.data = data[at : at + len(each.data)]
+            at += len(each.data)
+        if mapping == 0x1600:
+            self._commanded = now
+            self._control(self.dictionary[o.CONTROLWORD])
+
+    def told(self, mapping: int) -> bytes:
+        """What a PDO of that *mapping* carries."""
+        return b"".join(each.data for each in self._refresh().mapped(mapping))
 
     def _answers(self) -> list[Frame]:
-        own = self._refresh()
-        frames = []
-        for k, mapped in enumerate(o.FROM_DRIVES):
-            cob = int.from_bytes(own.entries[0x1800 + k, 1].data, "little")
-            if not cob >> 31:
-                frames.append(Frame(cob & 0x7FF, b"".join(each.pack(own[each]) for each in mapped)))
-        return frames
+        cobs = [
+            int.from_bytes(self.dictionary.entries[0x1800 + k, 1].data, "little") for k in range(len(o.FROM_DRIVES))
+        ]
+        return [Frame(cob & 0x7FF, self.told(0x1A00 + k)) for k, cob in enumerate(cobs) if not cob >> 31]
 
     def _refresh(self) -> Dictionary:
         """Bring what it tells up to date."""
