@@ -21,7 +21,7 @@ from cablewright.machine.drives.faults import fault_line
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.parameters import Parameter
 from cablewright.machine.drives.scale import Scale
-from cablewright.machine.drives.sdo import Transfer, Transfers
+from cablewright.machine.drives.transfers import Transfer, Transfers
 
 STANDS: Final = 0.02
 """Speed of a drum that stands, rad/s."""
@@ -56,7 +56,7 @@ class Axis:
     scale: Scale
     rest: float = 0.0
     valve: int = 0
-    transfers: Transfers = field(init=False)
+    transfers: Transfers = field(default_factory=Transfers, init=False)
     statusword: int = 0
     mode: int = 0
     counts: int = 0  # of the motor, paying out is positive
@@ -73,14 +73,9 @@ class Axis:
     restarted: bool = False  # it lost its settings, and has not been told them again
     pending: int = 0  # PDOs that this cycle has not brought yet, a bit each
     failure: str = ""  # of its parameters
-    answers: int = 0  # frames of SDO
     notes: list[str] = field(default_factory=list)
     checks: deque[tuple[Parameter, Transfer | None, Transfer]] = field(default_factory=deque)
     _resetting: bool = False
-
-    def __post_init__(self) -> None:
-        """Prepare its transfers."""
-        self.transfers = Transfers(self.node)
 
     @property
     def state(self) -> PowerState:

@@ -22,8 +22,9 @@ from cablewright.control.procedure import Procedure
 from cablewright.control.take_up import PULLS, TakeUp, TakeUpSettings
 from cablewright.control.winch_jog import WinchJog, WinchJogSettings
 from cablewright.errors import InputError
+from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import Port
-from cablewright.machine.drives.canopen_drives import CanopenDrives, require_drives
+from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.limits import require_limits
 from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
+from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import BusError, Frame, Port
-from cablewright.machine.drives.canopen_drives import require_drives
 from cablewright.machine.drives.objects import SYNC
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
