@@ -60,19 +60,25 @@ def communication(settings: DriveSettings, node: NodeSettings, to_drive: Mapped)
 
 
 def _pdo(
-    at: int, mapping: int, cob: int, mapped: tuple[Object, ...], kind: int, timeout: int | None
+    at: int, mapping_at: int, cob: int, mapped: tuple[Object, ...], kind: int, timeout: int | None
 ) -> list[Parameter]:
     def entry(index: int, sub: int, size: int, name: str) -> Object:
         return Object(index, sub, size, signed=False, name=name)
 
-    identifier, number = entry(at, 1, 4, "identifier of a PDO"), entry(mapping, 0, 1, "number of mapped objects")
+    identifier = entry(at, 1, 4, "identifier of a PDO")
     found = [Parameter(identifier, _OFF | cob, _COB_MASK, lasts=False)]
     found.append(Parameter(entry(at, 2, 1, "transmission type"), kind))
     if timeout is not None:
         found.append(Parameter(entry(at, 5, 2, "command timeout"), timeout, optional=True))
-    found.append(Parameter(number, 0, lasts=False))
-    found += [Parameter(entry(mapping, 1 + j, 4, "mapped object"), each.mapping) for j, each in enumerate(mapped)]
-    return [*found, Parameter(number, len(mapped)), Parameter(identifier, cob, _COB_MASK)]
+    return [*found, *mapping(mapping_at, mapped), Parameter(identifier, cob, _COB_MASK)]
+
+
+def mapping(at: int, mapped: tuple[Object, ...]) -> list[Parameter]:
+    """What a PDO with that mapping object carries."""
+    number = Object(at, 0, 1, signed=False, name="number of mapped objects")
+    entries = [Object(at, 1 + j, 4, signed=False, name="mapped object") for j in range(len(mapped))]
+    found = [Parameter(entry, each.mapping) for entry, each in zip(entries, mapped, strict=True)]
+    return [Parameter(number, 0, lasts=False), *found, Parameter(number, len(mapped))]
 
 
 def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) -> list[Parameter]:

@@ -59,10 +59,11 @@ class ValveSettings(Description):
 
 
 class DriveSettings(Description):
-    """CANopen drives of profile CiA 402, one for each line, each of which opens and closes its own brake.
+    """Drives of profile CiA 402 on CANopen or EtherCAT, one for each line, each of which closes its own brake.
 
     ``interface``, ``channel``, ``bitrate``: of python-can; the interface ``loopback`` is that of virtual drives, its
-    channel a UDP port of this computer. ``acknowledged``: a real bus is opened for motion only with `ACKNOWLEDGED`.
+    channel a UDP port of this computer. Of EtherCAT the interface is that of the network, and the channel, if any, the
+    one at which virtual drives answer; a node's id is its place in the ring. ``acknowledged``: a real bus is opened for motion only with `ACKNOWLEDGED`.
     ``host``: node of this computer. ``rated_torque``: of a motor, as each drive
     must have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
     ``heartbeat_timeout``, ``command_timeout``: after so much silence of this computer a drive stops by itself.
@@ -75,7 +76,7 @@ class DriveSettings(Description):
     """
 
     interface: _Text
-    channel: _Text
+    channel: _Text = ""
     acknowledged: Literal["tested on virtual drives only"] | None = None
     bitrate: Annotated[int, Field(strict=True, ge=10_000, le=1_000_000)] = 1_000_000
     host: _Node = 127

@@ -42,6 +42,7 @@ class Transfer:
     done: bool = False
     result: int = 0
     text: str = ""
+    length: int = 0  # bytes that were read
     failure: str = ""
     absent: bool = False  # the drive has no such object
 

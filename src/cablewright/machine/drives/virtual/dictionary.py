@@ -61,6 +61,11 @@ class Dictionary:
             return self._segment(request[0] & 0x10)
         return None if command == 4 else self._abort(address, _UNKNOWN)
 
+    def rest(self) -> bytes:
+        """What is left to be told of a text."""
+        rest, self._text = self._text, b""
+        return rest
+
     def _read(self, key: tuple[int, int], address: bytes) -> Frame:
         entry = self.entries.get(key)
         if entry is None:
@@ -80,7 +85,7 @@ class Dictionary:
         size = 4 - (request[0] >> 2 & 3)
         if size != len(entry.data):
             return self._abort(address, _LENGTH)
-        if 0x1400 <= key[0] < 0x1C00 and self.operational():
+        if 0x1400 <= key[0] < 0x1C20 and self.operational():
             return self._abort(address, _STATE)
         if key not in self.stubborn:
             entry.data = request[4 : 4 + size]

@@ -25,7 +25,9 @@ from cablewright.robot import Robot
 from cablewright.signals import Command
 
 _TICKS: Final = 5  # of the drives, in a step of the plant
-_MADE_UP: Final = 0.5  # s that are made up for, after the computer was held up
+MADE_UP: Final = 0.5
+"""Time that is made up for after the computer was held up, s."""
+
 _YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque gives way in a step
 
 Disturb = Callable[[Frame, float], tuple[float, ...]]
@@ -216,7 +218,7 @@ def run_rig(rig: VirtualRig, port: Port, ends: Callable[[], bool] = lambda: Fals
         while (frame := port.receive(due)) is not None:
             _answer(port, rig.hear(frame, port.now()))
         now = port.now()
-        due = max(due, now - _MADE_UP)
+        due = max(due, now - MADE_UP)
         _answer(port, rig.advance(now))
 
 

@@ -125,17 +125,26 @@ class VirtualDrive:
             if self.nmt != o.OPERATIONAL:
                 self._commanded = math.nan
         elif frame.id == o.SDO_REQUEST + self.node:
-            self._refresh()
-            answer = self.dictionary.answer(data)
+            answer = self._ask(data)
             self.outbox += [] if answer is None else [answer]
-            if data[:1] != b"\x40" and data[1:3] == o.CONTROLWORD.index.to_bytes(2, "little"):
-                self._control(self.dictionary[o.CONTROLWORD])
             if self.dictionary[o.CONSUMER_HEARTBEAT] == 0:
                 self._beat_heard = math.nan
         elif frame.id == o.HEARTBEAT + (self.dictionary[o.CONSUMER_HEARTBEAT] >> 16 & 0x7F):
             self._beat_heard = now
         elif self.nmt == o.OPERATIONAL:
             self._hear_pdo(frame, now)
+
+    def object_answer(self, request: bytes) -> bytes | None:
+        """The answer to a request for an object by a mailbox, in which a text is whole."""
+        answer = self._ask(request)
+        return None if answer is None else answer.data + self.dictionary.rest()
+
+    def _ask(self, request: bytes) -> Frame | None:
+        self._refresh()
+        answer = self.dictionary.answer(request)
+        if request[:1] != b"\x40" and request[1:3] == o.CONTROLWORD.index.to_bytes(2, "little"):
+            self._control(self.dictionary[o.CONTROLWORD])
+        return answer
 
     def _hear_pdo(self, frame: Frame, now: float) -> None:
         own = self.dictionary
