@@ -63,9 +63,9 @@ class DriveSettings(Description):
 
     ``interface``, ``channel``, ``bitrate``: of python-can; the interface ``loopback`` is that of virtual drives, its
     channel a UDP port of this computer. Of EtherCAT the interface is that of the network, and the channel, if any, the
-    one at which virtual drives answer; a node's id is its place in the ring. ``acknowledged``: a real bus is opened for motion only with `ACKNOWLEDGED`.
-    ``host``: node of this computer. ``rated_torque``: of a motor, as each drive
-    must have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
+    one at which virtual drives answer; a node's id is its place in the ring. ``acknowledged``: a real bus is opened for
+    motion only with `ACKNOWLEDGED`. ``host``: node of this computer. ``rated_torque``: of a motor, as each drive must
+    have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
     ``heartbeat_timeout``, ``command_timeout``: after so much silence of this computer a drive stops by itself.
     ``following_error`` (m of cable) for ``following_time``: a drive stops. ``deceleration``: of cable, of every stop by
     a drive. ``brake_time``: until a brake has opened or closed. ``answer_timeout``: s until a drive that does not

@@ -46,6 +46,7 @@ class SlaveMemory:
     def __init__(self, eeprom: bytes, *, last: bool) -> None:
         """As after power-on, in the state init."""
         self.bytes, self._eeprom = bytearray(SIZE), eeprom
+        self.stubborn = range(0)  # addresses that keep their values, though they seem to be written
         self.bytes[TYPE : TYPE + 9] = bytes([0x11, 0, 0, 0, 8, 8, 8, 0x0F, 0])
         self.put(PORTS, 0x0200 | (0 if last else 0x0800), 2)
         self.put(AL_STATUS, 1, 2)
@@ -95,7 +96,8 @@ class SlaveMemory:
         in_mailbox = box.active and at < box.start + box.size and box.start < at + len(data)
         if at + len(data) > SIZE or (in_mailbox and box.status & FULL):
             return False
-        self.bytes[at : at + len(data)] = data
+        if at not in self.stubborn:
+            self.bytes[at : at + len(data)] = data
         if in_mailbox and at + len(data) >= box.start + box.size:
             self.mark_full(0, full=True)
         if at <= EEPROM_CONTROL + 1 < at + len(data) and data[EEPROM_CONTROL + 1 - at] & _READ_EEPROM:
