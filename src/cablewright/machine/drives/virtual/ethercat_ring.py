@@ -7,6 +7,7 @@ import socket
 import struct
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Final, NamedTuple
 
 from cablewright.errors import EnvironmentFault
@@ -157,10 +158,12 @@ def run_ring(
 
 
 def _opened(interface: str) -> socket.socket:
-    try:
-        found = socket.socket(socket.AF_PACKET, socket.SOCK_RAW)
-        found.bind((interface, _ETHERTYPE))
-    except (AttributeError, OSError) as error:
-        why = f"{error}; it takes Linux, root, and an interface that is up"
-        raise EnvironmentFault(f"drives.channel = {interface!r}: cannot be had for virtual drives: {why}") from None
-    return found
+    with ExitStack() as stack:
+        try:
+            found = stack.enter_context(socket.socket(socket.AF_PACKET, socket.SOCK_RAW))
+            found.bind((interface, _ETHERTYPE))
+        except (AttributeError, OSError) as error:
+            why = f"{error}; it takes Linux, root, and an interface that is up"
+            raise EnvironmentFault(f"drives.channel = {interface!r}: cannot be had for virtual drives: {why}") from None
+        stack.pop_all()
+        return found
