@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from dataclasses import dataclass
 from typing import Final
@@ -53,6 +54,7 @@ class Transfers:
     def __init__(self) -> None:
         """Begin with none."""
         self._waiting: deque[Transfer] = deque()
+        self._changes = threading.Lock()
 
     @property
     def idle(self) -> bool:
@@ -69,19 +71,22 @@ class Transfers:
 
     def add(self, transfer: Transfer) -> Transfer:
         """Transfer it after all others."""
-        self._waiting.append(transfer)
+        with self._changes:
+            self._waiting.append(transfer)
         return transfer
 
     def clear(self) -> None:
         """Forget what is left."""
-        self._waiting.clear()
+        with self._changes:
+            self._waiting.clear()
 
     def end(self, transfer: Transfer, failure: str = "") -> None:
         """It is done; *failure*: why it could not be."""
         transfer.failure = failure
         transfer.done = True
-        if self.first is transfer:
-            self._waiting.popleft()
+        with self._changes:
+            if self.first is transfer:
+                self._waiting.popleft()
 
     def abort(self, transfer: Transfer, code: int) -> None:
         """The drive has refused it, with that *code*."""
