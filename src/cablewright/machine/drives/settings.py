@@ -110,7 +110,7 @@ class DriveSettings(Description):
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
         if self.valve is not None and self.valve.line not in self.nodes:
-            raise refusal("line", f"{self.valve.line!r} has no drive in drives.nodes", ("valve",))
+            raise refusal("line", "has no drive in drives.nodes", ("valve",))
         ids = [node.id for node in self.nodes.values()]
         for name, node in self.nodes.items():
             if node.id == self.host:
