@@ -1,7 +1,7 @@
 """A print on virtual CANopen drives in virtual time beside the same on the plant itself.
 
 `python -m benchmarks.drives.compared house-printer examples/house.toml 2` prints two layers both ways: how far apart
-the platform and the lengths paid out were at the same length of the path.
+the platform, the lengths paid out and the material left were at the same length of the path.
 """
 
 from __future__ import annotations
@@ -38,22 +38,23 @@ RATED = {"merlet2023": 0.5, "house-printer": 20.0}  # N m of the motors
 Array = NDArray[np.float64]
 
 
-class Shut(SimulatedMachine):
-    """The plant itself, with its valve shut: drives have none."""
+class OpenOrShut(SimulatedMachine):
+    """The plant itself, with a valve as an output of a drive opens it: open or shut."""
 
     def step(self, command: Command) -> SensorFrame:
         """As `Machine`."""
-        return super().step(replace(command, valve=0.0))
+        return super().step(replace(command, valve=float(command.valve >= 0.5)))
 
 
 @dataclass
 class Kept:
-    """Path length, true place and counts of each step that printed."""
+    """Path length, true place, counts and material left of each step that printed."""
 
     plant: SimulatedMachine
     distances: list[float] = field(default_factory=list)
     places: list[Array] = field(default_factory=list)
     counts: list[NDArray[np.int64]] = field(default_factory=list)
+    material: list[Array] = field(default_factory=list)  # (1,) kg
 
     def add(self, _printer: Printer, step: Step, *, last: bool) -> None:  # noqa: ARG002
         """As `StepRecorder`."""
@@ -62,6 +63,7 @@ class Kept:
             self.distances.append(step.progress.distance)
             self.places.append(self.plant.truth.position)
             self.counts.append(found[-1].counts)
+            self.material.append(np.array([self.plant.truth.powder]))
 
     def at(self, rows: list[Array] | list[NDArray[np.int64]], distances: Array) -> Array:
         """Rows at path lengths, linearly between steps."""
@@ -72,6 +74,7 @@ def on_drives(robot: Robot, twin: TwinSettings) -> TwinSettings:
     """The same machine with its winches on drives; encoders come at once both ways."""
     nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "tension": 30.0}
+    table["valve"] = {"line": robot.lines[0].name, "bit": 16, "closes_alone": True}
     gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier"))
     return twin.with_simulation(wire=Link()).with_owner(
         kind="canopen",
@@ -95,7 +98,7 @@ def compare(name: str, job_file: Path, layers: int) -> None:
     machine = DriveMachine(CanopenDrives(robot, owner, lambda: VirtualPort(rig)), owner)
     bare = twin.with_owner(motor_torques=None)
     there = _printed(robot, twin, path, machine, rig.plant)
-    plant = Shut(robot, bare, begin, seed=0)
+    plant = OpenOrShut(robot, bare, begin, seed=0)
     here = _printed(robot, bare, path, plant, plant)
     ends = max(here.distances[0], there.distances[0]), min(here.distances[-1], there.distances[-1])
     at = np.linspace(*ends, 20_000)
@@ -111,6 +114,8 @@ def compare(name: str, job_file: Path, layers: int) -> None:
         f"{1e3 * float(np.median(apart)):.3f} mm in half of all places; lengths {1e3 * lengths.max():.3f} mm, ", end=""
     )
     print(f"{1e3 * float(np.median(lengths)):.3f} mm; a count of an encoder is {1e3 * count:.4f} mm")
+    weights = np.abs(here.at(here.material, at) - there.at(there.material, at))
+    print(f"material left {1e3 * weights.max():.1f} g apart at most, {1e3 * float(np.median(weights)):.1f} g in half")
     print(machine.drives.statistics.figures(owner.period, 1_000_000))
 
 

@@ -59,8 +59,8 @@ def printed(found: Bench, folder: Path, typist: Typist, **more: object) -> Print
     )  # type: ignore[arg-type]
 
 
-def homed(folder: Path) -> Bench:
-    found = bench()
+def homed(folder: Path, **changes: object) -> Bench:
+    found = bench(**changes)
     place = found.rig.plant.truth.position
     assert home(found.robot, found.twin.owner, folder / "machine", place, lambda: found.port).status == "done"
     return found
@@ -82,6 +82,26 @@ def test_a_ring_is_printed_by_orders_and_its_log_is_that_of_a_real_machine(tmp_p
     began = next(k for k, entry in enumerate(entries) if entry.progress.state is PrintState.PRINTING)
     assert {order.by for entry in entries for order in entry.orders} == {"terminal"}
     assert not any(entry.command.winch_speeds.any() for entry in entries[: began // 2] if not entry.command.modes)
+
+
+def test_a_print_pours_where_the_file_names_a_valve_and_says_where_it_cannot(tmp_path: Path) -> None:
+    valve = {"line": "north-east", "bit": 17, "closes_alone": False}
+    poured = []
+    for k, named in enumerate((None, valve)):
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        found = homed(folder, valve=named)
+        typist = Typist({state: list(words) for state, words in WORDS.items()})
+        before = found.rig.plant.truth.powder
+        assert printed(found, folder, typist).finished, typist.said
+        poured.append(before - found.rig.plant.truth.powder)
+        assert not found.rig.valve_open
+        says = ("no valve opens: nothing is laid", "closes_alone = false: its drive leaves it open in a fault")[k]
+        assert any(says in line for line in typist.said)
+    duration = 2.0 * np.pi * RING.helix.radius / RING.motion.print_speed
+    flow = found.twin.owner.point_drum.flow
+    assert poured[0] == 0.0
+    assert poured[1] == pytest.approx(flow * duration, rel=0.05)  # on while it prints, with ramps laid to half
 
 
 def test_without_homing_nothing_moves(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from cablewright.errors import InputError
 from cablewright.machine.accuracy import Accuracy
 from cablewright.machine.carriers import Body, Drum, RetractionDrive
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
 from cablewright.machine.quantities import Delay, Factor, Share, Span, Time, Width
 from cablewright.machine.sensors import (
     BarrierSensor,
@@ -35,7 +35,7 @@ MAX_WALLS: Final = 200
 
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _Place = tuple[Length, Length]
-_Kind = Literal["simulated", "canopen"]
+_Kind = Literal["simulated", "canopen", "ethercat"]
 
 
 class Extrusion(Description):
@@ -161,10 +161,15 @@ class MachineSettings(FileDescription):
 
     @model_validator(mode="after")
     def _kind_fits(self) -> Self:
-        if self.kind == "canopen" and self.drives is None:
-            raise refusal("drives", 'must be given where kind is "canopen"')
-        if self.kind != "canopen" and self.drives is not None:
-            raise refusal("kind", 'must be "canopen" where there is a table [drives]')
+        real, drives = self.kind != "simulated", self.drives
+        if real and drives is None:
+            raise refusal("drives", f'must be given where kind is "{self.kind}"')
+        if not real and drives is not None:
+            raise refusal("kind", 'must be "canopen" or "ethercat" where there is a table [drives]')
+        if drives is not None and self.kind == "canopen" and not drives.channel:
+            raise refusal("channel", "must be given on CAN", ("drives",))
+        if drives is not None and self.kind == "ethercat" and drives.interface == LOOPBACK:
+            raise refusal("interface", "must be a network interface: loopback is CAN's", ("drives",))
         return self
 
     @model_validator(mode="after")

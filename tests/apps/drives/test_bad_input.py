@@ -12,8 +12,14 @@ EXAMPLE = Path(__file__).parents[3] / "examples" / "virtual-drives.toml"
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('kind = "canopen"', 'kind = "ethercat"', "kind = 'ethercat': must be 'simulated' or 'canopen'"),
-        ('kind = "canopen"', "", 'kind: must be "canopen" where there is a table [drives]'),
+        ('kind = "canopen"', 'kind = "modbus"', "kind = 'modbus': must be 'simulated', 'canopen' or 'ethercat'"),
+        ('kind = "canopen"', "", 'kind: must be "canopen" or "ethercat" where there is a table [drives]'),
+        ('kind = "canopen"', 'kind = "ethercat"', "drives.interface = 'loopback': must be a network interface"),
+        ('channel = "43113"', "", "drives.channel: must be a UDP port from 1024 to 65535"),
+        ('line = "south-west"', 'line = "south"', "drives.valve.line = 'south': has no drive in drives.nodes"),
+        ("closes_alone = true", "", "drives.valve.closes_alone: is missing"),
+        ("closes_alone = true", 'closes_alone = "perhaps"', "drives.valve.closes_alone = 'perhaps'"),
+        ("bit = 16", "bit = 32", "drives.valve.bit = 32"),
         ("id = 2,", "id = 1,", "two lines have the node 1; each needs a drive of its own"),
         ("id = 2,", "id = 127,", "127 is this computer's"),
         ("id = 2,", "id = 128,", "id = 128: must be"),
@@ -131,3 +137,19 @@ def test_all_actions_can_be_tried(cli) -> None:
         answer = cli("drives", action, "merlet2023", "--machine", str(EXAMPLE), "--try", *more, "--json")
         assert answer.code == 0, (action, answer.err)
         assert answer.json.get("status", "done") == "done"
+
+
+def test_ethercat_drives_cannot_be_tried_without_a_cable(cli, tmp_path: Path) -> None:
+    text = EXAMPLE.read_text("utf-8").replace('"loopback"', '"cwnone"').replace('"canopen"', '"ethercat"')
+    file = tmp_path / "machine.toml"
+    file.write_text(text, encoding="utf-8")
+    answer = cli("drives", "scan", "merlet2023", "--machine", str(file), "--try")
+    assert (answer.code, "--try is for CAN; virtual EtherCAT drives need --virtual" in answer.err) == (2, True)
+    answer = cli("drives", "home", "merlet2023", "--machine", str(file))
+    assert (answer.code, "drives.acknowledged: is missing" in answer.err) == (2, True)
+    answer = cli("drives", "scan", "merlet2023", "--machine", str(file))
+    assert answer.code == 3
+    assert "ip link set cwnone up" in answer.err or "pip install 'cablewright[ethercat]'" in answer.err
+    file.write_text(text.replace("43113", "cwnone"), encoding="utf-8")
+    answer = cli("drives", "--virtual", str(file), "--at", "0.7,-0.5,1")
+    assert (answer.code, "drives.channel = 'cwnone': cannot be had for virtual drives" in answer.err) == (3, True)

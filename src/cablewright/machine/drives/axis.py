@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import Frame
 from cablewright.machine.drives.cia402 import (
     ENERGISED,
     FAULT_RESET,
@@ -22,7 +21,7 @@ from cablewright.machine.drives.faults import fault_line
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.parameters import Parameter
 from cablewright.machine.drives.scale import Scale
-from cablewright.machine.drives.sdo import Transfer, Transfers
+from cablewright.machine.drives.transfers import Transfer, Transfers
 
 STANDS: Final = 0.02
 """Speed of a drum that stands, rad/s."""
@@ -32,26 +31,32 @@ FRESH: Final = 0.2
 
 
 class Setpoint(NamedTuple):
-    """What a winch is to do in the next cycle. ``speed``: rad/s, ``torque``: N m, of the drum; positive pays out."""
+    """What a winch is to do in the next cycle. ``speed``: rad/s, ``torque``: N m, of the drum; positive pays out.
+
+    The valve is that of the drive which has its output; of the others it is not read.
+    """
 
     wish: Wish = Wish.OFF
     mode: Mode = Mode.VELOCITY
     speed: float = 0.0
     torque: float = 0.0
+    valve: bool = False  # open
 
 
 @dataclass(eq=False)
 class Axis:
     """A drive: what it told last, and what is asked of it.
 
-    ``rest``: s without torque after which its brake has closed.
+    ``rest``: s without torque after which its brake has closed. ``valve``: the bit of its outputs, as a mask, that
+    opens the valve; 0: it has none.
     """
 
     name: str
     node: int
     scale: Scale
     rest: float = 0.0
-    transfers: Transfers = field(init=False)
+    valve: int = 0
+    transfers: Transfers = field(default_factory=Transfers, init=False)
     statusword: int = 0
     mode: int = 0
     counts: int = 0  # of the motor, paying out is positive
@@ -68,14 +73,9 @@ class Axis:
     restarted: bool = False  # it lost its settings, and has not been told them again
     pending: int = 0  # PDOs that this cycle has not brought yet, a bit each
     failure: str = ""  # of its parameters
-    answers: int = 0  # frames of SDO
     notes: list[str] = field(default_factory=list)
     checks: deque[tuple[Parameter, Transfer | None, Transfer]] = field(default_factory=deque)
     _resetting: bool = False
-
-    def __post_init__(self) -> None:
-        """Prepare its transfers."""
-        self.transfers = Transfers(self.node)
 
     @property
     def state(self) -> PowerState:
@@ -125,8 +125,16 @@ class Axis:
             self.heard = now
         return True
 
-    def commands(self, setpoint: Setpoint, now: float, *, reset: bool) -> tuple[Frame, Frame]:
-        """The PDOs that ask for *setpoint* at *now*, s; *reset*: of a fault, by an edge, once its brake has closed."""
+    @property
+    def mapped(self) -> tuple[tuple[o.Object, ...], ...]:
+        """What its PDOs carry to it."""
+        return o.TO_DRIVE_WITH_VALVE if self.valve else o.TO_DRIVES
+
+    def commands(self, setpoint: Setpoint, now: float, *, reset: bool) -> tuple[bytes, bytes]:
+        """The PDOs that ask for *setpoint* at *now*, s; *reset*: of a fault, by an edge, once its brake has closed.
+
+        The valve is open only of a drive that is enabled.
+        """
         rests, moves = self.rests(now), setpoint.wish is Wish.ENABLED
         held = self.mode == Mode.VELOCITY and abs(self.velocity) < STANDS
         word = controlword(setpoint.wish, self.state, rests=rests, held=held)
@@ -137,7 +145,9 @@ class Axis:
         torque = round(setpoint.torque * self.scale.torque) if moves and setpoint.mode is Mode.TORQUE else 0
         self.commanded = speed / self.scale.speed
         control = o.CONTROLWORD.pack(word) + o.MODE.pack(setpoint.mode) + o.TARGET_VELOCITY.pack(speed)
-        return Frame(o.CONTROL_PDO + self.node, control), Frame(o.TORQUE_PDO + self.node, o.TARGET_TORQUE.pack(torque))
+        opens = moves and setpoint.valve and self.state is PowerState.ENABLED
+        outputs = o.OUTPUTS.pack(self.valve if opens else 0) if self.valve else b""
+        return control, o.TARGET_TORQUE.pack(torque) + outputs
 
     def check(self, parameters: list[Parameter], *, write: bool) -> None:
         """Read parameters, after they were written if *write*; what is wrong is the `failure`."""

@@ -7,15 +7,21 @@ from typing import Final
 
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.asking import begin_speed_limits, bring_off, read_back
+from cablewright.machine.drives.axes import axes_of, require_drives
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.can_port import CanPort
-from cablewright.machine.drives.cia402 import DISABLE_OPERATION, ENERGISED, PowerState, state_of
+from cablewright.machine.drives.identity import Identity
 from cablewright.machine.drives.loopback import LoopbackPort
-from cablewright.machine.drives.network import Identity, Network
-from cablewright.machine.drives.parameters import RAMP_AND_OFF, Parameter, communication, disarmed, guards, speed_limit
-from cablewright.machine.drives.scale import scales_of
-from cablewright.machine.drives.sdo import Transfer
+from cablewright.machine.drives.network import Network
+from cablewright.machine.drives.parameters import (
+    Parameter,
+    communication,
+    disarmed,
+    guards,
+    shut,
+)
 from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
 from cablewright.machine.drives.statistics import BusStatistics, cyclic_load
 from cablewright.machine.settings import MachineSettings
@@ -23,8 +29,6 @@ from cablewright.robot import Robot
 
 _MAX_LOAD: Final = 0.7
 """Share of a bus that cyclic frames may take: the rest is for parameters, heartbeats and repeated frames."""
-
-_POLL: Final = 0.01  # s
 
 _SETTLED: Final = 10  # periods for drives to become operational, and to hear heartbeats
 
@@ -48,11 +52,7 @@ class CanopenDrives:
             why = f"{len(lines)} drives in steps of {settings.period:g} s take {load:.0%} of the bus"
             raise InputError(f"drives.bitrate = {drives.bitrate}: {why}; at most {_MAX_LOAD:.0%} is allowed")
         self.settings, self._machine = drives, settings
-        scales = scales_of(robot, settings)
-        self.axes = tuple(
-            Axis(name, drives.nodes[name].id, scale, drives.brake_time)
-            for name, scale in zip(lines, scales, strict=True)
-        )
+        self.axes = axes_of(robot, settings)
         self._make_port = port or (lambda: open_port(drives))
         self._network: Network | None = None
         self._closed_statistics = BusStatistics()
@@ -112,26 +112,22 @@ class CanopenDrives:
         """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
         bus = self.connect()
         try:
-            found = {}
-            for axis in self.axes:
-                wanted = [each for each in self.parameters(axis) if each.lasts]
-                read = [axis.transfers.add(Transfer(each.object)) for each in wanted]
-                bus.finish(axis)
-                values = [None if each.failure else each.result for each in read]
-                found[axis.name] = list(zip(wanted, values, strict=True))
-            return found
+            return read_back(bus, self.axes, self.parameters)
         finally:
             self._leave()
 
     def parameters(self, axis: Axis) -> list[Parameter]:
         """All that is written into a drive."""
-        return communication(self.settings, self.settings.nodes[axis.name]) + self._guards(axis)
+        return self._communication(axis) + self._guards(axis)
+
+    def _communication(self, axis: Axis) -> list[Parameter]:
+        return communication(self.settings, self.settings.nodes[axis.name], axis.mapped)
 
     def open(self) -> None:
         """As `WinchDrives`."""
         bus = self.connect()
         try:
-            self._bring_off(bus)
+            bring_off(bus, self.axes, self.settings.stop_time(max(axis.scale.speed_of_cable for axis in self.axes)))
             bus.command_state(o.NMT_PREOPERATIONAL)
             for axis in self.axes:
                 axis.begin(bus.port.now())
@@ -146,51 +142,21 @@ class CanopenDrives:
             self._leave()
             raise
 
-    def _bring_off(self, bus: Network) -> None:
-        """Stop drives that somebody left under torque, by ramp and brake, before anything they watch is changed.
-
-        Raises `EnvironmentFault` for one that stays under torque.
-        """
-        left = [axis for axis in self.axes if self._power(axis) in ENERGISED]
-        for axis in left:
-            ramp = axis.transfers.add(Transfer(o.DISABLE_OPTION, RAMP_AND_OFF))
-            bus.finish(axis)
-            if not ramp.failure:
-                axis.transfers.add(Transfer(o.CONTROLWORD, DISABLE_OPERATION))
-                bus.finish(axis)
-        end = bus.port.now() + self.settings.stop_time(max(axis.scale.speed_of_cable for axis in self.axes))
-        while left and bus.port.now() < end:
-            bus.pump(bus.port.now() + _POLL)
-            left = [axis for axis in left if self._power(axis) in ENERGISED]
-        if left:
-            why = "somebody left it under torque, and it does not switch off by request: use the emergency stop"
-            raise EnvironmentFault(f"the drive of line {left[0].name} (node {left[0].node}): {why}")
-
-    def _power(self, axis: Axis) -> PowerState:
-        """The state of a drive by request; one that does not tell counts as enabled."""
-        word = axis.transfers.add(Transfer(o.STATUSWORD))
-        self._bus.finish(axis)
-        return PowerState.ENABLED if word.failure else state_of(word.result)
-
     def _guards(self, axis: Axis) -> list[Parameter]:
-        return guards(self.settings, axis.scale, self._machine.winch.counts, self._machine.period)
+        own = guards(self.settings, axis.scale, self._machine.winch.counts, self._machine.period)
+        return own + shut(axis.valve)
 
     def begin_checks(self) -> None:
         """As `WinchDrives`: PDOs are read, as they can be changed in another state alone; the rest is written too."""
-        nodes = self.settings.nodes
         for axis in self.axes:
             axis.failure = ""
-            talk = [each for each in communication(self.settings, nodes[axis.name]) if each.lasts]
+            talk = [each for each in self._communication(axis) if each.lasts]
             axis.check(talk, write=False)
             axis.check(self._guards(axis), write=True)
 
     def begin_speed_limits(self, tension: Sequence[bool]) -> None:
         """As `WinchDrives`."""
-        for axis, slow in zip(self.axes, tension, strict=True):
-            scale = axis.scale
-            most = min(self.settings.tension_speed / scale.radii[1], scale.max_speed) if slow else scale.max_speed
-            axis.failure = ""
-            axis.check([speed_limit(scale, most)], write=True)
+        begin_speed_limits(self.axes, tension, self.settings.tension_speed)
 
     @property
     def checking(self) -> bool:
@@ -223,15 +189,3 @@ class CanopenDrives:
         if bus is not None:
             self._closed_statistics = bus.statistics
             bus.port.close()
-
-
-def require_drives(settings: MachineSettings, robot: Robot) -> DriveSettings:
-    """The drives of a machine of *robot*. Raises `InputError` where it has none, or not one for each line."""
-    drives, lines = settings.drives, [line.name for line in robot.lines]
-    if drives is None:
-        why = 'kind = "canopen" and a table [drives] are expected'
-        raise InputError(f"machine {settings.name!r}: kind = {settings.kind!r}: has no real drives; {why}")
-    if odd := sorted(set(drives.nodes) ^ set(lines)):
-        why = f"one node for each line of the robot is expected: {', '.join(lines)}"
-        raise InputError(f"drives.nodes: {odd[0]!r}: {why}")
-    return drives

@@ -43,6 +43,8 @@ _STOP_IT: Final = "it has to stop by its own watch over this computer; press the
 RESET: Final = "reset"
 """Output by which a person's order to reset reaches the drives."""
 
+_OPENS: Final = 0.5  # of a valve that is open or shut: while speeds change evenly it lays as much as one that is not
+
 _TIME: Final = 2.0  # s for parameters
 _ENABLE_TIME: Final = 0.5  # s for all drives to be switched on, or enabled
 _MODE_TIME: Final = 0.5  # s to change a mode
@@ -154,23 +156,23 @@ class DriveMachine:
     def _setpoint(self, i: int, command: Command) -> Setpoint:
         """What winch *i* is to do; a speed over its limit is cut to it, with a notice."""
         mode = command.modes[i] if command.modes else WinchMode.VELOCITY
-        axis = self._drives.axes[i]
+        axis, opens = self._drives.axes[i], command.valve >= _OPENS
         if mode is WinchMode.TENSION:
             assert command.tensions is not None
             tension = min(float(command.tensions[i]), self._own.tension)
-            return Setpoint(Wish.ENABLED, Mode.TORQUE, torque=axis.scale.torque_of(tension))
+            return Setpoint(Wish.ENABLED, Mode.TORQUE, torque=axis.scale.torque_of(tension), valve=opens)
         speed, most = float(command.winch_speeds[i]), axis.scale.max_speed
         if abs(speed) > most:
             self._limited.append(Notice(Condition.LIMITED, axis.name))
             speed = math.copysign(most, speed)
-        return Setpoint(Wish.ENABLED, Mode.VELOCITY, speed)
+        return Setpoint(Wish.ENABLED, Mode.VELOCITY, speed, valve=opens)
 
     def _cycle(self, setpoints: tuple[Setpoint, ...], *, reset: bool = False) -> None:
         """One cycle on the bus. After a step that came so late that drives have stopped by now, nothing old is sent."""
         self._due += self.period
         now = self._drives.now()
         if now - self._due > self._own.command_timeout:
-            setpoints = tuple(each._replace(speed=0.0, torque=0.0) for each in setpoints)
+            setpoints = tuple(each._replace(speed=0.0, torque=0.0, valve=False) for each in setpoints)
         if now > self._due:  # the cycles go on from here: none is made up for
             self._due = now
         time = self._drives.cycle(setpoints, self._due, reset=reset, beats=self._beats)
@@ -246,7 +248,7 @@ class DriveMachine:
 
     def _change_modes(self, wanted: tuple[Setpoint, ...]) -> None:
         """Bring winches to rest, limit their speed for the mode, and change it while they are held."""
-        held = tuple(each._replace(speed=0.0, torque=each.torque) for each in self._setpoints)
+        held = tuple(each._replace(speed=0.0, valve=False) for each in self._setpoints)
         end = self._drives.now() + _MODE_TIME
         while not self._standing(Mode.VELOCITY):
             self._cycle(held)
@@ -255,7 +257,7 @@ class DriveMachine:
         now_slow = [each.mode is Mode.TORQUE for each in self._setpoints]
         then_slow = [each.mode is Mode.TORQUE for each in wanted]
         both = [now or then for now, then in zip(now_slow, then_slow, strict=True)]
-        changed = tuple(each._replace(speed=0.0) for each in wanted)
+        changed = tuple(each._replace(speed=0.0, valve=False) for each in wanted)
         if both != now_slow and not self._limited_speeds(both, held):
             return None  # a limit comes before the mode that needs it ...
         end = self._drives.now() + _MODE_TIME

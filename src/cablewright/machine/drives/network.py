@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import Final
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.errors import EnvironmentFault
 from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.asking import require_agreed
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.bus import BusError, Frame, Port
-from cablewright.machine.drives.objects import Mode, supports
+from cablewright.machine.drives.identity import Asked, Identity
 from cablewright.machine.drives.parameters import Parameter
 from cablewright.machine.drives.scale import Scale
-from cablewright.machine.drives.sdo import TIMEOUT, Transfer
+from cablewright.machine.drives.sdo import SdoClient
 from cablewright.machine.drives.statistics import BusStatistics
+from cablewright.machine.drives.transfers import TIMEOUT, Transfer
 
 LISTEN: Final = 0.3
 """Time for which a bus is listened to before anything is sent on it, s: whoever else commands drives is heard."""
@@ -21,41 +24,6 @@ _HEARTBEATS: Final = 4  # in the time after which drives miss them
 _DOUBLE: Final = 0.02  # s after an answer in which a second node with its number would answer too
 _CONFIRMED: Final = 2  # cycles in a row with an error of the bus
 _WINDOW: Final = 0.5  # of a period, for the answers to a SYNC
-_RATED: Final = 0.01  # share by which a motor's rated torque may be off the file's
-_ASKED: Final = (
-    o.DEVICE_TYPE, o.VENDOR, o.PRODUCT, o.REVISION, o.SERIAL, o.SUPPORTED_MODES, o.RATED_TORQUE, o.DEVICE_NAME
-)  # fmt: skip
-
-
-class Identity(NamedTuple):
-    """Who answers at a node; None: it does not tell."""
-
-    node: int
-    profile: int
-    vendor: int | None
-    product: int | None
-    revision: int | None
-    serial: int | None
-    modes: int | None
-    rated_torque: float | None  # N m
-    name: str
-    twice: bool  # two drives answer
-
-    def require(self, line: str, rated_torque: float) -> None:
-        """Raise `InputError` for a drive that is not one for a winch, or of another motor."""
-        who = f"drives.nodes.{line}.id = {self.node}"
-        if self.twice:
-            raise InputError(f"{who}: two drives have this number; give each its own")
-        if self.profile != o.PROFILE:
-            raise InputError(f"{who}: has the profile {self.profile}, not {o.PROFILE} of drives")
-        for mode in Mode:
-            if self.modes is None or not supports(self.modes, mode):
-                raise InputError(f"{who}: the drive has no cyclic synchronous {mode.name.lower()} (0x6502)")
-        found = self.rated_torque
-        if found is None or abs(found - rated_torque) > _RATED * rated_torque:
-            tells = "none" if found is None else f"{found:g} N m"
-            why = f"but the drive of line {line} tells {tells} (0x6076): check motor, file and unit"
-            raise InputError(f"drives.rated_torque = {rated_torque:g} N m: {why}")
 
 
 class Network:
@@ -68,7 +36,7 @@ class Network:
         self.master = ""  # what another master sent
         self.error = ""  # of the bus; while cycles run it stands as long as they fail, one after the other
         self._seen, self._failing = "", 0
-        self._by_node = {axis.node: axis for axis in axes}
+        self._by_node = {axis.node: _Peer.of(axis) for axis in axes}
         self._interval, self._beaten = heartbeat_timeout / _HEARTBEATS, -float("inf")
 
     def listen(self) -> None:
@@ -128,8 +96,9 @@ class Network:
         """
         self._seen = ""
         for axis, setpoint in zip(self.axes, setpoints, strict=True):
-            for frame in axis.commands(setpoint, self.port.now(), reset=reset):
-                self.send(frame)
+            commands = axis.commands(setpoint, self.port.now(), reset=reset)
+            for kind, data in zip((o.CONTROL_PDO, o.TORQUE_PDO), commands, strict=True):
+                self.send(Frame(kind + axis.node, data))
         if beats:
             self.beat()
         self.pump(due)
@@ -149,9 +118,9 @@ class Network:
 
     def identify(self, node: int) -> Identity | None:
         """Ask a node who it is; None: nobody answers."""
-        axis = self._by_node.get(node)
-        asked = Axis(f"node {node}", node, axis.scale) if axis is not None else _stranger(node)
-        known, self._by_node[node] = self._by_node.get(node), asked
+        peer = self._by_node.get(node)
+        asked = _stranger(node) if peer is None else _Peer.of(Axis(f"node {node}", node, peer.axis.scale))
+        known, self._by_node[node] = peer, asked
         try:
             return self._identified(asked)
         finally:
@@ -159,40 +128,25 @@ class Network:
             if known is not None:
                 self._by_node[node] = known
 
-    def _identified(self, asked: Axis) -> Identity | None:
-        first = asked.transfers.add(Transfer(o.DEVICE_TYPE))
-        self.finish(asked)
+    def _identified(self, asked: _Peer) -> Identity | None:
+        transfers = asked.axis.transfers
+        first = transfers.add(Transfer(o.DEVICE_TYPE))
+        self.finish(asked.axis)
         if first.failure:
             return None
         asked.answers = 0
-        found = {each: asked.transfers.add(Transfer(each)) for each in _ASKED}
-        self.finish(asked)
-        requests = asked.transfers.sent - 1
+        told = Asked(transfers)
+        self.finish(asked.axis)
+        requests = asked.client.sent - 1
         self.pump(self.port.now() + _DOUBLE)
-
-        def number(kind: o.Object) -> int | None:
-            return None if found[kind].failure else found[kind].result
-
-        rated = number(o.RATED_TORQUE)
-        return Identity(
-            asked.node,
-            first.result & 0xFFFF,
-            number(o.VENDOR),
-            number(o.PRODUCT),
-            number(o.REVISION),
-            number(o.SERIAL),
-            number(o.SUPPORTED_MODES),
-            None if rated is None else 1e-3 * rated,
-            found[o.DEVICE_NAME].text,
-            asked.answers > requests,
-        )
+        return told.identity(asked.axis.node, twice=asked.answers > requests)
 
     def scan(self) -> tuple[Identity, ...]:
         """Ask all nodes of the bus who they are."""
         asked = {node: _stranger(node) for node in range(1, o.MAX_NODE + 1) if node != self.host}
         own, self._by_node = self._by_node, asked
         try:
-            first = {node: axis.transfers.add(Transfer(o.DEVICE_TYPE)) for node, axis in asked.items()}
+            first = {node: peer.axis.transfers.add(Transfer(o.DEVICE_TYPE)) for node, peer in asked.items()}
             end = self.port.now() + 2.0 * TIMEOUT
             while self.port.now() < end - 1e-6 and not all(each.done for each in first.values()):
                 self.pump(min(end, self.port.now() + 0.1 * TIMEOUT))
@@ -202,8 +156,16 @@ class Network:
         found = [self.identify(node) for node, each in first.items() if each.done and not each.failure]
         return tuple(each for each in found if each is not None)
 
+    def now(self) -> float:
+        """As `Carrier`."""
+        return self.port.now()
+
+    def wait(self, seconds: float) -> None:
+        """As `Carrier`."""
+        self.pump(self.port.now() + seconds)
+
     def finish(self, axis: Axis) -> None:
-        """Transfer what waits, no matter how long."""
+        """As `Carrier`."""
         while not axis.transfers.idle:
             self.pump(self.port.now() + 0.1 * TIMEOUT)
 
@@ -225,13 +187,12 @@ class Network:
             self.pump(self.port.now() + 0.1 * TIMEOUT)
             self.require_alone()
         for axis in self.axes:
-            if axis.failure:
-                raise InputError(f"the drive of line {axis.name} (node {axis.node}): {axis.failure}")
+            require_agreed(axis)
 
     def _transfer(self) -> None:
         now = self.port.now()
-        for axis in self._by_node.values():
-            if not axis.transfers.idle and (frame := axis.transfers.due(now)) is not None:
+        for peer in self._by_node.values():
+            if not peer.axis.transfers.idle and (frame := peer.client.due(now)) is not None:
                 self.send(frame)
 
     def _take(self, frame: Frame) -> None:
@@ -245,18 +206,18 @@ class Network:
         if kind == o.HEARTBEAT and node == self.host:
             self.master = self.master or f"it has the node {node} of this computer"
             return
-        axis = self._by_node.get(node)
-        if axis is None:
+        peer = self._by_node.get(node)
+        if peer is None:
             return
         if kind in _PDOS:
-            numbers.malformed += not axis.take_pdo(_PDOS[kind], frame.data, self.port.now())
+            numbers.malformed += not peer.axis.take_pdo(_PDOS[kind], frame.data, self.port.now())
         elif kind == o.SDO_ANSWER:
-            axis.answers += 1
-            further = axis.transfers.take(frame.data, self.port.now())
+            peer.answers += 1
+            further = peer.client.take(frame.data, self.port.now())
             if further is not None:
                 self.send(further)
         elif kind == o.HEARTBEAT and frame.data[:1] == bytes([o.BOOTED]):
-            axis.restarted = True
+            peer.axis.restarted = True
 
     def _failed(self, error: BusError) -> None:
         self.statistics.errors += 1
@@ -265,8 +226,21 @@ class Network:
             self.error = self._seen
 
 
-def _stranger(node: int) -> Axis:
-    return Axis(f"node {node}", node, Scale(1.0, 1.0, 1.0, 1.0, (1.0, 1.0), 0.0, 0.0))
+@dataclass(eq=False)
+class _Peer:
+    """A node and the transfers with it. ``answers``: frames that came of them."""
+
+    axis: Axis
+    client: SdoClient
+    answers: int = 0
+
+    @classmethod
+    def of(cls, axis: Axis) -> _Peer:
+        return cls(axis, SdoClient(axis.node, axis.transfers))
+
+
+def _stranger(node: int) -> _Peer:
+    return _Peer.of(Axis(f"node {node}", node, Scale(1.0, 1.0, 1.0, 1.0, (1.0, 1.0), 0.0, 0.0)))
 
 
 _PDOS: Final = {o.STATE_PDO: 0, o.LOAD_PDO: 1, o.INPUT_PDO: 2}

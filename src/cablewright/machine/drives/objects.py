@@ -88,6 +88,8 @@ PERIOD: Final = _unsigned(0x60C2, 1, 1, "interpolation period")
 PERIOD_INDEX: Final = _signed(0x60C2, 2, 1, "interpolation period: power of ten")
 FOLLOWING_ERROR: Final = _signed(0x60F4, 0, 4, "following error")
 INPUTS: Final = _unsigned(0x60FD, 0, 4, "digital inputs")
+OUTPUTS: Final = _unsigned(0x60FE, 1, 4, "digital outputs")
+OUTPUT_MASK: Final = _unsigned(0x60FE, 2, 4, "digital outputs: mask")
 TARGET_VELOCITY: Final = _signed(0x60FF, 0, 4, "target velocity")
 SUPPORTED_MODES: Final = _unsigned(0x6502, 0, 4, "supported modes")
 
@@ -122,6 +124,9 @@ BOOTED, OPERATIONAL, PREOPERATIONAL = 0x00, 0x05, 0x7F  # states in heartbeats
 
 TO_DRIVES: Final = ((CONTROLWORD, MODE, TARGET_VELOCITY), (TARGET_TORQUE,))
 """What is mapped into `CONTROL_PDO` and `TORQUE_PDO`."""
+
+TO_DRIVE_WITH_VALVE: Final = (TO_DRIVES[0], (*TO_DRIVES[1], OUTPUTS))
+"""The same for the drive that has the valve's output."""
 
 FROM_DRIVES: Final = ((STATUSWORD, MODE_SHOWN, POSITION), (VELOCITY, TORQUE, ERROR_CODE), (FOLLOWING_ERROR, INPUTS))
 """What is mapped into `STATE_PDO`, `LOAD_PDO` and `INPUT_PDO`."""

@@ -23,6 +23,10 @@ RAMP_AND_OFF = 1  # 0x605B, 0x605C: by a ramp, then the brake closes and torque 
 _RAMP = 2  # 0x605D, 0x605E: by the quick stop's ramp; of a fault the brake closes then
 
 
+Mapped = tuple[tuple[Object, ...], ...]
+"""Objects of each PDO."""
+
+
 class Parameter(NamedTuple):
     """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
 
@@ -42,12 +46,12 @@ class Parameter(NamedTuple):
         return not (found ^ self.value) & self.mask
 
 
-def communication(settings: DriveSettings, node: NodeSettings) -> list[Parameter]:
-    """PDOs and heartbeats of a *node*, to be written before it is operational."""
+def communication(settings: DriveSettings, node: NodeSettings, to_drive: Mapped) -> list[Parameter]:
+    """PDOs and heartbeats of a *node*, to be written before it is operational; *to_drive*: what it is sent."""
     consumer = settings.host << 16 | round(1e3 * settings.heartbeat_timeout)
     found = [Parameter(o.CONSUMER_HEARTBEAT, consumer), Parameter(o.PRODUCER_HEARTBEAT, _DRIVE_HEARTBEAT)]
     to_drives, from_drives = (o.CONTROL_PDO, o.TORQUE_PDO), (o.STATE_PDO, o.LOAD_PDO, o.INPUT_PDO)
-    for k, (cob, mapped) in enumerate(zip(to_drives, o.TO_DRIVES, strict=True)):
+    for k, (cob, mapped) in enumerate(zip(to_drives, to_drive, strict=True)):
         timeout = round(1e3 * settings.command_timeout)
         found += _pdo(0x1400 + k, 0x1600 + k, cob + node.id, mapped, _AT_ONCE, timeout if k == 0 else None)
     for k, (cob, mapped) in enumerate(zip(from_drives, o.FROM_DRIVES, strict=True)):
@@ -56,19 +60,25 @@ def communication(settings: DriveSettings, node: NodeSettings) -> list[Parameter
 
 
 def _pdo(
-    at: int, mapping: int, cob: int, mapped: tuple[Object, ...], kind: int, timeout: int | None
+    at: int, mapping_at: int, cob: int, mapped: tuple[Object, ...], kind: int, timeout: int | None
 ) -> list[Parameter]:
     def entry(index: int, sub: int, size: int, name: str) -> Object:
         return Object(index, sub, size, signed=False, name=name)
 
-    identifier, number = entry(at, 1, 4, "identifier of a PDO"), entry(mapping, 0, 1, "number of mapped objects")
+    identifier = entry(at, 1, 4, "identifier of a PDO")
     found = [Parameter(identifier, _OFF | cob, _COB_MASK, lasts=False)]
     found.append(Parameter(entry(at, 2, 1, "transmission type"), kind))
     if timeout is not None:
         found.append(Parameter(entry(at, 5, 2, "command timeout"), timeout, optional=True))
-    found.append(Parameter(number, 0, lasts=False))
-    found += [Parameter(entry(mapping, 1 + j, 4, "mapped object"), each.mapping) for j, each in enumerate(mapped)]
-    return [*found, Parameter(number, len(mapped)), Parameter(identifier, cob, _COB_MASK)]
+    return [*found, *mapping(mapping_at, mapped), Parameter(identifier, cob, _COB_MASK)]
+
+
+def mapping(at: int, mapped: tuple[Object, ...]) -> list[Parameter]:
+    """What a PDO with that mapping object carries."""
+    number = Object(at, 0, 1, signed=False, name="number of mapped objects")
+    entries = [Object(at, 1 + j, 4, signed=False, name="mapped object") for j in range(len(mapped))]
+    found = [Parameter(entry, each.mapping) for entry, each in zip(entries, mapped, strict=True)]
+    return [Parameter(number, 0, lasts=False), *found, Parameter(number, len(mapped))]
 
 
 def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) -> list[Parameter]:
@@ -106,6 +116,11 @@ def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) ->
 def speed_limit(scale: Scale, speed: float) -> Parameter:
     """The largest speed of the motor, for one of the drum of *speed*, rad/s."""
     return Parameter(o.MAX_MOTOR_SPEED, math.ceil(speed * scale.ratio * _MOTOR_TURN))
+
+
+def shut(valve: int) -> list[Parameter]:
+    """The output of the valve, shut, and alone under command; *valve*: its bit, as a mask, 0: none."""
+    return [Parameter(o.OUTPUTS, 0, mask=valve), Parameter(o.OUTPUT_MASK, valve)] if valve else []
 
 
 def disarmed() -> Parameter:

@@ -6,11 +6,19 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from cablewright.machine.drives.axis import Axis, Setpoint
+from cablewright.machine.drives.identity import Identity
+from cablewright.machine.drives.parameters import Parameter
 from cablewright.machine.drives.statistics import BusStatistics
 
 
 class WinchDrives(Protocol):
     """The drives of all winches, in the order of the lines."""
+
+    def scan(self) -> tuple[Identity, ...]:
+        """Who is on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
+
+    def read(self) -> dict[str, list[tuple[Parameter, int | None]]]:
+        """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
 
     @property
     def axes(self) -> Sequence[Axis]:

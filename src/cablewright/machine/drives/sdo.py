@@ -1,90 +1,40 @@
-"""Service data objects: single objects of a drive read and written, beside the cyclic traffic.
+"""Service data objects on CAN: single objects of a drive read and written.
 
-A transfer is a small state machine that is fed with frames, so that it waits for nobody. Numbers go in one frame each;
+A client is a small state machine that is fed with frames, so that it waits for nobody. Numbers go in one frame each;
 texts, which are only read, in segments.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from dataclasses import dataclass
 from typing import Final
 
 from cablewright.machine.drives.bus import Frame
-from cablewright.machine.drives.objects import SDO_REQUEST, Object
-
-TIMEOUT: Final = 0.3
-"""Time for a drive to answer, s."""
+from cablewright.machine.drives.objects import SDO_REQUEST
+from cablewright.machine.drives.transfers import TIMEOUT, Transfer, Transfers, text_of
 
 _MAX_TEXT: Final = 256  # bytes
-_ABORTS: Final = {
-    0x05030000: "toggle bit not changed",
-    0x05040000: "time out",
-    0x05040001: "command unknown",
-    0x06010000: "access not supported",
-    0x06010001: "can only be written",
-    0x06010002: "can only be read",
-    0x06020000: "object does not exist",
-    0x06040041: "object cannot be mapped",
-    0x06070010: "length does not match",
-    0x06090011: "subindex does not exist",
-    0x06090030: "value out of range",
-    0x06090031: "value too high",
-    0x06090032: "value too low",
-    0x08000000: "general error",
-    0x08000020: "cannot be stored",
-    0x08000021: "cannot be stored: local control",
-    0x08000022: "cannot be stored in this state",
-}
-_ABSENT: Final = (0x06020000, 0x06090011)
 
 
-@dataclass(eq=False)
-class Transfer:
-    """One object read, or written where there is a ``value``. ``failure``: why not; empty: it went well, if done."""
+class SdoClient:
+    """Carries out the *transfers* with a *node*."""
 
-    object: Object
-    value: int | None = None
-    done: bool = False
-    result: int = 0
-    text: str = ""
-    failure: str = ""
-    absent: bool = False  # the drive has no such object
-
-
-class Transfers:
-    """The transfers with one node, one after the other."""
-
-    def __init__(self, node: int) -> None:
-        """Begin with none."""
-        self.node, self.sent = node, 0
-        self._waiting: deque[Transfer] = deque()
+    def __init__(self, node: int, transfers: Transfers) -> None:
+        """Begin with the first."""
+        self.node, self.transfers, self.sent = node, transfers, 0
+        self._now: Transfer | None = None
         self._since, self._text, self._toggle = math.nan, b"", 0
-        self._answered: tuple[bytes, float] | None = None
-
-    @property
-    def idle(self) -> bool:
-        """Whether nothing is left to be transferred."""
-        return not self._waiting
-
-    def add(self, transfer: Transfer) -> Transfer:
-        """Transfer it after all others."""
-        self._waiting.append(transfer)
-        return transfer
-
-    def clear(self) -> None:
-        """Forget what is left."""
-        self._waiting.clear()
-        self._since = math.nan
 
     def due(self, now: float) -> Frame | None:
         """The frame to send at *now*, s, if any. A drive that does not answer in time fails the transfer."""
-        if not math.isnan(self._since) and now - self._since > TIMEOUT:
+        if self._now is not None and self._now is not self.transfers.first:
+            self._now = None  # nobody wants it any more
+        if self._now is not None and now - self._since > TIMEOUT:
             self._end(failure="does not answer")
-        if not self._waiting or not math.isnan(self._since):
+        transfer = self.transfers.first
+        if transfer is None or self._now is not None:
             return None
-        transfer, self._since = self._waiting[0], now
+        self._now, self._since = transfer, now
         self._text, self._toggle = b"", 0
         kind, address = transfer.object, transfer.object.index.to_bytes(2, "little") + bytes([transfer.object.sub])
         if transfer.value is None:
@@ -94,9 +44,9 @@ class Transfers:
 
     def take(self, data: bytes, now: float) -> Frame | None:
         """Take a frame of the node's answers; return a further one to send, if any."""
-        if len(data) != 8 or math.isnan(self._since) or not self._waiting:
+        transfer = self._now
+        if len(data) != 8 or transfer is None or transfer is not self.transfers.first:
             return None
-        transfer = self._waiting[0]
         command = data[0] >> 5
         own = data[1:4] == transfer.object.index.to_bytes(2, "little") + bytes([transfer.object.sub])
         if command in (2, 3, 4) and not own:
@@ -138,13 +88,14 @@ class Transfers:
         return self._request(bytes([0x60 | self._toggle]) + bytes(7))
 
     def _aborted(self, data: bytes) -> Frame | None:
-        code = int.from_bytes(data[4:8], "little")
-        self._waiting[0].absent = code in _ABSENT
-        return self._end(failure=_ABORTS.get(code, f"SDO abort 0x{code:08X}"))
+        transfer, self._now = self._now, None
+        assert transfer is not None
+        self.transfers.abort(transfer, int.from_bytes(data[4:8], "little"))
+        return None
 
     def _end(self, failure: str = "") -> Frame | None:
-        transfer = self._waiting.popleft()
-        transfer.done, transfer.failure = True, failure
-        transfer.text = self._text.split(b"\0")[0].decode("ascii", "replace")
-        self._since = math.nan
+        transfer, self._now = self._now, None
+        assert transfer is not None
+        transfer.text = text_of(self._text)
+        self.transfers.end(transfer, failure)
         return None  # nothing further to send

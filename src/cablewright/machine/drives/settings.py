@@ -46,13 +46,26 @@ class InputBits(Description):
     barrier: _Bit | None = None
 
 
+class ValveSettings(Description):
+    """The nozzle's valve: a digital output, object 0x60FE, of the drive of ``line``, which opens it with its ``bit``.
+
+    ``closes_alone``: whether that drive clears the output by itself in a fault, and when it loses this computer. No
+    standard says so: it is in the drive's manual.
+    """
+
+    line: _Text
+    bit: _Bit
+    closes_alone: Annotated[bool, Field(strict=True)]
+
+
 class DriveSettings(Description):
-    """CANopen drives of profile CiA 402, one for each line, each of which opens and closes its own brake.
+    """Drives of profile CiA 402 on CANopen or EtherCAT, one for each line, each of which closes its own brake.
 
     ``interface``, ``channel``, ``bitrate``: of python-can; the interface ``loopback`` is that of virtual drives, its
-    channel a UDP port of this computer. ``acknowledged``: a real bus is opened for motion only with `ACKNOWLEDGED`.
-    ``host``: node of this computer. ``rated_torque``: of a motor, as each drive
-    must have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
+    channel a UDP port of this computer. Of EtherCAT the interface is that of the network, and the channel, if any, the
+    one at which virtual drives answer; a node's id is its place in the ring. ``acknowledged``: a real bus is opened for
+    motion only with `ACKNOWLEDGED`. ``host``: node of this computer. ``rated_torque``: of a motor, as each drive must
+    have it (0x6076). ``speed_unit``: value of 0x60FF for a motor turn a second; None: counts a second.
     ``heartbeat_timeout``, ``command_timeout``: after so much silence of this computer a drive stops by itself.
     ``following_error`` (m of cable) for ``following_time``: a drive stops. ``deceleration``: of cable, of every stop by
     a drive. ``brake_time``: until a brake has opened or closed. ``answer_timeout``: s until a drive that does not
@@ -63,7 +76,7 @@ class DriveSettings(Description):
     """
 
     interface: _Text
-    channel: _Text
+    channel: _Text = ""
     acknowledged: Literal["tested on virtual drives only"] | None = None
     bitrate: Annotated[int, Field(strict=True, ge=10_000, le=1_000_000)] = 1_000_000
     host: _Node = 127
@@ -83,6 +96,7 @@ class DriveSettings(Description):
     tension_error: Annotated[float, Field(ge=0.01, le=0.5)] = 0.1
     tension_speed: Annotated[Speed, Field(gt=0.0, le=0.25)] = 0.02
     inputs: InputBits = InputBits()
+    valve: ValveSettings | None = None
 
     def stop_time(self, speed: float) -> float:
         """Time, s, in which a drive stops from a *speed* of its cable, m/s, closes its brake, and has told so."""
@@ -95,6 +109,8 @@ class DriveSettings(Description):
 
     @model_validator(mode="after")
     def _hangs_together(self) -> Self:
+        if self.valve is not None and self.valve.line not in self.nodes:
+            raise refusal("line", "has no drive in drives.nodes", ("valve",))
         ids = [node.id for node in self.nodes.values()]
         for name, node in self.nodes.items():
             if node.id == self.host:

@@ -16,7 +16,7 @@ from cablewright.control.manual import MAX_SPEED
 from cablewright.control.procedure import Procedure
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.drives.bus import Port
-from cablewright.machine.drives.canopen_drives import CanopenDrives
+from cablewright.machine.drives.choice import drives_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
 from cablewright.signals import Drives, DriveState, Order, OrderKind, PrintState, Tensions
@@ -35,7 +35,7 @@ OpenPort = Callable[[], Port] | None
 
 def scan(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> BusScan:
     """Ask all nodes of the machine's bus who they are. Raises `EnvironmentFault`."""
-    drives = CanopenDrives(robot, settings, port)
+    drives = drives_of(robot, settings, port)
     lines = {axis.node: axis.name for axis in drives.axes}
     found = tuple(Found(each, lines.get(each.node)) for each in drives.scan())
     there = {each.identity.node for each in found}
@@ -44,7 +44,7 @@ def scan(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> BusS
 
 def show(robot: Robot, settings: MachineSettings, port: OpenPort = None) -> DriveValues:
     """Read what drives watch, and how they stop; nothing is written. Raises `EnvironmentFault`, `InputError`."""
-    drives = CanopenDrives(robot, settings, port)
+    drives = drives_of(robot, settings, port)
     return DriveValues(
         settings.name,
         tuple(

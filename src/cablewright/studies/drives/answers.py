@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from cablewright.machine.drives.network import Identity
+from cablewright.machine.drives.identity import Identity
 from cablewright.results import Figure, Result
 from cablewright.signals import DriveState
 

@@ -22,10 +22,12 @@ from cablewright.control.procedure import Procedure
 from cablewright.control.take_up import PULLS, TakeUp, TakeUpSettings
 from cablewright.control.winch_jog import WinchJog, WinchJogSettings
 from cablewright.errors import InputError
+from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import Port
-from cablewright.machine.drives.canopen_drives import CanopenDrives, require_drives
+from cablewright.machine.drives.choice import drives_of
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.limits import require_limits
+from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK
 from cablewright.machine.settings import MachineSettings, require_robot
 from cablewright.machine.simulated.snapshot import Archive
@@ -53,7 +55,7 @@ class RealMachine:
 
     robot: Robot
     settings: MachineSettings
-    drives: CanopenDrives
+    drives: WinchDrives
     bus_machine: DriveMachine
     machine: Remembering
     keeper: LengthKeeper
@@ -71,7 +73,7 @@ class RealMachine:
                 f"machine {settings.name!r}: drives.acknowledged: is missing: {why}, then write {ACKNOWLEDGED!r}"
             )
         require_limits(robot, settings)
-        drives = CanopenDrives(robot, settings, port)
+        drives = drives_of(robot, settings, port)
         bus_machine = DriveMachine(drives, settings)
         lines = [line.name for line in robot.lines]
         counted = Remembering(bus_machine, CountFile(state.with_name(state.name + ".counts.json"), robot.name, lines))

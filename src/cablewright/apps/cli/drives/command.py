@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
@@ -107,6 +108,8 @@ class DrivesCommand:
         from cablewright.machine.simulated.settings import load_twin
 
         assert self.machine is not None
+        if load_twin(self.machine).owner.kind != "canopen":
+            raise InputError(f"drives {self.action}: --try is for CAN; virtual EtherCAT drives need --virtual")
         if self.action == "jog" or (self.action == "enable" and self.seconds is None):
             raise InputError(f"drives {self.action}: --try has no person who ends it")
         port = VirtualPort(VirtualRig(robot, load_twin(self.machine), self._start(robot), seed=self.seed))
@@ -159,6 +162,7 @@ class DrivesCommand:
     def _be_virtual(self, file: Path) -> int:
         """Simulate the drives until interrupted. Raises `InputError`, `EnvironmentFault`."""
         from cablewright.machine.drives.loopback import Hub
+        from cablewright.machine.drives.virtual.ethercat_ring import VirtualRing, run_ring
         from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
         from cablewright.machine.simulated.settings import load_twin
         from cablewright.robot import load
@@ -167,16 +171,23 @@ class DrivesCommand:
         name, drives = self.robot or twin.owner.robot, twin.owner.drives
         if name is None:
             raise InputError(f"{file}: robot: is missing: virtual drives need one behind them")
-        if drives is None or drives.interface != "loopback":
+        if drives is None or (twin.owner.kind == "canopen" and drives.interface != "loopback"):
             raise InputError(f'{file}: drives.interface: must be "loopback" for virtual drives')
+        if not drives.channel:
+            raise InputError(f"{file}: drives.channel: is missing: the interface at which virtual drives answer")
         robot = load(name)
         rig = VirtualRig(robot, twin, self._start(robot), seed=self.seed)
         rig.warm()
-        hub = Hub(int(drives.channel))
         where = ", ".join(f"{x:.3f}" for x in rig.plant.truth.position)
-        tell(f"virtual drives of {twin.owner.name} at {where} m on the bus loopback {drives.channel}; Ctrl-C ends them")
-        try:
+        bus = "EtherCAT" if twin.owner.kind == "ethercat" else "the bus loopback"
+
+        def ready() -> None:
+            tell(f"virtual drives of {twin.owner.name} at {where} m on {bus} {drives.channel}; Ctrl-C ends them")
+
+        if twin.owner.kind == "ethercat":
+            run_ring(VirtualRing(rig), drives.channel, ready=ready)
+            return 0
+        with closing(Hub(int(drives.channel))) as hub:
+            ready()
             run_rig(rig, hub)
-        finally:
-            hub.close()
         return 0

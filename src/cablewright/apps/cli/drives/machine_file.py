@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 def load_real(file: str, robot: Robot) -> MachineSettings:
     """The machine of a file, whose limits the robot bears. Raises `InputError`, which names file, key and value."""
-    from cablewright.machine.drives.canopen_drives import require_drives
+    from cablewright.machine.drives.axes import require_drives
     from cablewright.machine.drives.limits import require_limits
     from cablewright.machine.files import load_machine
     from cablewright.machine.settings import require_robot

@@ -40,6 +40,13 @@ class Dictionary:
     def __setitem__(self, kind: Object, value: int) -> None:
         self.entries[kind.index, kind.sub].data = kind.pack(value)
 
+    def mapped(self, mapping: int) -> list[Entry]:
+        """The entries that the PDO of a *mapping*, 0x1600 and on, carries; of what does not exist none."""
+        number = self.entries[mapping, 0].data[0]
+        places = [int.from_bytes(self.entries[mapping, 1 + k].data, "little") for k in range(number)]
+        found = [self.entries.get((place >> 16, place >> 8 & 0xFF)) for place in places]
+        return [each for each in found if each is not None]
+
     def answer(self, request: bytes) -> Frame | None:
         """The answer to a request of a client."""
         if len(request) != 8:
@@ -53,6 +60,11 @@ class Dictionary:
         if command == 3 and self._text:
             return self._segment(request[0] & 0x10)
         return None if command == 4 else self._abort(address, _UNKNOWN)
+
+    def rest(self) -> bytes:
+        """What is left to be told of a text."""
+        rest, self._text = self._text, b""
+        return rest
 
     def _read(self, key: tuple[int, int], address: bytes) -> Frame:
         entry = self.entries.get(key)
@@ -73,7 +85,7 @@ class Dictionary:
         size = 4 - (request[0] >> 2 & 3)
         if size != len(entry.data):
             return self._abort(address, _LENGTH)
-        if 0x1400 <= key[0] < 0x1C00 and self.operational():
+        if 0x1400 <= key[0] < 0x1C20 and self.operational():
             return self._abort(address, _STATE)
         if key not in self.stubborn:
             entry.data = request[4 : 4 + size]
@@ -116,6 +128,7 @@ def entries_of(serial: int, rated_torque: float, counts: int) -> dict[tuple[int,
         o.FOLLOWING_WINDOW: 100_000,
         **dict.fromkeys((o.CONSUMER_HEARTBEAT, o.PRODUCER_HEARTBEAT, o.ABORT_OPTION, o.CONTROLWORD, o.MODE), 0),
         **dict.fromkeys((o.TARGET_VELOCITY, o.TARGET_TORQUE, o.POLARITY, o.FOLLOWING_TIME), 0),
+        **dict.fromkeys((o.OUTPUTS, o.OUTPUT_MASK), 0),
         **dict.fromkeys((o.PERIOD, o.PERIOD_INDEX), 0),
     }
     found = {(each.index, each.sub): Entry(each.pack(value), writable=False) for each, value in fixed.items()}

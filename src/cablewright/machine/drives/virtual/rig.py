@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
+from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import BusError, Frame, Port
-from cablewright.machine.drives.canopen_drives import require_drives
 from cablewright.machine.drives.objects import SYNC
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
@@ -25,7 +25,9 @@ from cablewright.robot import Robot
 from cablewright.signals import Command
 
 _TICKS: Final = 5  # of the drives, in a step of the plant
-_MADE_UP: Final = 0.5  # s that are made up for, after the computer was held up
+MADE_UP: Final = 0.5
+"""Time that is made up for after the computer was held up, s."""
+
 _YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque gives way in a step
 
 Disturb = Callable[[Frame, float], tuple[float, ...]]
@@ -62,6 +64,9 @@ class VirtualRig:
             VirtualDrive(drives.nodes[name].id, drives.rated_torque, winch.counts, unit, 0.5 * drives.brake_time)
             for name in self.names
         )
+        self._valve = drives.valve
+        for drive in self.drives:
+            drive.keeps_outputs = drives.valve is not None and not drives.valve.closes_alone
         self._radii = np.array([scale.radii[0] for scale in scales_of(robot, owner)])
         self._axial = np.array([line.cable.stiffness for line in robot.lines])
         self._base = np.zeros(len(self.drives))
@@ -96,9 +101,15 @@ class VirtualRig:
         if self.ticks % _TICKS == (self._phase or 0):
             speeds = self.signs * self._turned / self.per_radian
             self._turned[:] = 0.0
-            self.plant.step(Command(self.plant.time, speeds))
+            self.plant.step(Command(self.plant.time, speeds, float(self.valve_open)))
             self._load()
         return self._said()
+
+    @property
+    def valve_open(self) -> bool:
+        """Whether the output of the valve is set."""
+        valve = self._valve
+        return valve is not None and bool(self.drives[self.names.index(valve.line)].outputs >> valve.bit & 1)
 
     def warm(self) -> None:
         """Compile, or load, what the plant calls, and leave it where it was."""
@@ -207,7 +218,7 @@ def run_rig(rig: VirtualRig, port: Port, ends: Callable[[], bool] = lambda: Fals
         while (frame := port.receive(due)) is not None:
             _answer(port, rig.hear(frame, port.now()))
         now = port.now()
-        due = max(due, now - _MADE_UP)
+        due = max(due, now - MADE_UP)
         _answer(port, rig.advance(now))
 
 

@@ -53,6 +53,7 @@ class VirtualDrive:
     stop_input: bool = False  # its own input for a quick stop
     tells_early: bool = False  # it tells that it is off, or in fault, while its brake still closes under torque
     drift: float = 0.0  # counts/s by which it turns besides, unknown to itself
+    keeps_outputs: bool = False  # in a fault, instead of clearing them
     dead: bool = False  # neither hears nor says anything
     profile: int = o.PROFILE
     dictionary: Dictionary = field(init=False)
@@ -82,6 +83,12 @@ class VirtualDrive:
             return 0.0
         limit = self.dictionary[o.MAX_TORQUE] * 1e-3 * self.rated_torque
         return min(max(-self.load, -limit), limit)
+
+    @property
+    def outputs(self) -> int:
+        """The bits of its digital outputs that are set."""
+        cleared = self.state in IN_FAULT and not self.keeps_outputs
+        return 0 if cleared else self.dictionary[o.OUTPUTS] & self.dictionary[o.OUTPUT_MASK]
 
     @property
     def _powered(self) -> bool:
@@ -118,11 +125,8 @@ class VirtualDrive:
             if self.nmt != o.OPERATIONAL:
                 self._commanded = math.nan
         elif frame.id == o.SDO_REQUEST + self.node:
-            self._refresh()
-            answer = self.dictionary.answer(data)
+            answer = self._ask(data)
             self.outbox += [] if answer is None else [answer]
-            if data[:1] != b"\x40" and data[1:3] == o.CONTROLWORD.index.to_bytes(2, "little"):
-                self._control(self.dictionary[o.CONTROLWORD])
             if self.dictionary[o.CONSUMER_HEARTBEAT] == 0:
                 self._beat_heard = math.nan
         elif frame.id == o.HEARTBEAT + (self.dictionary[o.CONSUMER_HEARTBEAT] >> 16 & 0x7F):
@@ -130,32 +134,50 @@ class VirtualDrive:
         elif self.nmt == o.OPERATIONAL:
             self._hear_pdo(frame, now)
 
+    def object_answer(self, request: bytes) -> bytes | None:
+        """The answer to a request for an object by a mailbox, in which a text is whole."""
+        answer = self._ask(request)
+        return None if answer is None else answer.data + self.dictionary.rest()
+
+    def _ask(self, request: bytes) -> Frame | None:
+        self._refresh()
+        answer = self.dictionary.answer(request)
+        if request[:1] != b"\x40" and request[1:3] == o.CONTROLWORD.index.to_bytes(2, "little"):
+            self._control(self.dictionary[o.CONTROLWORD])
+        return answer
+
     def _hear_pdo(self, frame: Frame, now: float) -> None:
         own = self.dictionary
         if frame.id == o.SYNC:
             self.outbox += self._answers()
             return
-        for k, mapped in enumerate(o.TO_DRIVES):
-            if frame.id != int.from_bytes(own.entries[0x1400 + k, 1].data, "little"):
-                continue
-            values = o.unpacked(mapped, frame.data)
-            if values is None:
-                self.fail(SHORT_PDO)
-                return
-            for each, value in zip(mapped, values, strict=True):
-                own[each] = value
-            if k == 0:
-                self._commanded = now
-                self._control(own[o.CONTROLWORD])
+        for k in range(len(o.TO_DRIVES)):
+            if frame.id == int.from_bytes(own.entries[0x1400 + k, 1].data, "little"):
+                self.command(0x1600 + k, frame.data, now)
+
+    def command(self, mapping: int, data: bytes, now: float) -> None:
+        """Take what a PDO of that *mapping* carries, at *now*, s."""
+        entries = self.dictionary.mapped(mapping)
+        if len(data) != sum(len(each.data) for each in entries):
+            self.fail(SHORT_PDO)
+            return
+        at = 0
+        for each in entries:
+            each.data = data[at : at + len(each.data)]
+            at += len(each.data)
+        if mapping == 0x1600:
+            self._commanded = now
+            self._control(self.dictionary[o.CONTROLWORD])
+
+    def told(self, mapping: int) -> bytes:
+        """What a PDO of that *mapping* carries."""
+        return b"".join(each.data for each in self._refresh().mapped(mapping))
 
     def _answers(self) -> list[Frame]:
-        own = self._refresh()
-        frames = []
-        for k, mapped in enumerate(o.FROM_DRIVES):
-            cob = int.from_bytes(own.entries[0x1800 + k, 1].data, "little")
-            if not cob >> 31:
-                frames.append(Frame(cob & 0x7FF, b"".join(each.pack(own[each]) for each in mapped)))
-        return frames
+        cobs = [
+            int.from_bytes(self.dictionary.entries[0x1800 + k, 1].data, "little") for k in range(len(o.FROM_DRIVES))
+        ]
+        return [Frame(cob & 0x7FF, self.told(0x1A00 + k)) for k, cob in enumerate(cobs) if not cob >> 31]
 
     def _refresh(self) -> Dictionary:
         """Bring what it tells up to date."""

@@ -1,0 +1,37 @@
+"""The drives that a machine file gives to the lines of a robot."""
+
+from __future__ import annotations
+
+from cablewright.errors import InputError
+from cablewright.machine.drives.axis import Axis
+from cablewright.machine.drives.scale import scales_of
+from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.settings import MachineSettings
+from cablewright.robot import Robot
+
+
+def axes_of(robot: Robot, settings: MachineSettings) -> tuple[Axis, ...]:
+    """The drive of each line, in their order. Raises `InputError` as `require_drives` and `scales_of`."""
+    drives = require_drives(settings, robot)
+    return tuple(
+        Axis(line.name, drives.nodes[line.name].id, scale, drives.brake_time, _valve(drives, line.name))
+        for line, scale in zip(robot.lines, scales_of(robot, settings), strict=True)
+    )
+
+
+def _valve(settings: DriveSettings, line: str) -> int:
+    """The bit, as a mask, of the outputs of a *line*'s drive that opens the valve; 0: it has none."""
+    valve = settings.valve
+    return 1 << valve.bit if valve is not None and valve.line == line else 0
+
+
+def require_drives(settings: MachineSettings, robot: Robot) -> DriveSettings:
+    """The drives of a machine of *robot*. Raises `InputError` where it has none, or not one for each line."""
+    drives, lines = settings.drives, [line.name for line in robot.lines]
+    if drives is None:
+        why = 'kind = "canopen" or "ethercat" and a table [drives] are expected'
+        raise InputError(f"machine {settings.name!r}: kind = {settings.kind!r}: has no real drives; {why}")
+    if odd := sorted(set(drives.nodes) ^ set(lines)):
+        why = f"one node for each line of the robot is expected: {', '.join(lines)}"
+        raise InputError(f"drives.nodes: {odd[0]!r}: {why}")
+    return drives

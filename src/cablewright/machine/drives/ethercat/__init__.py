@@ -1,0 +1,1 @@
+"""EtherCAT drives of the profile CiA 402 (CoE), by pysoem."""

@@ -1,0 +1,63 @@
+"""What an EtherCAT drive is told besides the parameters of CiA 402: its process data, and its watch over the master.
+
+Registers of the slave controller (ETG.1000.4) stand below the object dictionary, which begins at 0x1000, so that both
+are read and written as objects.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cablewright.errors import InputError
+from cablewright.machine.drives import objects as o
+from cablewright.machine.drives.objects import Object
+from cablewright.machine.drives.parameters import Mapped, Parameter, mapping
+from cablewright.machine.drives.settings import DriveSettings
+
+FIRST_OBJECT: Final = 0x1000
+"""Below it are registers."""
+
+OUTPUT_PDO, INPUT_PDO = 0x1600, 0x1A00  # mapping objects of the first PDO to, and of the first from a drive
+OUTPUT_ASSIGN, INPUT_ASSIGN = 0x1C12, 0x1C13
+
+
+def _register(index: int, size: int, name: str) -> Object:
+    return Object(index, 0, size, signed=False, name=f"{name} (register)")
+
+
+WATCHDOG_DIVIDER: Final = _register(0x0400, 2, "watchdog divider")
+WATCHDOG_TIME: Final = _register(0x0420, 2, "watchdog of process data")
+OUTPUT_CONTROL: Final = _register(0x0814, 1, "control of the outputs' sync manager")
+INPUT_START: Final = _register(0x0818, 2, "address of the inputs")
+
+_DIVIDER: Final = 2498  # two more of 40 ns are 100 us
+_UNIT: Final = 100e-6  # s
+_ARMED: Final = 1 << 6  # of the sync manager's control byte: writing it is what the watchdog waits for
+
+
+def process_data(to_drive: Mapped) -> list[Parameter]:
+    """The PDOs of a drive and that its sync managers carry them, to be written before it is safe-operational."""
+    found = []
+    for assign, first, mapped in ((OUTPUT_ASSIGN, OUTPUT_PDO, to_drive), (INPUT_ASSIGN, INPUT_PDO, o.FROM_DRIVES)):
+        number = Object(assign, 0, 1, signed=False, name="number of assigned PDOs")
+        found.append(Parameter(number, 0, lasts=False))
+        for k, objects in enumerate(mapped):
+            found += mapping(first + k, objects)
+        entries = [Object(assign, 1 + k, 2, signed=False, name="assigned PDO") for k in range(len(mapped))]
+        found += [Parameter(entry, first + k) for k, entry in enumerate(entries)]
+        found.append(Parameter(number, len(mapped)))
+    return found
+
+
+def watchdog(settings: DriveSettings) -> list[Parameter]:
+    """The time after which a drive whose master has gone stops by itself. Raises `InputError` for one too long."""
+    ticks = round(settings.command_timeout / _UNIT)
+    if ticks > 0xFFFF:
+        why = f"a watchdog of EtherCAT has {0xFFFF * _UNIT:g} s at most"
+        raise InputError(f"drives.command_timeout = {settings.command_timeout:g} s: {why}")
+    return [Parameter(WATCHDOG_DIVIDER, _DIVIDER), Parameter(WATCHDOG_TIME, ticks)]
+
+
+def armed() -> Parameter:
+    """That the outputs set that watchdog back, and nothing else; the master's set-up has written it."""
+    return Parameter(OUTPUT_CONTROL, _ARMED, mask=_ARMED, given=True)

@@ -1,0 +1,99 @@
+"""Single objects of a drive to be read and written, beside the cyclic traffic, whatever carries them."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from dataclasses import dataclass
+from typing import Final
+
+from cablewright.machine.drives.objects import Object
+
+TIMEOUT: Final = 0.3
+"""Time for a drive to answer, s."""
+
+_ABORTS: Final = {
+    0x05030000: "toggle bit not changed",
+    0x05040000: "time out",
+    0x05040001: "command unknown",
+    0x06010000: "access not supported",
+    0x06010001: "can only be written",
+    0x06010002: "can only be read",
+    0x06020000: "object does not exist",
+    0x06040041: "object cannot be mapped",
+    0x06070010: "length does not match",
+    0x06090011: "subindex does not exist",
+    0x06090030: "value out of range",
+    0x06090031: "value too high",
+    0x06090032: "value too low",
+    0x08000000: "general error",
+    0x08000020: "cannot be stored",
+    0x08000021: "cannot be stored: local control",
+    0x08000022: "cannot be stored in this state",
+}
+_ABSENT: Final = (0x06020000, 0x06090011)
+
+
+@dataclass(eq=False)
+class Transfer:
+    """One object read, or written where there is a ``value``. ``failure``: why not; empty: it went well, if done."""
+
+    object: Object
+    value: int | None = None
+    done: bool = False
+    result: int = 0
+    text: str = ""
+    length: int = 0  # bytes that were read
+    failure: str = ""
+    absent: bool = False  # the drive has no such object
+
+
+class Transfers:
+    """The transfers with one drive, one after the other. Another thread may carry them out."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._waiting: deque[Transfer] = deque()
+        self._changes = threading.Lock()
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing is left to be transferred."""
+        return not self._waiting
+
+    @property
+    def first(self) -> Transfer | None:
+        """What is to be transferred next, or now; None: nothing."""
+        try:
+            return self._waiting[0]
+        except IndexError:
+            return None
+
+    def add(self, transfer: Transfer) -> Transfer:
+        """Transfer it after all others."""
+        with self._changes:
+            self._waiting.append(transfer)
+        return transfer
+
+    def clear(self) -> None:
+        """Forget what is left."""
+        with self._changes:
+            self._waiting.clear()
+
+    def end(self, transfer: Transfer, failure: str = "") -> None:
+        """It is done; *failure*: why it could not be."""
+        transfer.failure = failure
+        transfer.done = True
+        with self._changes:
+            if self.first is transfer:
+                self._waiting.popleft()
+
+    def abort(self, transfer: Transfer, code: int) -> None:
+        """The drive has refused it, with that *code*."""
+        transfer.absent = code in _ABSENT
+        self.end(transfer, _ABORTS.get(code, f"SDO abort 0x{code:08X}"))
+
+
+def text_of(data: bytes) -> str:
+    """A text, of the bytes that a drive has told."""
+    return data.split(b"\0")[0].decode("ascii", "replace")
