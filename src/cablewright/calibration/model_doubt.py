@@ -70,27 +70,36 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     by_all = np.concatenate([rows.by_unknown, extra], axis=2)
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
     known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
+    others = problem.derivatives(found.theta, found.poses).others_by_unknown
     motion = -posterior.covariance @ (known.T @ other)  # (k, q): of the unknowns, as the numbers change
     considered, exits = [], problem.named("exit_point")
     joint = np.zeros((k + len(numbers),) * 2)
     joint[:k, :k] = noise
     if len(numbers):
-        left = other.T @ other + other.T @ known @ motion
-        believed = np.diag([1.0 / each.sigma**2 for each in numbers])
-        spread = np.linalg.inv(left / scale**2 + believed)
+        left = np.concatenate([other + known @ motion, others @ motion])  # of the rows, once the unknowns follow
+        spread = _spread(left / scale, np.array([each.sigma for each in numbers]))
         value = -spread @ (other.T @ off.ravel()) / scale**2
         shown = np.concatenate([motion, np.eye(len(numbers))])
         joint += shown @ (spread + np.outer(value, value)) @ shown.T
         for at, each in enumerate(numbers):
             shift = float(np.abs(motion[exits, at] * value[at]).max(initial=0.0))
             considered.append(replace(each, value=float(value[at]), sigma=float(spread[at, at] ** 0.5), shift=shift))
-    scatter = _by_scatter(
-        off, reduced[..., :k], problem.derivatives(found.theta, found.poses).others_by_unknown, posterior
-    )
+    scatter = _by_scatter(off, reduced[..., :k], others, posterior)
     assumed = np.diag(joint)[:k] - np.diag(noise)
     larger = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(np.diag(joint)[:k], 1e-300), 1.0))
     larger = np.append(larger, np.ones(len(numbers)))
     return ModelDoubt(joint * np.outer(larger, larger), tuple(considered), assumed)
+
+
+def _spread(rows: Array, believed: Array) -> Array:
+    """Return the covariance (q, q) of numbers believed to their sigmas (q,), by *rows* (g, q) of sigma 1.
+
+    By eigenvalues that are 1 at least: data without noise leave no variance, and none below zero.
+    """
+    scaled = rows * believed
+    values, vectors = np.linalg.eigh(scaled.T @ scaled)
+    root = believed[:, None] * vectors / np.sqrt(1.0 + np.maximum(values, 0.0))
+    return np.asarray(root @ root.T)
 
 
 def _by_scatter(off: Array, rows: Array, others: Array, posterior: Information) -> Array:
