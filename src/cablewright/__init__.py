@@ -13,8 +13,8 @@ Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, mo
     workspace_area, Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, FREEDOMS,
     Interference, InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, RetractionLaw,
     RetractionStudy, Trade, TradeSettings, Vertices, Workspace, WorkspaceArea.
-Calibrate: aligned, calibrate, calibration_poses, check_drift, compared, guide, load_record, modulus, read_scan,
-    record_of, record_text, simulate_calibration, survey, walls, Calibration, CalibrationPlan, CalibrationPoses,
+Calibrate: aligned, calibrate, calibration_poses, check_drift, guide, modulus, read_scan,
+    simulate_calibration, survey, walls, Calibration, CalibrationPlan, CalibrationPoses,
     CalibrationRecord, Drift, FileScan, Guidance, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
     Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
 Print and simulate: load_machine, load_twin, machine_names, pour, print_job, random_loop, read_log, replay, simulate,
@@ -39,9 +39,8 @@ if TYPE_CHECKING:
     from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.analyses.workspace.retraction import RetractionStudy, retraction
     from cablewright.analyses.workspace.workspace import NodeCount, Workspace, count_nodes, workspace
-    from cablewright.calibration.drift.comparison import compared
     from cablewright.calibration.drift.drift import Drift, check_drift
-    from cablewright.calibration.drift.record import CalibrationRecord, load_record, record_of, record_text
+    from cablewright.calibration.drift.record import CalibrationRecord
     from cablewright.calibration.guidance.guide import Guidance, guide
     from cablewright.calibration.plan import CalibrationPlan, Sigmas
     from cablewright.calibration.poses import CalibrationPoses, calibration_poses
@@ -124,11 +123,11 @@ __all__ = [
     "TriangleMesh", "TwinSettings", "Uncertainty", "UnknownName", "Vertices", "Walls", "Workspace",
     "WorkspaceArea",
     "accuracy", "aligned", "boundary_modes", "bracket", "calibrate", "calibration_poses", "capacity", "certify",
-    "changed", "check", "check_drift", "compared", "count_nodes", "curves", "enclose_poses", "equilibria",
+    "changed", "check", "check_drift", "count_nodes", "curves", "enclose_poses", "equilibria",
     "excess_lengths", "forward", "guide", "interference", "inverse", "let_out", "library_names", "linearise",
-    "load", "load_job", "load_machine", "load_record", "load_twin", "load_uncertainty", "loads", "machine_names",
+    "load", "load_job", "load_machine", "load_twin", "load_uncertainty", "loads", "machine_names",
     "modes", "modulus", "modulus_ranges", "pour", "print_job", "random_loop", "read_log", "read_scan", "read_stl",
-    "record_of", "record_text", "replay", "retraction", "simulate", "simulate_calibration", "slack_sets",
+    "replay", "retraction", "simulate", "simulate_calibration", "slack_sets",
     "solve_with_slack", "survey", "tension_distribution", "trade", "walls", "with_box_inertia", "workspace",
     "workspace_area", "wrench_closure",
 ]  # fmt: skip
@@ -145,9 +144,8 @@ _HOMES = {
         "analyses.workspace.criterion": "RetractionLaw",
         "analyses.workspace.retraction": "RetractionStudy retraction",
         "analyses.workspace.workspace": "NodeCount Workspace count_nodes workspace",
-        "calibration.drift.comparison": "compared",
         "calibration.drift.drift": "Drift check_drift",
-        "calibration.drift.record": "CalibrationRecord load_record record_of record_text",
+        "calibration.drift.record": "CalibrationRecord",
         "calibration.guidance.guide": "Guidance guide",
         "calibration.plan": "CalibrationPlan Sigmas",
         "calibration.poses": "CalibrationPoses calibration_poses",

@@ -13,7 +13,8 @@ from scipy import stats
 
 import cablewright as cw
 from cablewright.calibration.data import write_measured
-from cablewright.calibration.drift.record import record_path
+from cablewright.calibration.drift.comparison import compared
+from cablewright.calibration.drift.record import load_record, record_of, record_path, record_text
 from cablewright.calibration.drift.suspects import Evidence, Suspect
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.problem import Measured
@@ -43,7 +44,7 @@ class Machine:
         self.file.write_text(write_measured(part(made, slice(40)), robot))
         self.plan = CalibrationPlan(points=tuple(Point(line=line.name, at=line.exit_point) for line in robot.lines[:3]))
         self.found = calibrate(robot, self.file, self.plan, need=0.05)
-        self.record = cw.record_of(self.found, self.file, DAY)
+        self.record = record_of(self.found, self.file, DAY)
         self.later = part(made, slice(40, None))
         self.robot = self.found.robot
 
@@ -149,7 +150,7 @@ def test_lines_that_stretch_are_checked_by_their_tensions(tmp_path: Path) -> Non
     file.write_text(write_measured(part(made, slice(22)), robot))
     plan = CalibrationPlan(sigma=Sigmas(encoder=1e-4, tension=5.0))
     found = calibrate(robot, file, plan, cable="elastic", rough=0.05, need=0.5)
-    record = cw.record_of(found, file, DAY)
+    record = record_of(found, file, DAY)
     later = part(made, slice(22, None))
     assert cw.check_drift(found.robot, later, record).verdict == "unchanged"
     counted = later.counted - 0.05 * np.eye(4)[2]
@@ -173,8 +174,8 @@ def test_false_alarms_are_as_rare_as_was_asked() -> None:
 
 def test_a_record_survives_its_file(wang: Machine, tmp_path: Path) -> None:
     file = tmp_path / "r.calibration.toml"
-    file.write_text(cw.record_text(wang.record))
-    again = cw.load_record(file)
+    file.write_text(record_text(wang.record))
+    again = load_record(file)
     assert again == wang.record
     assert again.sha256 == hashlib.sha256(wang.file.read_bytes()).hexdigest()
     assert np.array_equal(again.spread, again.spread.T)
@@ -202,9 +203,9 @@ def test_a_record_of_another_robot_is_refused(wang: Machine, cogiro: Machine) ->
 )
 def test_damaged_records_are_refused_in_a_line(wang: Machine, tmp_path: Path, change, told: str) -> None:
     file = tmp_path / "bad.toml"
-    file.write_text(cw.record_text(wang.record).replace(*change, 1))
+    file.write_text(record_text(wang.record).replace(*change, 1))
     with pytest.raises(InputError, match=told) as error:
-        cw.load_record(file)
+        load_record(file)
     assert "\n" not in str(error.value)
     assert str(file) in str(error.value)
 
@@ -212,7 +213,7 @@ def test_damaged_records_are_refused_in_a_line(wang: Machine, tmp_path: Path, ch
 def test_a_calibration_is_compared_with_the_one_before(wang: Machine) -> None:
     again = calibrate(wang.robot, measure(WANG, random_poses(WANG, 40, np.random.default_rng(5)), 1e-4,
                                           np.random.default_rng(6)).measured, wang.plan, need=0.05)  # fmt: skip
-    same = cw.compared(again, wang.record)
+    same = compared(again, wang.record)
     assert same.changes == ()
     assert same.probability > 0.01
     lines = list(WANG.lines)
@@ -222,7 +223,7 @@ def test_a_calibration_is_compared_with_the_one_before(wang: Machine) -> None:
     rng = np.random.default_rng(7)
     plan = CalibrationPlan(points=tuple(Point(line=line.name, at=line.exit_point) for line in moved.lines[:3]))
     other = calibrate(wang.robot, measure(moved, random_poses(moved, 40, rng), 1e-4, rng).measured, plan, need=0.05)
-    found = cw.compared(other, wang.record)
+    found = compared(other, wang.record)
     assert found.probability < 1e-6
     assert (found.changes[0].what, found.changes[0].line) == ("exit point", WANG.lines[2].name)
     assert found.changes[0].amount == pytest.approx(np.linalg.norm([0.06, 0.04, -0.05]), abs=0.01)

@@ -125,9 +125,10 @@ def check_drift(
     --------
     >>> import cablewright as cw
     >>> from datetime import UTC, datetime
+    >>> from cablewright.calibration.drift.record import record_of
     >>> robot, data = cw.load("wang2021"), "examples/calibration.csv"
     >>> found = cw.calibrate(robot, data)
-    >>> cw.check_drift(found.robot, data, cw.record_of(found, data, datetime.now(UTC))).verdict
+    >>> cw.check_drift(found.robot, data, record_of(found, data, datetime.now(UTC))).verdict
     'unchanged'
     """
     if not 0.0 < false_alarm < 0.5:
