@@ -21,6 +21,7 @@ ERROR: Final = 0x10
 
 _ETHERTYPE: Final = 0x88A4
 _PATIENCE: Final = 0.1  # of the time for an answer, for one frame to come back
+_PATIENT: Final = 0.02  # s for a mailbox to take a message, and for an EEPROM, at least
 _STATE_TIME: Final = 0.5  # s for all devices to reach a state
 
 
@@ -43,13 +44,15 @@ class Ring:
         if heard(interface, listen):
             raise EnvironmentFault(f"drives: another master sends on {interface}; end it first")
         patience = _PATIENCE * answer_timeout
-        pysoem.settings.timeouts.ret = round(1e6 * patience)
+        times = pysoem.settings.timeouts
+        times.ret = round(1e6 * patience)
+        times.safe = times.eeprom = times.tx_mailbox = round(1e6 * max(answer_timeout, _PATIENT))
         master = pysoem.Master()
         try:
             master.open(interface)
         except ConnectionError:
             raise EnvironmentFault(_closed(interface, "it is not there, or not to be opened")) from None
-        master.sdo_read_timeout = master.sdo_write_timeout = round(1e6 * TIMEOUT)
+        master.sdo_read_timeout = master.sdo_write_timeout = round(1e6 * max(answer_timeout, TIMEOUT))
         return cls(master, pysoem, patience)
 
     def enumerate_devices(self) -> int:
