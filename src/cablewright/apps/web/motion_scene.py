@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.path_scene import PathScene, Quantity
-from cablewright.apps.web.scene import Body, SceneDescription
+from cablewright.apps.web.scene import Body, SceneDescription, platform_of
 from cablewright.apps.web.states import States
 from cablewright.arrays import Array, Mask
 from cablewright.machine.log.head import LogHead
@@ -35,7 +35,7 @@ _MOST_OF_A_TRACK: Final = 5000  # points
 
 @dataclass(frozen=True, eq=False)
 class Gone:
-    """The way that was gone, k steps; NaN: not known."""
+    """The way that the nozzle has gone, k steps; NaN: not known."""
 
     time: Array  # (k,) s
     true: Array  # (k, 3) m
@@ -46,7 +46,7 @@ class Gone:
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Some of the steps, F, with all that is drawn of them; NaN: not known."""
+    """Some of the steps, F, with all that is drawn of them; NaN: not known. Poses are of the platform's origin."""
 
     time: Array  # (F,) s
     true: Array  # (F, 6) m and rad
@@ -54,6 +54,7 @@ class Moments:
     lengths: Array  # (F, m) m, unstrained
     tensions: Array  # (F, m) N
     covariances: Array  # (F, 3, 3) m^2, of the told position
+    scans: tuple[Array, ...] | None = None  # F arrays (k, 3) m: points that lidars saw
 
 
 def motion_scene(
@@ -113,6 +114,11 @@ def drum_of(head: LogHead) -> tuple[float, float] | None:
     return None if drum is None else (drum.radius, drum.valve)
 
 
+def nozzle_of(head: LogHead) -> Array:
+    """Where the nozzle is, (3,) m, platform frame: below the drum that hangs from a point platform."""
+    return np.array(platform_of(head.robot, drum_of(head))["nozzle"])
+
+
 def _states(head: LogHead, moments: Moments, time: Array, has_truth: bool) -> States:
     """The states of the moments whose pose is known."""
     poses, model, width = (moments.true if has_truth else moments.told), Model(head.robot), head.robot.n
@@ -125,7 +131,8 @@ def _states(head: LogHead, moments: Moments, time: Array, has_truth: bool) -> St
     when = moments.time[known]
     samples = np.searchsorted(time, when)
     drawn = States.drawn(model.packed, head.robot, flat, states, moments.tensions[known], times=when, samples=samples)
-    drawn = replace(drawn, poses=poses)  # with the rotation of a drum that hangs from a point
+    scans = None if moments.scans is None else tuple(moments.scans[k] for k in np.flatnonzero(known))
+    drawn = replace(drawn, poses=poses, scans=scans)  # with the rotation of a drum that hangs from a point
     told, covariances = moments.told[known], moments.covariances[known]
     if not has_truth or not np.isfinite(told).any():
         return drawn
