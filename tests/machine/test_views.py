@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter, read_log
-from cablewright.machine.log.views import EVERY, _quaternion
+from cablewright.machine.log.views import EVERY, Views, quaternion
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
 from cablewright.signals import Estimate, PrintState, Progress, SensorFrame, Truth, frozen
@@ -76,6 +76,23 @@ def test_lines_go_from_exit_points_to_the_platform_and_slack_is_seen():
     assert len(path["lines"][0]["points"]) > 3
 
 
+def test_the_path_is_the_nozzles_and_what_is_laid_has_its_width():
+    entities = [each for topic, _, value in messages() if topic == "/scene" for each in value["entities"]]
+    pieces = [each["lines"] for each in entities if each["id"].startswith("path")]
+    drum = load_machine("merlet2023").drum
+    down = matrices(ROTATION) @ [0.0, 0.0, -drum.valve]
+    assert tuple(pieces[0][0]["points"][0].values()) == pytest.approx(truth(0.1).position + down, abs=0.02)
+    assert {len(lines) for lines in pieces} == {1}  # powder: of no bead
+    robot, machine = load("house-printer"), load_machine("house-printer")
+    views = Views(LogHead(robot, machine, 0.01))
+    progress = Progress(0.1, PrintState.PRINTING, 1, 0.1, frozen([0, 0, 1]), 0.0, "")
+    ((_, scene),) = (each for each in views.content(0.1, truth(0.1), None, progress) if each[0] == "/scene")
+    (path,) = (each for each in scene["entities"] if each["id"].startswith("path"))
+    strand = path["lines"][1]
+    assert (strand["thickness"], strand["scale_invariant"]) == (machine.extrusion.bead.width, False)
+    assert strand["points"] == path["lines"][0]["points"]
+
+
 def test_without_the_truth_the_estimate_is_shown():
     found = [value for topic, _, value in messages(true=False) if topic == "/tf"]
     assert {each["child_frame_id"] for each in found[0]["transforms"]} >= {"drum"}
@@ -104,9 +121,9 @@ def test_readers_of_logs_leave_them_out(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_quaternions_turn_as_matrices_do(seed):
+def testquaternions_turn_as_matrices_do(seed):
     vector = np.random.default_rng(seed).normal(size=3) * 2
-    x, y, z, w = _quaternion(matrices(vector)).values()
+    x, y, z, w = quaternion(matrices(vector)).values()
     part, point = np.array([x, y, z]), np.array([0.3, -1.2, 0.5])
     turned = point + 2 * np.cross(part, np.cross(part, point) + w * point)
     assert turned == pytest.approx(matrices(vector) @ point)

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.apps.web.motion_scene import Gone, Moments, motion_scene, nozzle_of
+from cablewright.apps.web.motion_scene import Gone, Moments, motion_scene
 from cablewright.apps.web.path_states import chosen
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.arrays import Array
@@ -57,7 +57,7 @@ class _Columns:
 def log_scene(path: Path, progress: Progress = silent) -> SceneDescription:
     """The scene of a log, a file or a run folder, as far as it can be read. Raises `InputError` where there is none."""
     with read_log(path) as log:
-        columns = _Columns(nozzle_of(log.head))
+        columns = _Columns(np.array(log.head.nozzle))
         for entry in log.entries(without=_UNUSED):
             columns.add(entry)
             if columns.steps % 1000 == 0:
@@ -95,7 +95,7 @@ def _scans(path: Path, head: LogHead, gone: Gone, moments: Moments) -> tuple[Arr
     has_truth = bool(np.isfinite(gone.true).any())
     places, poses = (gone.true, moments.true) if has_truth else (gone.told, moments.told)
     known = np.isfinite(places).all(axis=1)
-    way, nozzle = (gone.time[known], places[known]), nozzle_of(head)
+    way, nozzle = (gone.time[known], places[known]), np.array(head.nozzle)
     made = []
     with read_log(path) as log:
         for now, pose, scans in zip(moments.time, poses, log.scans_at(moments.time.tolist()), strict=False):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.path_scene import PathScene, Quantity
-from cablewright.apps.web.scene import Body, SceneDescription, platform_of
+from cablewright.apps.web.scene import Body, SceneDescription
 from cablewright.apps.web.states import States
 from cablewright.arrays import Array, Mask
 from cablewright.machine.log.head import LogHead
@@ -112,11 +112,6 @@ def drum_of(head: LogHead) -> tuple[float, float] | None:
     """Radius and depth, m, of the drum that hangs from a point platform; None of a body."""
     drum = head.settings.drum
     return None if drum is None else (drum.radius, drum.valve)
-
-
-def nozzle_of(head: LogHead) -> Array:
-    """Where the nozzle is, (3,) m, platform frame: below the drum that hangs from a point platform."""
-    return np.array(platform_of(head.robot, drum_of(head))["nozzle"])
 
 
 def _states(head: LogHead, moments: Moments, time: Array, has_truth: bool) -> States:

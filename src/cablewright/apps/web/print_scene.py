@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.apps.web.motion_scene import Gone, Moments, motion_scene, nozzle_of
+from cablewright.apps.web.motion_scene import Gone, Moments, motion_scene
 from cablewright.apps.web.path_states import chosen
 from cablewright.apps.web.scene import Body, SceneDescription
 from cablewright.arrays import Array
@@ -30,7 +30,7 @@ def print_scene(found: PrintRecord, title: str) -> SceneDescription | None:
         return None
     printing = in_state(rows, PrintState.PRINTING)
     layer = np.nan_to_num(rows["layer"]).astype(int)
-    nozzle, rigid = nozzle_of(found.head), found.head.robot.n == 6
+    nozzle, rigid = np.array(found.head.nozzle), found.head.robot.n == 6
     to_nozzle, to_origin = (0.0, -1.0) if rigid else (1.0, 0.0)  # a record has the nozzle of a body, else the origin
     gone = Gone(
         rows["time"],
