@@ -1,9 +1,12 @@
 """What Foxglove draws of a log: frames and a scene, at the times of the machine."""
 
 import json
+import shutil
+import subprocess
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,13 +14,15 @@ from mcap.reader import make_reader
 
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.log.log import LogWriter, read_log
+from cablewright.machine.log.log import LogWriter, begin_log, read_log
 from cablewright.machine.log.views import EVERY, Views, quaternion
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
 from cablewright.signals import Estimate, PrintState, Progress, SensorFrame, Truth, frozen
 from cablewright.studies.prints.run import log_epoch
 
+ROOT = Path(__file__).parents[2]
+FOXGLOVE = ROOT / "tools" / "foxglove"
 EPOCH = datetime(2026, 5, 1, 12, tzinfo=UTC)
 ROTATION = np.array([0.05, -0.1, 0.7])
 
@@ -137,3 +142,32 @@ def test_a_print_in_real_time_has_the_time_of_the_clock_and_keeps_it(tmp_path):
     with (tmp_path / "log-000.mcap").open("wb") as file, LogWriter(file, head) as log:
         log.write(SensorFrame(0.01), truth=truth(0.01))
     assert log_epoch(tmp_path, real_time=True) == EPOCH
+
+
+@pytest.mark.skipif(
+    shutil.which("node") is None or not (FOXGLOVE / "node_modules").is_dir(), reason="needs npm ci in tools/foxglove"
+)
+def test_foxgloves_own_reader_and_schemas_take_a_log(tmp_path):
+    """By @mcap/core and @foxglove/schemas; a message of another shape than theirs is found."""
+    log = ROOT / "examples" / "merlet2023-loop.mcap"
+    found = _by_foxglove(log)
+    for topic, schema in (
+        ("/tf", "foxglove.FrameTransforms"), ("/scene", "foxglove.SceneUpdate"), ("/scan/north", "foxglove.LaserScan")
+    ):  # fmt: skip
+        assert found[topic]["schema"] == schema
+    assert all(each["wrong"] is None and each["messages"] > 0 for each in found.values())
+    assert {each["child_frame_id"] for each in found["/tf"]["last"]["transforms"]} >= {"drum", "lidar_north"}
+    assert {each["id"] for each in found["/scene"]["first"]["entities"]} >= {"frame", "platform", "lines"}
+    path = tmp_path / "wrong.mcap"
+    with path.open("wb") as file:
+        writer, channels = begin_log(file, {}, 1 << 16)
+        writer.add_message(channels.number("/tf"), 1, b'{"transforms": [{"translation": [1, 2, 3]}]}', 1)
+        writer.finish()
+    assert "transforms/0/translation must be object" in _by_foxglove(path)["/tf"]["wrong"]
+
+
+def _by_foxglove(log):
+    command = ["node", "log.mjs", str(log)]
+    done = subprocess.run(command, cwd=FOXGLOVE, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
