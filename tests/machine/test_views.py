@@ -149,8 +149,12 @@ def test_a_print_in_real_time_has_the_time_of_the_clock_and_keeps_it(tmp_path):
 )
 def test_foxgloves_own_reader_and_schemas_take_a_log(tmp_path):
     """By @mcap/core and @foxglove/schemas; a message of another shape than theirs is found."""
-    log = ROOT / "examples" / "merlet2023-loop.mcap"
-    found = _by_foxglove(log)
+    path = tmp_path / "own.mcap"
+    with read_log(ROOT / "examples" / "merlet2023-loop.mcap") as old, path.open("wb") as file:
+        with LogWriter(file, old.head) as log:
+            for entry in old.entries():
+                log.write(entry.frame, entry.command, entry.truth)
+    found = _by_foxglove(path)
     for topic, schema in (
         ("/tf", "foxglove.FrameTransforms"), ("/scene", "foxglove.SceneUpdate"), ("/scan/north", "foxglove.LaserScan")
     ):  # fmt: skip
