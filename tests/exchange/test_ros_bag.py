@@ -16,7 +16,7 @@ from rosbags.highlevel import AnyReader
 
 from cablewright.apps.cli.main import run
 from cablewright.errors import InputError
-from cablewright.exchange.ros_bag import ros_bag
+from cablewright.exchange.ros.bag import ros_bag
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, LogWriter, read_log

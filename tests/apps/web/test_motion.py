@@ -16,6 +16,7 @@ from cablewright.control.attitude import Attitude
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, LogWriter, read_log
+from cablewright.machine.log.scan_points import MOST
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
 from cablewright.printing.path import Samples
@@ -23,7 +24,6 @@ from cablewright.printing.track import Track
 from cablewright.robot import load
 from cablewright.signals import PrintState, Progress, Scan, SensorFrame, Truth, frozen
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.logged_scans import MOST
 from cablewright.studies.prints.record import record
 
 LOOP = Path(__file__).parents[3] / "examples" / "merlet2023-loop.mcap"

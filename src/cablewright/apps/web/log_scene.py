@@ -16,10 +16,10 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, read_log
+from cablewright.machine.log.scan_points import seen_points
 from cablewright.models.rotation import matrix_of
 from cablewright.progress import Progress, silent
 from cablewright.signals import Estimate, Inertial, LineAngles, PrintState, Scan
-from cablewright.studies.logged_scans import seen_points
 
 _UNUSED: Final = frozenset({Scan, Inertial, LineAngles})
 _MOST_STEPS: Final = 5_000_000

@@ -124,7 +124,7 @@ class ExportCommand:
 
     def _ros_bag(self, robot: Robot) -> int:
         from cablewright.exchange.result import Exported
-        from cablewright.exchange.ros_bag import ros_bag
+        from cablewright.exchange.ros.bag import ros_bag
 
         assert self.job is not None
         with progress() as show:

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.exchange.ros_messages import LEFT_OUT, RosMessages
+from cablewright.exchange.ros.messages import LEFT_OUT, RosMessages
 from cablewright.file_output import whole_folder
 from cablewright.machine.log.log import read_log
 from cablewright.progress import Progress, silent
