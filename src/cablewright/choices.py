@@ -21,7 +21,7 @@ CableName = Literal[
 """Cable of a new robot, from a small table."""
 ReadFormatName = Literal["wirex", "caspr", "maslow", "klipper", "reprapfirmware"]
 """Format of another program whose robots are read."""
-WrittenFormatName = Literal["wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc"]
+WrittenFormatName = Literal["wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc", "ros2"]
 """Format of another program that is written."""
 WireXVersion = Literal["0.31", "0.32"]
 """Version of WireX's schema."""

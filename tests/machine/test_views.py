@@ -1,9 +1,12 @@
 """What Foxglove draws of a log: frames and a scene, at the times of the machine."""
 
 import json
+import shutil
+import subprocess
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,13 +14,15 @@ from mcap.reader import make_reader
 
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
-from cablewright.machine.log.log import LogWriter, read_log
-from cablewright.machine.log.views import EVERY, _quaternion
+from cablewright.machine.log.log import LogWriter, begin_log, read_log
+from cablewright.machine.log.views import EVERY, Views, quaternion
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
 from cablewright.signals import Estimate, PrintState, Progress, SensorFrame, Truth, frozen
 from cablewright.studies.prints.run import log_epoch
 
+ROOT = Path(__file__).parents[2]
+FOXGLOVE = ROOT / "tools" / "foxglove"
 EPOCH = datetime(2026, 5, 1, 12, tzinfo=UTC)
 ROTATION = np.array([0.05, -0.1, 0.7])
 
@@ -76,6 +81,23 @@ def test_lines_go_from_exit_points_to_the_platform_and_slack_is_seen():
     assert len(path["lines"][0]["points"]) > 3
 
 
+def test_the_path_is_the_nozzles_and_what_is_laid_has_its_width():
+    entities = [each for topic, _, value in messages() if topic == "/scene" for each in value["entities"]]
+    pieces = [each["lines"] for each in entities if each["id"].startswith("path")]
+    drum = load_machine("merlet2023").drum
+    down = matrices(ROTATION) @ [0.0, 0.0, -drum.valve]
+    assert tuple(pieces[0][0]["points"][0].values()) == pytest.approx(truth(0.1).position + down, abs=0.02)
+    assert {len(lines) for lines in pieces} == {1}  # powder: of no bead
+    robot, machine = load("house-printer"), load_machine("house-printer")
+    views = Views(LogHead(robot, machine, 0.01))
+    progress = Progress(0.1, PrintState.PRINTING, 1, 0.1, frozen([0, 0, 1]), 0.0, "")
+    ((_, scene),) = (each for each in views.content(0.1, truth(0.1), None, progress) if each[0] == "/scene")
+    (path,) = (each for each in scene["entities"] if each["id"].startswith("path"))
+    strand = path["lines"][1]
+    assert (strand["thickness"], strand["scale_invariant"]) == (machine.extrusion.bead.width, False)
+    assert strand["points"] == path["lines"][0]["points"]
+
+
 def test_without_the_truth_the_estimate_is_shown():
     found = [value for topic, _, value in messages(true=False) if topic == "/tf"]
     assert {each["child_frame_id"] for each in found[0]["transforms"]} >= {"drum"}
@@ -104,9 +126,9 @@ def test_readers_of_logs_leave_them_out(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_quaternions_turn_as_matrices_do(seed):
+def testquaternions_turn_as_matrices_do(seed):
     vector = np.random.default_rng(seed).normal(size=3) * 2
-    x, y, z, w = _quaternion(matrices(vector)).values()
+    x, y, z, w = quaternion(matrices(vector)).values()
     part, point = np.array([x, y, z]), np.array([0.3, -1.2, 0.5])
     turned = point + 2 * np.cross(part, np.cross(part, point) + w * point)
     assert turned == pytest.approx(matrices(vector) @ point)
@@ -120,3 +142,36 @@ def test_a_print_in_real_time_has_the_time_of_the_clock_and_keeps_it(tmp_path):
     with (tmp_path / "log-000.mcap").open("wb") as file, LogWriter(file, head) as log:
         log.write(SensorFrame(0.01), truth=truth(0.01))
     assert log_epoch(tmp_path, real_time=True) == EPOCH
+
+
+@pytest.mark.skipif(
+    shutil.which("node") is None or not (FOXGLOVE / "node_modules").is_dir(), reason="needs npm ci in tools/foxglove"
+)
+def test_foxgloves_own_reader_and_schemas_take_a_log(tmp_path):
+    """By @mcap/core and @foxglove/schemas; a message of another shape than theirs is found."""
+    path = tmp_path / "own.mcap"
+    loop = ROOT / "examples" / "merlet2023-loop.mcap"
+    with read_log(loop) as old, path.open("wb") as file, LogWriter(file, old.head) as log:
+        for entry in old.entries():
+            log.write(entry.frame, entry.command, entry.truth)
+    found = _by_foxglove(path)
+    for topic, schema in (
+        ("/tf", "foxglove.FrameTransforms"), ("/scene", "foxglove.SceneUpdate"), ("/scan/north", "foxglove.LaserScan")
+    ):  # fmt: skip
+        assert found[topic]["schema"] == schema
+    assert all(each["wrong"] is None and each["messages"] > 0 for each in found.values())
+    assert {each["child_frame_id"] for each in found["/tf"]["last"]["transforms"]} >= {"drum", "lidar_north"}
+    assert {each["id"] for each in found["/scene"]["first"]["entities"]} >= {"frame", "platform", "lines"}
+    path = tmp_path / "wrong.mcap"
+    with path.open("wb") as file:
+        writer, channels = begin_log(file, {}, 1 << 16)
+        writer.add_message(channels.number("/tf"), 1, b'{"transforms": [{"translation": [1, 2, 3]}]}', 1)
+        writer.finish()
+    assert "transforms/0 must have required property 'timestamp'" in _by_foxglove(path)["/tf"]["wrong"]
+
+
+def _by_foxglove(log):
+    command = ["node", "log.mjs", str(log)]
+    done = subprocess.run(command, cwd=FOXGLOVE, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)

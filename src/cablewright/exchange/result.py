@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from cablewright.results import Figure, Result
@@ -56,6 +57,7 @@ class Exported(_Told):
             "path_error", "m", "Largest error of a line's length between two points, measured half-way between them.",
             only=lambda of: of.path_error is not None,
         ),
+        Figure("messages", "1", "Messages of the bag, by topic.", only=lambda of: bool(of.messages)),
         Figure("lost", "", _LOST.meaning, detail=True),
         Figure("assumed", "", _ASSUMED.meaning, detail=True),
     )  # fmt: skip
@@ -66,3 +68,4 @@ class Exported(_Told):
     assumed: tuple[str, ...]
     points: int = 0
     path_error: float | None = None
+    messages: Mapping[str, int] = field(default_factory=dict)

@@ -1,4 +1,7 @@
-"""A pose to show a robot at before any job: where it can rest within its limits, near the middle of its frame."""
+"""A pose to show a robot at before any job: where it can rest within its limits, near the middle of its frame.
+
+And a lattice of poses about it, each solved at rest: what a person may look at before any job.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Indices, Mask
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
@@ -17,12 +20,26 @@ _ASIDE: Final = (0.0, 0.15, -0.15, 0.3, -0.3)  # shares of the frame's width fro
 
 
 @dataclass(frozen=True, eq=False)
+class Lattice:
+    """Poses about the middle of the frame, unrotated, each solved at rest.
+
+    ``axes``: values of the nozzle's x, y and z, m; one alone where weight or a plane decides. ``found``: x is fastest.
+    """
+
+    axes: tuple[Array, Array, Array]
+    found: Equilibrium
+    notes: tuple[str, ...]  # what each row is: a sentence without its end
+
+
+@dataclass(frozen=True, eq=False)
 class RestPose:
-    """A pose and its lines. ``held``: whether it is an equilibrium within the robot's limits."""
+    """A pose and its lines. ``held``: whether it is an equilibrium within the robot's limits; ``row``: of *lattice*."""
 
     equilibrium: Equilibrium
     held: bool
     note: str
+    lattice: Lattice
+    row: int
 
 
 def rest_pose(robot: Robot | Model) -> RestPose:
@@ -33,17 +50,38 @@ def rest_pose(robot: Robot | Model) -> RestPose:
     """
     model = Model.of(robot)
     places = _places(model.robot)
-    found = solve_inverse(model, _poses(model, places))
-    fits = np.flatnonzero(found.ok & (np.nan_to_num(found.margin(), nan=-1.0) >= 0.0))
-    if len(fits):
-        return RestPose(found[int(fits[0])], True, "at rest: an equilibrium within the limits of the robot file")
-    solved = np.flatnonzero(found.ok)
-    if len(solved):
-        note = "at rest: an equilibrium, but with tensions outside the limits of the robot file"
-        return RestPose(found[int(solved[0])], True, note)
-    first = found[0]
-    words = f"not in equilibrium: {first.sentence()}; the lines are drawn as near to it as they come"
-    return RestPose(first, False, words)
+    poses = _poses(model, places)
+    found = solve_inverse(model, poses)
+    fits = found.ok & (np.nan_to_num(found.margin(), nan=-1.0) >= 0.0)
+    best = int(np.argmax(2 * fits + found.ok))  # the first of those that are best
+    notes = tuple(_note(found, k, bool(fits[k])) for k in range(len(places)))
+    order, axes = _in_order(places, np.isfinite(poses[:, :3]))
+    row = int(np.flatnonzero(_same(places[order], places[best], axes))[0])
+    lattice = Lattice(axes, found[order], tuple(notes[k] for k in order))
+    return RestPose(found[best], bool(found.ok[best]), notes[best], lattice, row)
+
+
+def _note(found: Equilibrium, k: int, fits: bool) -> str:
+    if fits:
+        return "at rest: an equilibrium within the limits of the robot file"
+    if found.ok[k]:
+        return "at rest: an equilibrium, but with tensions outside the limits of the robot file"
+    return f"not in equilibrium: {found[k].sentence()}; the lines are drawn as near to it as they come"
+
+
+def _in_order(places: Array, chosen: Mask) -> tuple[Indices, tuple[Array, Array, Array]]:
+    """Return the rows of a lattice, x fastest, and its axes; *chosen* (k, 3): coordinates that are no free ones."""
+    x, y, z = (
+        np.unique(own if own_chosen.any() else own[:1]) for own, own_chosen in zip(places.T, chosen.T, strict=True)
+    )
+    kept = np.flatnonzero(np.isin(places[:, 0], x) & np.isin(places[:, 1], y) & np.isin(places[:, 2], z))
+    return kept[np.lexsort(places[kept].T)], (x, y, z)
+
+
+def _same(places: Array, wanted: Array, axes: tuple[Array, Array, Array]) -> Mask:
+    """Which places agree with *wanted* along all axes that have more than one value."""
+    varied = [len(each) > 1 for each in axes]
+    return np.asarray((places[:, varied] == wanted[varied]).all(axis=1))
 
 
 def _places(robot: Robot) -> Array:

@@ -200,6 +200,7 @@ def test_progress_is_told_after_two_seconds(cli, monkeypatch) -> None:
         (["--mesh", "a.obj"], "a name that ends in .stl or .glb"),
         (["--plot", "a.pdf"], "a name that ends in .png"),
         (["--count", "nodes", "--mesh", "a.stl"], "does not go with --count nodes"),
+        (["--count", "nodes", "--report", "a.html"], "--report needs the surface"),
     ],
 )
 def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:

@@ -101,6 +101,7 @@ def test_it_fits_is_named_and_can_be_read(chromium: Browser, server: Served, wid
         assert box["right"] <= width  # Stop is always in view
         page.until("operate.view.drawn > 5")
         assert page.run("[...document.querySelectorAll('#lines tr')].length") == 4
+        assert page.run("document.querySelectorAll('#view input[type=range]').length") == 0  # nothing of what is live
 
 
 def test_states_and_reasons_are_shown(chromium: Browser, server: Served) -> None:

@@ -22,14 +22,19 @@ EVIL = "</script><img src=x onerror=alert(1)>"
 
 pytestmark = pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests")
 
-KINDS = ("robot", "markup", "job", "check", "log", "accuracy", "modes", "calibration", "replay", "print")
+KINDS = (
+    "robot", "markup", "job", "check", "log", "accuracy", "modes", "calibration", "replay", "print", "workspace",
+    "interference", "bracket", "trade", "curves", "survey",
+)  # fmt: skip
 WITH_PATH = ("job", "check")
 LOOKS = [
-    (kind, width, dark)
+    pytest.param(kind, width, dark, marks=() if kind in WITH_PATH or dark == (width < 500) else pytest.mark.slow)
     for kind in KINDS
     for width, dark in ((1280, False), (390, True), (1280, True), (390, False))
-    if kind in WITH_PATH or dark == (width < 500)
 ]
+TRADE = (
+    "trade", "jung2020", "--vary", "exit-distance=0.2,0.3", "--count", "nodes", "--grid", "5", "--boundary-grid", "5"
+)  # fmt: skip
 MIDDLE_OF_A_LINE = """(() => {
   const v = document.querySelector('.viewer').view, p = v.lines.points(v.frame, 2), k = p.length >> 1;
   const [a, b] = [v.project(p[k - 1]), v.project(p[k])], r = v.canvas.getBoundingClientRect();
@@ -60,6 +65,12 @@ def pages(tmp_path_factory: pytest.TempPathFactory, cli) -> dict[str, Path]:
         "modes": ("modes", "jung2020", "--at", "0,0,0.8", "--report"),
         "calibration": ("calibrate", "wang2021", examples / "calibration.csv", "--accept", "--report"),
         "replay": ("replay", examples / "merlet2023-loop.mcap", "--report"),
+        "workspace": ("workspace", "jung2020", "--tolerance", "0.05", "--report"),
+        "interference": ("interference", "cogiro", "--at", "0,-1,1.5", "--report"),
+        "bracket": ("bracket", "house-printer", "--at=-2.25,-6.75,13", "--times", "1", "--report"),
+        "trade": (*TRADE, "--report"),
+        "curves": ("curves", "--count", "8", "--seed", "2022", "--report"),
+        "survey": ("survey", examples / "survey.gsi", "--plan", examples / "survey.toml", "--report"),
     }
     for kind, words in commands.items():
         answer = cli(*words, made[kind])
@@ -124,6 +135,30 @@ def test_time_goes_on_while_it_plays(chromium, pages) -> None:
         page.until("document.querySelector('.viewer').view.frame > 3")
         page.run("document.querySelector('.play').click()")
         assert page.run("document.querySelector('.play').textContent") == "Play"
+
+
+def test_sliders_of_the_pose_show_a_state_that_was_solved(chromium, pages) -> None:
+    with chromium.page(pages["robot"], 1280) as page:
+        page.settled()
+        before = page.pixels(".stage")
+        page.run("(() => { const s = document.querySelectorAll('.pose')[2]; s.value = 0;"
+                 "s.dispatchEvent(new Event('input')); })()")  # fmt: skip
+        assert _changed(before, page.pixels(".stage")) > 200
+        view = "document.querySelector('.viewer').view"
+        x, y, z = page.run(f"{view}.given.frames.lattice")
+        assert page.run(f"{view}.pose()[2]") == pytest.approx(z[0], rel=1e-6)
+        assert page.run(f"{view}.frame") < len(x) * len(y)
+        assert f"{z[0]:.3f}" in page.run("document.querySelector('.readout').innerText").replace("\N{MINUS SIGN}", "-")
+
+
+def test_points_of_lidars_can_be_hidden(chromium, pages) -> None:
+    with chromium.page(pages["log"], 1280) as page:
+        page.settled()
+        page.run("document.querySelector('.viewer').view.show(15)")
+        before = page.pixels(".stage")
+        tick = "[...document.querySelectorAll('.choices label')].find((l) => l.textContent.includes('lidar points'))"
+        page.run(f"{tick}.querySelector('input').click()")
+        assert _changed(before, page.pixels(".stage")) > 200
 
 
 @pytest.mark.parametrize("kind", ["robot", "job"])

@@ -29,7 +29,11 @@ def test_a_robot_alone(cli, tmp_path):
     page, png = tmp_path / "robot.html", tmp_path / "robot.png"
     answer = cli("show", "house-printer", "--out", page, "--png", png, "--json")
     assert answer.code == 0
-    assert answer.json["states"] == 1
+    assert answer.json["states"] == 225
+    frames = scene_of(page)["frames"]
+    x, y, z = frames["lattice"]
+    assert unpacked(frames["poses"]).tolist() == [pytest.approx([a, b, c]) for c in z for b in y for a in x]
+    assert frames["notes"][frames["shown"]].startswith("At rest: an equilibrium within the limits")
     assert answer.json["size"] == page.stat().st_size < 2_000_000
     assert png.read_bytes().startswith(b"\x89PNG")
     assert scene_of(page)["title"] == "house-printer"

@@ -91,8 +91,32 @@ export class Panel {
     return made;
   }
 
+  poses() { // each value of a slider is one of those that were solved
+    const { view } = this, axes = view.given.frames.lattice, places = [];
+    const moved = () => view.show(places.reduceRight((sum, { at, axis }) => sum * axis.length + at(), 0));
+    axes.forEach((axis, k) => {
+      const made = this.slider(`Nozzle, ${"xyz"[k]}`, axis.length - 1, 0, moved), told = make("output", { className: "clock" });
+      made.classList.add("pose");
+      places.push({ axis, made, told, at: () => Number(made.value) });
+      if (axis.length > 1) this.below.append(make("div", { className: "row" }, make("span", { className: "word", textContent: `nozzle ${"xyz"[k]}` }), made, told));
+    });
+    this.sliders = places;
+  }
+
+  posed() {
+    let rest = this.view.frame;
+    for (const { axis, made, told } of this.sliders) {
+      const at = rest % axis.length;
+      rest = (rest - at) / axis.length;
+      made.value = String(at);
+      told.textContent = `${fixed(axis[at], 3)} m`;
+      made.setAttribute("aria-valuetext", told.textContent);
+    }
+  }
+
   time() {
     const { view } = this;
+    if (view.given.frames.lattice) { this.poses(); return; }
     if (view.count < 2) return;
     this.playButton = make("button", { type: "button", className: "play", textContent: "Play", onclick: () => this.play(!this.playing) });
     this.scrub = this.slider("Time", view.count - 1, view.frame, (value) => { this.play(false); view.gone = true; view.show(value); });
@@ -160,6 +184,7 @@ export class Panel {
     }
     group("lines", "lines");
     if (view.given.walls.length) group("walls", "walls");
+    if (view.scans) group("lidar points", "scans");
     if (view.estimates) tick("estimate", true, (on) => { view.wantsEstimate = on; view.show(view.frame); });
     if (view.ellipsoids) tick(view.given.frames.ellipsoid_label, true, (on) => { view.wantsEllipsoid = on; view.show(view.frame); });
     for (const [name, object] of Object.entries(view.extras)) tick(name, object.visible, (on) => { object.visible = on; });
@@ -204,6 +229,7 @@ export class Panel {
     const note = given.frames.notes?.[frame];
     if (note) told.push(make("p", { className: "soft", textContent: note }));
     this.readout?.replaceChildren(...told);
+    if (this.sliders) this.posed();
     if (this.scrub) {
       this.scrub.value = String(frame);
       this.clock.textContent = given.frames.names ? `${frame + 1} of ${view.count}` : view.times ? clock(view.times.values[frame]) : `${frame + 1}`;

@@ -7,6 +7,7 @@ import { unpacked } from "./data.js";
 import { Path } from "./path.js";
 import { lineMaterial, rgb } from "./ribbon.js";
 import { boxEdges, facing, Grid, ground, Lines, Parts, posed, stretched } from "./robot.js";
+import { Scans } from "./scans.js";
 
 ColorManagement.enabled = false; // colours are those of the page, as they are
 
@@ -31,7 +32,7 @@ export class View {
     this.drawn = 0; // pictures so far
     this.allowed = 1; // pixels of error
     this.listeners = [];
-    this.groups = Object.fromEntries(["frame", "walls", "lines", "sheaves", "platform", "estimate", "ellipsoid", "path", "deposit"].map((name) => [name, new Group()]));
+    this.groups = Object.fromEntries(["frame", "walls", "lines", "sheaves", "platform", "estimate", "ellipsoid", "path", "deposit", "scans"].map((name) => [name, new Group()]));
     this.scene.add(...Object.values(this.groups), new AmbientLight(0xffffff, 2.0));
     this.sun = new DirectionalLight(0xffffff, 1.7);
     this.scene.add(this.sun);
@@ -48,6 +49,7 @@ export class View {
     view.count = view.poses.shape[0];
     view.lines = await Lines.of(frames, view.grid);
     for (const name of ["sheaves", "times", "samples", "estimates", "ellipsoids", "layers", "fileLines"]) view[name] = await unpacked(frames[name]);
+    view.scans = await Scans.of(frames, view.grid);
     view.path = given.path ? await Path.of(given.path, view.software) : null;
     view.least = view.software && view.path ? Math.max(1, Math.min(16, view.path.n / 20_000)) : 1;
     await view.build();
@@ -89,6 +91,10 @@ export class View {
     groups.platform.add(parts.platform(given.platform, size, "--platform"));
     if (this.estimates) groups.estimate.add(parts.platform(given.platform, size, "--estimate", 0.55));
     if (this.ellipsoids) groups.ellipsoid.add(parts.ellipsoid("--estimate"));
+    if (this.scans) {
+      this.looks.push([this.scans.material, "--scan"]);
+      groups.scans.add(this.scans.ribbon.mesh);
+    }
     if (this.path) groups.path.add(this.path.thin, this.path.thick);
     if (this.path?.deposit) groups.deposit.add(this.path.deposit);
     for (const each of given.meshes) this.extra(each, parts.mesh((await unpacked(each.vertices)).values, (await unpacked(each.faces)).values, each.token, each.opacity));
@@ -148,6 +154,7 @@ export class View {
   show(frame) {
     this.frame = Math.max(0, Math.min(this.count - 1, frame));
     this.lines.show(this.frame);
+    this.scans?.show(this.frame);
     posed(this.groups.platform, this.pose());
     if (this.sheaves) {
       const m = this.wheels.length;

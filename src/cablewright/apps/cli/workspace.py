@@ -76,7 +76,8 @@ class WorkspaceCommand:
         """Raise `InputError` unless what is requested can be written."""
         check_suffix(self.mesh, "--mesh", ".stl", ".glb")
         if self.volume.count == "nodes":
-            for option, value in (("--mesh", self.mesh), ("--plot", self.output.plot)):
+            drawn = (("--mesh", self.mesh), ("--plot", self.output.plot), ("--report", self.output.report))
+            for option, value in drawn:
                 if value is not None:
                     raise InputError(f"{option} needs the surface: it does not go with --count nodes")
             if self.volume.tolerance is not None:

@@ -11,7 +11,7 @@ from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.motion_scene import drum_of, walls_of
 from cablewright.apps.web.packing import packed
 from cablewright.apps.web.path_scene import PathScene, Quantity
-from cablewright.apps.web.robot_scene import robot_scene
+from cablewright.apps.web.robot_scene import one_state
 from cablewright.apps.web.scene import STEPS, SceneDescription
 from cablewright.arrays import Array
 from cablewright.machine.log.head import LogHead
@@ -19,6 +19,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.studies.logged_lines import hanging_lines
+from cablewright.studies.rest_pose import rest_pose
 
 POINTS: Final = 14
 """Points of a line."""
@@ -30,7 +31,8 @@ _MOST: Final = 400_000  # points of a path that is drawn
 def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
     """The scene of a robot that is operated, and of the path of its job, as JSON has it."""
     robot = head.robot
-    rest = robot_scene(robot)
+    at_rest = rest_pose(robot)
+    rest = one_state(at_rest.equilibrium, robot.name, at_rest.note)
     path = None if job is None else _path(robot, job)
     scene = SceneDescription(robot.name, robot, rest.states, path, walls=walls_of(head), drum=drum_of(head))
     made = scene.as_dict()

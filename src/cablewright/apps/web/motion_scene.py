@@ -35,7 +35,7 @@ _MOST_OF_A_TRACK: Final = 5000  # points
 
 @dataclass(frozen=True, eq=False)
 class Gone:
-    """The way that was gone, k steps; NaN: not known."""
+    """The way that the nozzle has gone, k steps; NaN: not known."""
 
     time: Array  # (k,) s
     true: Array  # (k, 3) m
@@ -46,7 +46,7 @@ class Gone:
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Some of the steps, F, with all that is drawn of them; NaN: not known."""
+    """Some of the steps, F, with all that is drawn of them; NaN: not known. Poses are of the platform's origin."""
 
     time: Array  # (F,) s
     true: Array  # (F, 6) m and rad
@@ -54,6 +54,7 @@ class Moments:
     lengths: Array  # (F, m) m, unstrained
     tensions: Array  # (F, m) N
     covariances: Array  # (F, 3, 3) m^2, of the told position
+    scans: tuple[Array, ...] | None = None  # F arrays (k, 3) m: points that lidars saw
 
 
 def motion_scene(
@@ -125,7 +126,8 @@ def _states(head: LogHead, moments: Moments, time: Array, has_truth: bool) -> St
     when = moments.time[known]
     samples = np.searchsorted(time, when)
     drawn = States.drawn(model.packed, head.robot, flat, states, moments.tensions[known], times=when, samples=samples)
-    drawn = replace(drawn, poses=poses)  # with the rotation of a drum that hangs from a point
+    scans = None if moments.scans is None else tuple(moments.scans[k] for k in np.flatnonzero(known))
+    drawn = replace(drawn, poses=poses, scans=scans)  # with the rotation of a drum that hangs from a point
     told, covariances = moments.told[known], moments.covariances[known]
     if not has_truth or not np.isfinite(told).any():
         return drawn

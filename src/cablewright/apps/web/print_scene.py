@@ -10,6 +10,7 @@ from cablewright.apps.web.motion_scene import Gone, Moments, motion_scene
 from cablewright.apps.web.path_states import chosen
 from cablewright.apps.web.scene import Body, SceneDescription
 from cablewright.arrays import Array
+from cablewright.models.rotation import matrices
 from cablewright.printing.heightfield import HeightField
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord
@@ -29,13 +30,21 @@ def print_scene(found: PrintRecord, title: str) -> SceneDescription | None:
         return None
     printing = in_state(rows, PrintState.PRINTING)
     layer = np.nan_to_num(rows["layer"]).astype(int)
-    gone = Gone(rows["time"], rows["true_position"], told, layer, printing)
-    some = rows[chosen(len(rows))]
-    own = np.where(some["valid"][:, None] == 1.0, some["position"], np.nan)
+    nozzle, rigid = np.array(found.head.nozzle), found.head.robot.n == 6
+    to_nozzle, to_origin = (0.0, -1.0) if rigid else (1.0, 0.0)  # a record has the nozzle of a body, else the origin
+    gone = Gone(
+        rows["time"],
+        _moved(rows["true_position"], rows["true_rotation"], to_nozzle * nozzle),
+        _moved(told, rows["rotation"], to_nozzle * nozzle),
+        layer,
+        printing,
+    )
+    at = chosen(len(rows))
+    some, own = rows[at], told[at]
     moments = Moments(
         time=some["time"],
-        true=_poses(some["true_position"], some["true_rotation"]),
-        told=_poses(own, some["rotation"]),
+        true=_poses(_moved(some["true_position"], some["true_rotation"], to_origin * nozzle), some["true_rotation"]),
+        told=_poses(_moved(own, some["rotation"], to_origin * nozzle), some["rotation"]),
         lengths=some["true_lengths"],
         tensions=some["tensions"],
         covariances=np.full((len(some), 3, 3), np.nan),
@@ -61,6 +70,11 @@ def _structure(found: PrintRecord) -> list[Body]:
     if not 0 < int(above.sum()) <= _MOST_FACES:
         return []
     return [Body("structure", "--structure", mesh=TriangleMesh.of_corners(whole.corners[above]))]
+
+
+def _moved(positions: Array, rotations: Array, offset: Array) -> Array:
+    """Places (k, 3), m, of a point at *offset* (3,), m, in a platform's frame; a rotation that is not known is none."""
+    return np.asarray(positions + matrices(np.nan_to_num(rotations)) @ offset)
 
 
 def _poses(positions: Array, rotations: Array) -> Array:

@@ -42,6 +42,8 @@ class States:
     ellipsoids: Array | None = None  # (F, 3, 3) m: rows are half axes of one sigma
     ellipsoid_times: float = 1.0  # by which ellipsoids are drawn larger
     shown: int = 0  # the first to be shown
+    lattice: tuple[Array, Array, Array] | None = None  # m: x, y and z of the nozzle, of which all F are, x fastest
+    scans: tuple[Array, ...] | None = None  # F arrays (k, 3), m: points that lidars saw
 
     @classmethod
     def held(cls, found: Equilibrium, tensions: Array | None = None, **more: Any) -> States:
@@ -116,7 +118,18 @@ class States:
             "names": list(self.names) or None,
             "notes": list(self.notes) or None,
             "shown": self.shown,
+            "lattice": None if self.lattice is None else [axis.tolist() for axis in self.lattice],
+            **self._scans_as_dict(corner, step),
         }
+
+    def _scans_as_dict(self, corner: Array, step: float) -> dict[str, Any]:
+        """The points of all states one after the other, as far as the grid of `as_dict` goes; where each's end."""
+        if self.scans is None or not any(map(len, self.scans)):
+            return {"scans": None, "scan_ends": None}
+        grids = [np.round((each - corner) / step) for each in self.scans]
+        inside = [each[((each >= 0.0) & (each <= 65_535.0)).all(axis=1)] for each in grids]
+        grid, ends = np.concatenate(inside), np.cumsum([len(each) for each in inside])
+        return {"scans": packed(grid, "u16", delta=True), "scan_ends": packed(ends, "u32")}
 
 
 def _optional(values: ArrayLike | None, kind: str) -> Packed | None:

@@ -16,7 +16,7 @@ from cablewright.machine.log.first_schema import from_first_schema
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import SimulationSettings
 from cablewright.machine.simulated.severities import MEANINGS, severity_of
-from cablewright.robot import Robot
+from cablewright.robot import RigidPlatform, Robot
 from cablewright.validation import shown
 
 NEWEST_SCHEMA: Final = 2
@@ -76,6 +76,14 @@ class LogHead:
     def epoch_ns(self) -> int:
         """Time 0 in ns since 1970, UTC; 0 where nobody knows it."""
         return 0 if self.epoch is None else round((self.epoch - _BEGIN) / timedelta(microseconds=1)) * 1000
+
+    @property
+    def nozzle(self) -> tuple[float, float, float]:
+        """Where the nozzle is, (3,) m, platform frame: below the drum that hangs from a point platform."""
+        platform, drum = self.robot.platform, self.settings.drum
+        if isinstance(platform, RigidPlatform):
+            return platform.nozzle
+        return (0.0, 0.0, 0.0 if drum is None else -drum.valve)
 
     @property
     def origin(self) -> str:

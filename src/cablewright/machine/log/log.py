@@ -16,7 +16,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write, open_no_link
 from cablewright.machine.log.head import LogHead, read_head, written_head
-from cablewright.machine.log.mcap_file import HEAD
+from cablewright.machine.log.mcap_file import HEAD, RawMessage
 from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
@@ -30,6 +30,7 @@ from cablewright.signals import (
     Order,
     Progress,
     Reading,
+    Scan,
     SensorFrame,
     Truth,
 )
@@ -254,6 +255,21 @@ class Log:
                 if not skipped:
                     self.notes.append(f"the clock jumps back from {last:g} to {frame.time:g} s: frames left out")
                 skipped += 1
+
+    def scans_at(self, times: Sequence[float]) -> Iterator[tuple[Scan, ...]]:
+        """Yield for each of *times*, s, which rise, the last scan of each lidar by then. Once, in place of `entries`.
+
+        Only what is yielded is decoded. Raises `InputError` for a scan with invalid content.
+        """
+        topics, left = {*TOPICS_OF[Scan], CLOSING_TOPIC}, list(times)[::-1]
+        newest: dict[str, RawMessage] = {}
+        for step in self._segments.steps(SCHEMAS.keys() - topics):
+            newest |= {each.topic: each for each in step[:-1]}
+            now = 1e-9 * (step[-1].logged - self.head.epoch_ns)
+            while left and left[-1] <= now + 1e-9:
+                left.pop()
+                found = (decode(each.topic, each.data, str(self.path)) for each in newest.values())
+                yield tuple(each for each in found if isinstance(each, Scan))
 
 
 def _entry(time: float, notices: tuple[Notice, ...], signals: Sequence[Signal | SensorFrame | None]) -> Entry:

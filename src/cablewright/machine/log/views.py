@@ -81,6 +81,7 @@ VIEWS: Final = {
 
 _LINE_STRIP, _LINE_LIST = 0, 2
 _INK, _GREY = (0.11, 0.14, 0.19, 1.0), (0.54, 0.58, 0.63, 1.0)
+_SAND = (0.69, 0.55, 0.34, 0.6)
 _BLUE, _ORANGE = (0.0, 0.45, 0.7, 1.0), (0.9, 0.62, 0.0, 1.0)
 _UNTURNED: Final = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 _EDGES: Final = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b) in (1, 2, 4))
@@ -95,6 +96,7 @@ class Views:
         self._epoch = head.epoch_ns
         self._due = -np.inf
         self._begun = False
+        self._nozzle = np.array(head.nozzle)
         self._path: list[Array] = []
         self._since = 0.0  # s, at the first point of the path's last piece
 
@@ -102,14 +104,21 @@ class Views:
         self, time: float, truth: Truth | None, estimate: Estimate | None, progress: Progress | None
     ) -> Iterator[tuple[str, bytes]]:
         """Yield topic and JSON of what is due at *time*, s; nothing while no pose is known."""
+        for topic, content in self.content(time, truth, estimate, progress):
+            yield topic, to_json(content)
+
+    def content(
+        self, time: float, truth: Truth | None, estimate: Estimate | None, progress: Progress | None
+    ) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Yield topic and content of what is due at *time*, s; nothing while no pose is known."""
         told = estimate if estimate is not None and estimate.valid else None
         shown = truth if truth is not None else told
         if shown is None or not np.isfinite(shown.position).all() or time < self._due - 1e-9:
             return
         self._due = time + EVERY
         stamp = self._stamp(time)
-        yield "/tf", to_json({"transforms": list(self._transforms(stamp, truth, told))})
-        yield "/scene", to_json({"deletions": [], "entities": list(self._entities(stamp, shown, progress))})
+        yield "/tf", {"transforms": list(self._transforms(stamp, truth, told))}
+        yield "/scene", {"deletions": [], "entities": list(self._entities(stamp, shown, progress))}
 
     def _stamp(self, time: float) -> dict[str, int]:
         sec, nsec = divmod(self._epoch + round(time * 1e9), 1_000_000_000)
@@ -126,7 +135,7 @@ class Views:
             x, y = np.array(lidar.axes)
             turned = np.column_stack([x, y, np.cross(x, y)])
             place = dict(zip("xyz", lidar.place, strict=True))
-            yield _between(stamp, "drum", f"lidar_{name}", place, _quaternion(turned))
+            yield _between(stamp, "drum", f"lidar_{name}", place, quaternion(turned))
 
     def _entities(
         self, stamp: dict[str, int], shown: Truth | Estimate, progress: Progress | None
@@ -137,7 +146,8 @@ class Views:
             yield self._platform(stamp)
         yield self._lines(stamp, shown)
         if progress is not None and progress.state is PrintState.PRINTING:
-            yield from self._gone(stamp, shown.time, shown.position)
+            turn = matrices(np.nan_to_num(shown.rotation))
+            yield from self._gone(stamp, shown.time, shown.position + turn @ self._nozzle)
 
     def _frame(self, stamp: dict[str, int]) -> dict[str, Any]:
         """Edges of the frame, beams, walls and exit points with their names."""
@@ -190,14 +200,17 @@ class Views:
         return _entity(stamp, "world", "lines", lines=[_line(_LINE_LIST, pairs, _BLUE, 2.0, colours)])
 
     def _gone(self, stamp: dict[str, int], time: float, place: Array) -> Iterator[dict[str, Any]]:
-        """The path that was printed, in pieces: the last one is sent again as it grows."""
+        """The path that the nozzle printed, in pieces: the last one is sent again as it grows."""
         if self._path and np.linalg.norm(place - self._path[-1]) < _STEP:
             return
         if len(self._path) in (0, _MOST):
             self._path, self._since = self._path[-1:], time
         self._path.append(np.array(place))
-        name = f"path from {self._since:.2f} s"
-        yield _entity(stamp, "world", name, lines=[_line(_LINE_STRIP, self._path, _INK, 2.0)])
+        drawn = [_line(_LINE_STRIP, self._path, _INK, 2.0)]
+        extrusion = self._head.settings.extrusion
+        if extrusion is not None:  # what is laid, as a strand of its width
+            drawn.append(_line(_LINE_STRIP, self._path, _SAND, extrusion.bead.width) | {"scale_invariant": False})
+        yield _entity(stamp, "world", f"path from {self._since:.2f} s", lines=drawn)
 
 
 def _entity(stamp: dict[str, int], frame: str, name: str, **shapes: list[dict[str, Any]]) -> dict[str, Any]:
@@ -234,7 +247,7 @@ def _label(text: str, place: Any) -> dict[str, Any]:
 
 
 def _transform(stamp: dict[str, int], parent: str, child: str, place: Array, rotation: Array) -> dict[str, Any]:
-    return _between(stamp, parent, child, _xyz(place), _quaternion(matrices(rotation)))
+    return _between(stamp, parent, child, _xyz(place), quaternion(matrices(rotation)))
 
 
 def _between(stamp: Any, parent: str, child: str, place: Any, turn: Any) -> dict[str, Any]:
@@ -242,7 +255,7 @@ def _between(stamp: Any, parent: str, child: str, place: Any, turn: Any) -> dict
     return names | {"translation": place, "rotation": turn}
 
 
-def _quaternion(R: Array) -> dict[str, float]:
+def quaternion(R: Array) -> dict[str, float]:
     """The unit quaternion of a rotation matrix, by the largest of its four parts."""
     squares = np.array(
         [1.0 + R[0, 0] - R[1, 1] - R[2, 2], 1.0 - R[0, 0] + R[1, 1] - R[2, 2],

@@ -59,7 +59,7 @@ class MotionOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class ExportCommand:
-    """Klipper, RepRapFirmware and LinuxCNC take a job, and get a folder; the other formats describe the robot.
+    """Klipper, RepRapFirmware and LinuxCNC take a job, ros2 a log; they get a folder. The others describe the robot.
 
     What the robot has and the format has not is told on stderr and in comments of the files. See docs/exchange.md.
     """
@@ -70,9 +70,12 @@ class ExportCommand:
     format: Annotated[WrittenFormatName, typer.Argument(metavar="FORMAT", help="Format to write.")]
     robot: RobotName
     job: Annotated[
-        Path | None, typer.Argument(metavar="[JOB]", help="A job's TOML file, or a G-code file, for a firmware.")
+        Path | None,
+        typer.Argument(metavar="[JOB]", help="For a firmware a job's TOML or G-code file; for ros2 a machine's log."),
     ] = None
-    out: Annotated[Path, typer.Option("--out", metavar="OUT", help="File, of a firmware folder; it must not exist.")]
+    out: Annotated[
+        Path, typer.Option("--out", metavar="OUT", help="File, of a firmware and ros2 folder; it must not exist.")
+    ]
     schema_version: Annotated[
         WireXVersion | None, typer.Option("--schema-version", help="Of WireX; by default 0.32.")
     ] = None
@@ -89,13 +92,17 @@ class ExportCommand:
         if self.out.exists() or self.out.is_symlink():
             raise InputError(f"{self.out}: is there already; nothing is overwritten")
         robot = load(self.robot)
+        if self.format == "ros2":
+            return self._ros_bag(robot)
         return self._firmware(robot) if self.format in FIRMWARE else self._description(robot)
 
     def _require_fitting(self, is_firmware: bool) -> None:
         """Raise `InputError` for options that this format does not have."""
         if is_firmware and self.job is None:
             raise InputError(f"export {self.format}: expected a JOB after ROBOT, whose motion is written")
-        if not is_firmware and self.job is not None:
+        if self.format == "ros2" and self.job is None:
+            raise InputError("export ros2: expected a machine's LOG after ROBOT, a file or a run folder")
+        if not (is_firmware or self.format == "ros2") and self.job is not None:
             raise InputError(f"{self.job}: {self.format} describes a robot and takes no JOB")
         if not is_firmware and self.motion.given:
             raise InputError(f"export {self.format}: --machine, --layers and their like are for a firmware")
@@ -114,6 +121,16 @@ class ExportCommand:
             found, content = self._at_pose(robot)
         write_whole(self.out, content or found.text.encode(), parents=True)
         return answer(Exported(self.format, robot.name, found.lost, found.assumed), self.as_json, file=self.out)
+
+    def _ros_bag(self, robot: Robot) -> int:
+        from cablewright.exchange.result import Exported
+        from cablewright.exchange.ros.bag import ros_bag
+
+        assert self.job is not None
+        with progress() as show:
+            found = ros_bag(robot, self.job, self.out, show)
+        told = Exported(self.format, robot.name, found.lost, (), messages=found.messages)
+        return answer(told, self.as_json, out=self.out)
 
     def _wirex(self, robot: Robot) -> ExportedFile:
         from cablewright.exchange.wirex_output import wirex

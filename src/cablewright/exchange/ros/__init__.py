@@ -1,0 +1,1 @@
+"""Logs of machines for ROS 2."""

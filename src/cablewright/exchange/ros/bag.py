@@ -1,0 +1,86 @@
+"""A machine's log as a bag of ROS 2: written, by the library rosbags (the extra ``ros``); ROS itself is not needed.
+
+A bag is a folder: one MCAP file of messages in CDR with the definitions of their types, and ``metadata.yaml``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from cablewright.errors import EnvironmentFault, InputError
+from cablewright.exchange.ros.messages import LEFT_OUT, RosMessages
+from cablewright.file_output import whole_folder
+from cablewright.machine.log.log import read_log
+from cablewright.progress import Progress, silent
+from cablewright.robot import Robot
+
+_VERSION: Final = 9  # of the metadata: ROS 2 Jazzy
+_TEXT: Final = "string"
+
+
+@dataclass(frozen=True)
+class RosBag:
+    """What a bag has: messages by topic; ``lost``: what of the log it has not, a sentence each."""
+
+    messages: Mapping[str, int]
+    lost: tuple[str, ...]
+
+
+def ros_bag(robot: Robot, log: Path, out: Path, progress: Progress = silent) -> RosBag:
+    """Write the bag *out* of a *log* of *robot*, a file or a run folder, as far as it can be read.
+
+    Raises `InputError` for a log of another robot or none, `EnvironmentFault` without rosbags or where nothing can be
+    written.
+    """
+    try:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise EnvironmentFault("bags of ROS 2 need rosbags: pip install 'cablewright[ros]'") from None
+    store, counts = get_typestore(Stores.ROS2_JAZZY), dict[str, int]()
+    with read_log(log) as given:
+        if given.head.robot.name != robot.name:
+            raise InputError(f"{log}: is of robot {given.head.robot.name!r}, not of {robot.name!r}")
+        messages = RosMessages(given.head)
+        with whole_folder(out) as folder:
+            inner = folder / out.name
+            with Writer(inner, version=_VERSION, storage_plugin=StoragePlugin.MCAP) as bag:
+                channels: dict[str, Any] = {}
+                for step, entry in enumerate(given.entries()):
+                    for topic, kind, time, fields in messages.of(entry):
+                        if topic not in channels:
+                            channels[topic] = bag.add_connection(topic, kind, typestore=store)
+                        bag.write(channels[topic], time, store.serialize_cdr(_filled(store, kind, fields), kind))
+                        counts[topic] = counts.get(topic, 0) + 1
+                    if step % 500 == 0:
+                        progress("writing the bag (bytes of the log)", given.position, given.size)
+            if not counts:
+                raise InputError(f"{log}: the log has no complete step")
+            for each in list(inner.iterdir()):
+                each.rename(folder / each.name)
+            inner.rmdir()
+        return RosBag(counts, (*LEFT_OUT, *given.notes))
+
+
+def _filled(store: Any, kind: str, given: Mapping[str, Any]) -> Any:
+    """The message of a type with the *given* fields, and zeros where none is given."""
+    fields = store.fielddefs[kind][1]
+    return store.types[kind](**{name: _value(store, told, given.get(name)) for name, told in fields})
+
+
+def _value(store: Any, told: Any, given: Any) -> Any:
+    """The value of one field: *told* is its node and what that is of, as rosbags has it."""
+    node, of = told
+    if node.name == "NAME":
+        return _filled(store, of, given or {})
+    if node.name == "BASE":
+        return given if given is not None else {_TEXT: "", "bool": False}.get(of[0], 0)
+    element, count = of
+    if element[0].name == "BASE" and element[1][0] != _TEXT:
+        return np.zeros(count, dtype=element[1][0]) if given is None else np.asarray(given, dtype=element[1][0])
+    return [_value(store, element, each) for each in given or ()]
