@@ -9,16 +9,16 @@ Describe a robot and a job: changed, curves, library_names, load, load_job, load
 Statics: capacity, certify, enclose_poses, equilibria, excess_lengths, forward, inverse, let_out, linearise,
     slack_sets, solve_with_slack, tension_distribution, wrench_closure, Capacity, Certificate, Distribution,
     Equilibria, Equilibrium, Linearisation, PoseBox, Quadratic, SlackSet, Tracker, TrackerSettings.
-Analyse: accuracy, boundary_modes, bracket, check, count_nodes, interference, modes, retraction, trade, workspace,
-    workspace_area, Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, FirstOrder, FREEDOMS,
-    Interference, InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places, RetractionLaw,
-    RetractionStudy, Trade, TradeSettings, Vertices, Workspace, WorkspaceArea.
+Analyse: accuracy, boundary_modes, bracket, check, count_nodes, design, interference, modes, retraction, trade,
+    workspace, workspace_area, Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, Designed,
+    FirstOrder, FREEDOMS, Interference, InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places,
+    RetractionLaw, RetractionStudy, Trade, TradeSettings, Vertices, Workspace, WorkspaceArea.
 Calibrate: aligned, calibrate, calibration_poses, modulus, read_scan, simulate_calibration, survey, walls,
     Calibration, CalibrationPlan, CalibrationPoses, FileScan, Laser, LidarPlace, Measured, RoomMap, SensorNoise,
     Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
-Print and simulate: load_machine, load_twin, machine_names, pour, print_job, random_loop, read_log, replay, simulate,
-    Command, DriveSettings, Encoders, HeightField, MachineSettings, Pilot, Powder, PrintedJob, PrintOptions,
-    Replay, Scan, SensorFrame, SimulatedMachine, Simulation, SimulationSettings, TwinSettings.
+Print and simulate: campaign, load_machine, load_twin, machine_names, pour, print_job, random_loop, read_log, replay,
+    simulate, Campaign, Command, DriveSettings, Encoders, HeightField, MachineSettings, Pilot, Powder, PrintedJob,
+    PrintOptions, Replay, Scan, SensorFrame, SimulatedMachine, Simulation, SimulationSettings, TwinSettings.
 Results and errors: AnswerError, CablewrightError, EnvironmentFault, Figure, InputError, Result, Status,
     UnknownName.
 """
@@ -91,8 +91,12 @@ if TYPE_CHECKING:
     from cablewright.studies.accuracy import AccuracyStudy, accuracy
     from cablewright.studies.accuracy_at_pose import AccuracyAtPose
     from cablewright.studies.bracket import BracketStress, bracket
+    from cablewright.studies.campaigns.campaign import campaign
+    from cablewright.studies.campaigns.result import Campaign
     from cablewright.studies.checks.check import check
     from cablewright.studies.checks.result import Check
+    from cablewright.studies.design.result import Designed
+    from cablewright.studies.design.search import design
     from cablewright.studies.drive import DriveSettings, Pilot, random_loop
     from cablewright.studies.interference import JobInterference, interference
     from cablewright.studies.places import Places
@@ -105,25 +109,22 @@ if TYPE_CHECKING:
     from cablewright.triangle_mesh import TriangleMesh
 
 __all__ = [
-    "FREEDOMS", "Accuracy", "AccuracyAtPose", "AccuracyStudy", "AnswerError", "Boundary", "BracketStress",
-    "CableLaw", "CablewrightError", "Calibration", "CalibrationPlan", "CalibrationPoses", "Capacity", "Certificate",
-    "Change", "Check", "Command", "Curve", "Curves", "Distribution", "DriveSettings", "Encoders",
+    "FREEDOMS", "Accuracy", "AccuracyAtPose", "AccuracyStudy", "AnswerError", "Boundary", "BracketStress", "CableLaw",
+    "CablewrightError", "Calibration", "CalibrationPlan", "CalibrationPoses", "Campaign", "Capacity", "Certificate",
+    "Change", "Check", "Command", "Curve", "Curves", "Designed", "Distribution", "DriveSettings", "Encoders",
     "EnvironmentFault", "Equilibria", "Equilibrium", "Fidelity", "Figure", "FileScan", "FirstOrder", "HeightField",
     "InputError", "Interference", "InterferenceSettings", "Job", "JobInterference", "Laser", "LidarPlace",
-    "Linearisation", "MachineSettings", "Measured", "Model", "Modes", "MonteCarlo", "NodeCount", "Parameter",
-    "Pilot", "Places", "PoseBox", "Powder", "PrintOptions", "PrintedJob", "Quadratic", "Range", "RankedCurve",
-    "Replay", "Result", "RetractionLaw", "RetractionStudy", "Robot", "RoomMap", "Scan", "SensorFrame", "SensorNoise",
+    "Linearisation", "MachineSettings", "Measured", "Model", "Modes", "MonteCarlo", "NodeCount", "Parameter", "Pilot",
+    "Places", "PoseBox", "Powder", "PrintOptions", "PrintedJob", "Quadratic", "Range", "RankedCurve", "Replay",
+    "Result", "RetractionLaw", "RetractionStudy", "Robot", "RoomMap", "Scan", "SensorFrame", "SensorNoise",
     "SheaveLaw", "Shot", "Shots", "Sigmas", "SimulatedCalibration", "SimulatedMachine", "Simulation",
-    "SimulationSettings", "SlackSet",
-    "Status", "Survey", "SurveyPlan", "TensileResult", "TensileTest", "Tracker", "TrackerSettings", "Trade",
-    "TradeSettings", "TriangleMesh", "TwinSettings", "Uncertainty", "UnknownName", "Vertices", "Walls",
-    "Workspace", "WorkspaceArea",
-    "accuracy", "aligned", "boundary_modes", "bracket", "calibrate", "calibration_poses", "capacity", "certify",
-    "changed",
-    "check", "count_nodes", "curves", "enclose_poses", "equilibria", "excess_lengths", "forward", "interference",
-    "inverse", "let_out", "library_names", "linearise", "load", "load_job", "load_machine", "load_twin",
-    "load_uncertainty",
-    "loads", "machine_names", "modes", "modulus", "modulus_ranges", "pour", "print_job", "random_loop", "read_log",
+    "SimulationSettings", "SlackSet", "Status", "Survey", "SurveyPlan", "TensileResult", "TensileTest", "Tracker",
+    "TrackerSettings", "Trade", "TradeSettings", "TriangleMesh", "TwinSettings", "Uncertainty", "UnknownName",
+    "Vertices", "Walls", "Workspace", "WorkspaceArea", "accuracy", "aligned", "boundary_modes", "bracket",
+    "calibrate", "calibration_poses", "campaign", "capacity", "certify", "changed", "check", "count_nodes", "curves",
+    "design", "enclose_poses", "equilibria", "excess_lengths", "forward", "interference", "inverse", "let_out",
+    "library_names", "linearise", "load", "load_job", "load_machine", "load_twin", "load_uncertainty", "loads",
+    "machine_names", "modes", "modulus", "modulus_ranges", "pour", "print_job", "random_loop", "read_log",
     "read_scan", "read_stl", "replay", "retraction", "simulate", "simulate_calibration", "slack_sets",
     "solve_with_slack", "survey", "tension_distribution", "trade", "walls", "with_box_inertia", "workspace",
     "workspace_area", "wrench_closure",
@@ -187,8 +188,12 @@ _HOMES = {
         "studies.accuracy": "AccuracyStudy accuracy",
         "studies.accuracy_at_pose": "AccuracyAtPose",
         "studies.bracket": "BracketStress bracket",
+        "studies.campaigns.campaign": "campaign",
+        "studies.campaigns.result": "Campaign",
         "studies.checks.check": "check",
         "studies.checks.result": "Check",
+        "studies.design.result": "Designed",
+        "studies.design.search": "design",
         "studies.drive": "DriveSettings Pilot random_loop",
         "studies.interference": "JobInterference interference",
         "studies.places": "Places",

@@ -114,7 +114,6 @@ class DesignCommand:
     def run(self) -> int:
         """Search, write robots and report, and print."""
         from cablewright.robot import load
-        from cablewright.studies.design.problem import Constraint, Variable
         from cablewright.studies.design.search import design
         from cablewright.studies.store import folder_name
 
@@ -123,16 +122,15 @@ class DesignCommand:
         stem = () if self.job is None else (self.job.stem,)
         folder = self.out or Path("runs") / folder_name("design", robot.name, *stem)
         _require_own(folder)
-        vary = [Variable.read(text, mirrors) for text in self.vary]
-        constraints = [Constraint.read(text) for text in self.constraint or ()]
         try:
             with self.executor.executor() as executor, progress() as show:
                 found = design(
                     robot,
                     self.job,
-                    vary,
+                    self.vary,
                     self.objective,
-                    constraints,
+                    self.constraint or (),
+                    symmetry=mirrors,
                     method=self.search.method,
                     evaluations=self.search.evaluations,
                     population=self.search.population,

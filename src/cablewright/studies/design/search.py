@@ -33,10 +33,11 @@ MAX_VARIABLES: Final = 60
 def design(
     robot: Robot | str | Path,
     job: Job | str | Path | None,
-    vary: Sequence[Variable],
+    vary: Sequence[Variable | str],
     objectives: Sequence[str],
-    constraints: Sequence[Constraint] = (),
+    constraints: Sequence[Constraint | str] = (),
     *,
+    symmetry: Sequence[str] = (),
     method: str | None = None,
     evaluations: int = EVALUATIONS,
     population: int | None = None,
@@ -48,13 +49,17 @@ def design(
 ) -> Designed:
     """Search for the robots that are best in *objectives* while *constraints* and the limits of the hardware hold.
 
-    *job*: the part; None for figures that need none. *method*: of `OPTIMISERS`; by default ``de`` for one objective and
-    ``nsga2`` for several. *evaluations*: candidates in all, *population* at a time. *workspace*: how workspaces are
-    found. *file* keeps what was found; the same search resumes from it. Raises `InputError`, and `AnswerError` where an
-    objective has no value for any of the first candidates. A search without a candidate for which everything holds
-    raises nothing: see ``status``.
+    *job*: the part; None for figures that need none. *vary*: variables, or texts ``NAME=LOW:HIGH`` of which *symmetry*
+    names the mirrors, x and y; *constraints* may be texts ``FIGURE>=VALUE`` or ``FIGURE<=VALUE``; SI. *method*: of
+    `OPTIMISERS`; by default ``de`` for one objective and ``nsga2`` for several. *evaluations*: candidates in all,
+    *population* at a time. *workspace*: how workspaces are found. *file* keeps what was found; the same search resumes
+    from it. Raises `InputError`, and `AnswerError` where an objective has no value for any of the first candidates. A
+    search without a candidate for which everything holds raises nothing: see ``status``.
     """
-    what = _what(robot, job, tuple(vary), tuple(objectives), tuple(constraints), workspace, seed)
+    mirrors = tuple(symmetry)
+    variables = tuple(each if isinstance(each, Variable) else Variable.read(each, mirrors) for each in vary)
+    bounds = tuple(each if isinstance(each, Constraint) else Constraint.read(each) for each in constraints)
+    what = _what(robot, job, variables, tuple(objectives), bounds, workspace, seed)
     name = method or ("de" if len(what.objectives) == 1 else "nsga2")
     if name not in OPTIMISERS:
         raise UnknownName("method", name, OPTIMISERS)

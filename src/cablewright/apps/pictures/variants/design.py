@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from cablewright.apps import style
 from cablewright.arrays import Array
@@ -25,6 +26,7 @@ def design_picture(found: Designed) -> Figure:
         _progress(left, found)
     _bars(middle, found)
     _plan(right, found)
+    _legend(drawn, found)
     text = f"{style.label(found.what.robot.name)}: {len(found.tried)} candidates by {found.method}"
     style.headline(drawn, text)
     return drawn
@@ -35,7 +37,7 @@ def _scaled(measure: Measure, value: float) -> float:
 
 
 def _axis(measure: Measure) -> str:
-    unit = "mm" if measure.figure.shown == "mm" else measure.figure.unit
+    unit = "mm" if measure.figure.shown == "mm" else measure.figure.unit.replace("^3", "³")
     return f"{measure.key.replace('_', ' ')} in {unit}, {'higher' if measure.higher else 'lower'} is better"
 
 
@@ -80,7 +82,7 @@ def _bars(axes: Axes, found: Designed) -> None:
     for k, (each, colour) in enumerate(zip(found.chosen, _COLOURS, strict=False)):
         rows = np.arange(len(names)) + (k - 0.5 * (len(found.chosen) - 1)) * height
         shares = found.shares(each.values)
-        axes.barh(rows, 100.0 * shares, height=0.9 * height, color=colour, label=f"candidate {k + 1}")
+        axes.barh(rows, 100.0 * shares, height=0.9 * height, color=colour)
         for row, share, value in zip(rows, shares, each.values, strict=True):
             axes.text(100.0 * share + 1.0, row, f"{value:.4g}", va="center", fontsize=7.5)
     axes.set_yticks(np.arange(len(names)), names)
@@ -88,8 +90,6 @@ def _bars(axes: Axes, found: Designed) -> None:
     axes.set_xlim(0.0, 118.0)
     axes.set(xlabel="between the bounds, %", title="values of the candidates")
     axes.grid(visible=False, axis="y")
-    if found.chosen:
-        axes.legend(loc="lower right")
 
 
 def _plan(axes: Axes, found: Designed) -> None:
@@ -98,15 +98,24 @@ def _plan(axes: Axes, found: Designed) -> None:
     style.rectangle(axes, scene.frame_min, scene.frame_max)
     if found.what.places:
         x, y, _ = np.array(found.what.places).T
-        axes.plot(x, y, ".", color=style.GREY, markersize=3, label="places of the part")
-    _exits(axes, found.what.robot, style.RED, "x", "as it was")
-    for k, (each, colour) in enumerate(zip(found.chosen, _COLOURS, strict=False)):
-        _exits(axes, found.robot_of(each), colour, "o", f"candidate {k + 1}")
+        axes.plot(x, y, ".", color=style.GREY, markersize=3)
+    _exits(axes, found.what.robot, style.RED, "x")
+    for each, colour in zip(found.chosen, _COLOURS, strict=False):
+        _exits(axes, found.robot_of(each), colour, "o")
     axes.set_aspect("equal")
-    axes.set(xlabel="x in m", ylabel="y in m", title="exit points from above")
-    axes.legend(loc="center", fontsize=7.5)
+    axes.set(xlabel="x in m", ylabel="y in m", title="exit points and places of the part")
 
 
-def _exits(axes: Axes, robot: Robot, colour: str, marker: str, label: str) -> None:
+def _exits(axes: Axes, robot: Robot, colour: str, marker: str) -> None:
     x, y = np.array([line.exit_point[:2] for line in robot.lines]).T
-    axes.plot(x, y, marker, color=colour, fillstyle="none", markersize=7, label=label)
+    axes.plot(x, y, marker, color=colour, fillstyle="none", markersize=7)
+
+
+def _legend(drawn: Figure, found: Designed) -> None:
+    """Say below which colour is which candidate."""
+    handles = [
+        Line2D([], [], color=colour, linewidth=6, label=f"candidate {k}")
+        for k, (_, colour) in enumerate(zip(found.chosen, _COLOURS, strict=False), 1)
+    ]
+    handles.append(Line2D([], [], color=style.RED, marker="x", linestyle="none", label="robot as it was"))
+    drawn.legend(handles=handles, loc="outside lower center", ncols=4)
