@@ -18,6 +18,7 @@ from cablewright.calibration.simulation import (
 )
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
+from cablewright.models.drum import Drum
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
@@ -207,8 +208,8 @@ def test_other_numbers_are_found(unknown: str) -> None:
         robot = robot.model_copy(update={"lines": lines})
     made = simulate_calibration(robot, 60, 0.0, seed=4)
     counted, truth = made.measured.counted, {"sheave_radius": 0.075, "build_up": 0.01}.get(unknown, 1.002)
-    if unknown == "build_up":  # the length out for a count is (1 - exp(-b c)) / b
-        counted = -np.log1p(-0.01 * counted) / 0.01
+    if unknown == "build_up":
+        counted = Drum(1.0, build_up=0.01).angles(counted)
     elif unknown in ("length_scale", "drum_radius"):
         counted = counted / 1.002
     if unknown == "sheave_radius":

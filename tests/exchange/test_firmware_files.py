@@ -83,8 +83,11 @@ def test_reprapfirmware(tmp_path: Path) -> None:
     assert [line.tension_limits for line in robot.lines] == [(0.0, 35.0)] * 3 + [(2.5, 30.0)]
     assert {line.cable.stiffness for line in robot.lines} == {20000.0}
     assert robot.platform.mass == 2.5
+    growth = [2.0 * line.winch.build_up * line.winch.drum_radius**2 for line in robot.lines]
+    np.testing.assert_allclose(growth, 0.0356e-3, rtol=1e-12)
+    assert [line.winch.drum_length for line in robot.lines][3] == 4 * 2.345
     lost = " ".join(found.lost)
-    assert all(word in lost for word in ("M666 Q", "M666 Y", "M666 L", "M666 H", "M666 J", "M669 P", "M669 S"))
+    assert all(word in lost for word in ("M666 Y", "M666 L", "M666 H", "M666 J", "M669 P", "M669 S"))
 
 
 def test_reprapfirmware_comes_back(tmp_path: Path) -> None:
@@ -120,6 +123,7 @@ BAD = {
     "rrf, no anchor": ("config.g", RRF.replace("C-1440.27:741.63:-161.23 ", ""), "has no C"),
     "rrf, few radii": ("config.g", RRF.replace(":64.673", ""), "has 3 values; there are 4 anchors"),
     "rrf, advantage": ("config.g", RRF.replace("U2:2:2:4", "U2:2:2:2.5"), "must be a whole number"),
+    "rrf, build-up": ("config.g", RRF.replace("Q0.0356", "Q-0.03"), "must be 0 mm or more"),
     "rrf, stiffness": ("config.g", RRF.replace("S20000", "S-20000"), "must be over 0 N"),
     "rrf, unit": ("config.g", RRF.replace("A0.0:-1604.5:-114.08", "A0.0:-1604.5:-114.08mm"), "config.g"),
 }  # fmt: skip

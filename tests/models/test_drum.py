@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 import pytest
+import tomlkit
 
 from cablewright.errors import InputError
 from cablewright.machine.drums import drums_of
 from cablewright.machine.files import load_machine
 from cablewright.models.coil import wind
-from cablewright.models.drum import Drum
-from cablewright.robot import load
+from cablewright.models.drum import Drum, drum_of
+from cablewright.robot import Robot, library_text, load, loads
 
 HELD, LENGTHS = 40.0, np.linspace(3.0, 30.0, 200)
 
@@ -21,7 +22,11 @@ def coiled(pitch: float = 0.004) -> Drum:
     return Drum(0.05, wind(60.0, 0.05, 0.1, 0.005, pitch), HELD)  # 20 turns a layer
 
 
-@pytest.mark.parametrize("drum", [Drum(0.05), coiled()], ids=["bare", "layers"])
+def spool(build_up: float = 0.004) -> Drum:
+    return Drum(0.05, build_up=build_up, at=8.0)
+
+
+@pytest.mark.parametrize("drum", [Drum(0.05), spool(), coiled()], ids=["bare", "build-up", "layers"])
 def test_lengths_come_back(drum: Drum) -> None:
     angles = drum.angles(LENGTHS)
     assert (np.diff(angles) > 0).all()
@@ -52,3 +57,47 @@ def test_drums_of_a_robot() -> None:
     assert {drum.held for drum in drums_of(robot, machine)} == {58.0}
     with pytest.raises(InputError, match=r"gives no winch\.drum_radius"):
         drums_of(load("caroca"))
+
+
+def test_a_build_up_is_the_law_of_hangprinters() -> None:
+    """k0 (sqrt(R^2 + k2 x) - R), of the angle by the length x beyond that at the origin, with k2 = -Q."""
+    drum, growth = spool(), 2.0 * 0.004 * 0.05**2
+    angles = (2.0 / -growth) * (np.sqrt(0.05**2 - growth * (LENGTHS - 8.0)) - 0.05)
+    np.testing.assert_allclose(drum.angles(LENGTHS), angles, rtol=1e-9, atol=1e-9)
+
+
+def test_a_drum_pays_out_its_radius_per_angle() -> None:
+    drum, step = spool(), 1e-4
+    angles = drum.angles(LENGTHS)
+    slopes = (drum.lengths(angles + step) - drum.lengths(angles - step)) / (2.0 * step)
+    np.testing.assert_allclose(slopes, drum.radii(LENGTHS), rtol=1e-8)
+    assert drum.per_turn(8.0) == pytest.approx(2.0 * math.pi * 0.05, rel=1e-15)
+
+
+def test_a_small_build_up_is_a_bare_drum() -> None:
+    angles = spool(1e-12).angles(LENGTHS)
+    np.testing.assert_allclose(angles, (LENGTHS - 8.0) / 0.05, rtol=1e-9)
+
+
+def test_a_spool_ends_where_its_cable_does() -> None:
+    with pytest.raises(InputError, match=r"build_up = 0\.05 1/m: the drum is empty with a line of 18 m"):
+        spool(0.05).angles(LENGTHS)
+    assert np.isnan(spool().radii(np.array([np.nan]))).all()
+
+
+def test_a_build_up_needs_its_place() -> None:
+    with pytest.raises(InputError, match=r"build_up.*drum_length"):
+        robot_of({"drum_radius": 0.05, "build_up": 0.004})
+    assert drum_of(robot_of({"drum_radius": 0.05, "build_up": 0.004, "drum_length": 8.0}).lines[0]).at == 8.0
+
+
+def test_layers_are_in_place_of_a_build_up() -> None:
+    robot = robot_of({"drum_radius": 0.05, "build_up": 0.004, "drum_length": 8.0})
+    with pytest.raises(InputError, match=r"gives winch\.build_up; a machine file"):
+        drums_of(robot, load_machine("house-printer"))
+
+
+def robot_of(winch: dict[str, float]) -> Robot:
+    text = tomlkit.parse(library_text("merlet2023"))
+    text["winch"] = winch
+    return loads(tomlkit.dumps(text))

@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
-from cablewright.robot import load
+from cablewright.robot import Winch, load
 from cablewright.solvers.inverse import inverse, solve_inverse
 from cablewright.solvers.limits import lever_angles, swing_angles, winch_torques
 
@@ -43,3 +43,13 @@ def test_torque_is_the_winchs_tension_on_its_drum() -> None:
     found = solve_inverse(Model(HOUSE, Fidelity()), [1.0, 2.0, 3.0])
     np.testing.assert_allclose(winch_torques(found), found.winch_tensions * 0.1, rtol=1e-15)
     assert np.isnan(winch_torques(inverse(load("paty2021"), [0, 0, 1]))).all()
+
+
+def test_a_build_up_takes_torque_with_the_radius() -> None:
+    poses = [[1.0, 2.0, 3.0], [0.0, 0.0, 8.0]]
+    held = solve_inverse(Model(HOUSE, Fidelity()), poses)
+    spool = Winch(drum_radius=0.1, build_up=0.002, drum_length=12.0)
+    lines = tuple(line.model_copy(update={"winch": spool}) for line in HOUSE.lines)
+    wound = solve_inverse(Model(HOUSE.model_copy(update={"lines": lines}), Fidelity()), poses)
+    radii = 0.1 * np.sqrt(1.0 - 0.004 * (held.lengths - 12.0))
+    np.testing.assert_allclose(winch_torques(wound), held.winch_tensions * radii, rtol=1e-14)

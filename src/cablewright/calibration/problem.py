@@ -221,11 +221,8 @@ class CalibrationProblem:
         out = (self.lengths(theta, states) - lines[:, calibration_residuals.OFFSET]) / lines[
             :, calibration_residuals.SCALE
         ]
-        build_up = lines[:, calibration_residuals.BUILD_UP]
-        if not build_up.any():
-            return np.asarray(out)
-        rate = np.where(build_up == 0.0, 1.0, build_up)
-        return np.asarray(np.where(build_up == 0.0, out, -np.log1p(-np.minimum(rate * out, 1.0 - 1e-12)) / rate))
+        left = 1.0 - 2.0 * lines[:, calibration_residuals.BUILD_UP] * out  # square of the radius, as a share
+        return np.asarray(2.0 * out / (1.0 + np.sqrt(np.maximum(left, 0.0))))
 
     @property
     def free(self) -> Array:

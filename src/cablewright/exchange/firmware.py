@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from types import MappingProxyType
 from typing import Final
+
+import numpy as np
 
 from cablewright.errors import InputError, UnknownName, printable
 from cablewright.exchange import linuxcnc
@@ -17,6 +20,7 @@ from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import Notes
 from cablewright.machine.drums import drums_of
 from cablewright.machine.settings import MachineSettings
+from cablewright.models.drum import Drum
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
@@ -67,7 +71,7 @@ def firmware(
     drums = drums_of(robot, machine)
     _require_lines(name, robot)
     config = rrf_config(robot, drums, machine, motor.full_steps) if name == "reprapfirmware" else None
-    close = _tolerance(name, motor, robot) if tolerance is None else tolerance
+    close = _tolerance(name, motor, robot, drums) if tolerance is None else tolerance
     path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=close, progress=progress)
     lost.add("job: retractions of the filament; E is mm of strand that is laid")
     if config is not None:
@@ -95,11 +99,16 @@ def _require_lines(name: str, robot: Robot) -> None:
         linuxcnc.letters_of(robot)
 
 
-def _tolerance(name: str, motor: Stepper, robot: Robot) -> float:
+def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[Drum]) -> float:
     """Return the error that lengths between points may have, m, with a little left for the rounding of angles."""
     if name == "reprapfirmware":
         return math.inf
-    return 0.99 * 0.5 * motor.microstep * min(line.winch.drum_radius or math.inf for line in robot.lines)
+    corners = list(product(*zip(robot.scene.frame_min, robot.scene.frame_max, strict=True)))
+    radii = []
+    for line, drum in zip(robot.lines, drums, strict=True):
+        longest = line.advantage * max(math.dist(corner, line.exit_point) for corner in corners)
+        radii.append(drum.radius if drum.build_up == 0.0 else float(drum.radii(np.asarray(longest))))
+    return 0.99 * 0.5 * motor.microstep * min(radii)
 
 
 def _anchors(robot: Robot, lost: Notes) -> dict[str, str]:

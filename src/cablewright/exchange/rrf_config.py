@@ -32,6 +32,7 @@ MOST: Final = 5
 CARRIED: Final = (
     Feature("M669 A B C D I", "lines.exit_point", "eyelets of a point platform"),
     Feature("M666 R", "lines.winch.drum_radius", "of the cable as it leaves the drum at the origin"),
+    Feature("M666 Q", "lines.winch.build_up, drum_length", "one Q; with a machine file, that of its [winch]"),
     Feature("M666 U, O", "lines.advantage, cables"),
     Feature("M666 I, X", "lines.tension_limits", "of all spans there, of one here"),
     Feature("M666 S", "lines.cable.axial_stiffness"),
@@ -59,7 +60,7 @@ def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
     if cable is None and "S" in machine:
         robot = _with_stiffness(robot, _number(machine, "S", 0.0), machine["S"][1], assumed)
     used = {*"KN", *names}
-    for words, code, known in ((geometry, "M669", used), (machine, "M666", set("RUOIXSW"))):
+    for words, code, known in ((geometry, "M669", used), (machine, "M666", set("RQUOIXSW"))):
         for letter in words:
             if letter not in known:
                 lost.add(f"{code} {letter}: {_WHY.get((code, letter), 'a robot file has no such key')}")
@@ -67,7 +68,6 @@ def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
 
 
 _WHY: Final = {
-    ("M666", "Q"): "build-up belongs to a machine file: pitch times the cable's diameter over pi times the width",
     ("M666", "Y"): "guy wires stretch there; here they are no part of a line",
 }
 
@@ -76,6 +76,7 @@ def _lines(path: Path, geometry: _Words, machine: _Words, names: str, assumed: N
     count = len(names)
     exits = {name: _anchor(path, geometry, name, k == count - 1) for k, name in enumerate(names)}
     radii = _list(machine, "R", count, from_mm)
+    growth = _growth(machine)
     spans = _list(machine, "U", count, _whole) or [_DEFAULT_ADVANTAGE] * count
     if "U" not in machine:
         assumed.add(f"lines.advantage: {_DEFAULT_ADVANTAGE}, what RepRapFirmware takes without M666 U")
@@ -85,11 +86,29 @@ def _lines(path: Path, geometry: _Words, machine: _Words, names: str, assumed: N
     for k, (name, at) in enumerate(exits.items()):
         line: dict[str, Any] = {"exit_point": at, "advantage": spans[k], "cables": cables[k]}
         if radii:
-            line["winch"] = {"drum_radius": radii[k]}
+            line["winch"] = _spool(radii[k], growth, spans[k] * math.dist((0.0, 0.0, 0.0), at), cables[k])
         if high:
             line["tension_limits"] = ((low[k] if low else 0.0) / spans[k], high[k] / spans[k])
         lines[name] = line
     return lines
+
+
+def _growth(machine: _Words) -> float:
+    """Return by how much the square of a spool's radius grows per length of wound cable, m."""
+    if "Q" not in machine:
+        return 0.0
+    text, place = machine["Q"]
+    growth = from_mm(text, f"{place}: Q")
+    if growth < 0.0:
+        raise InputError(f"{place}: Q = {text[:60]!r}: must be 0 mm or more")
+    return growth
+
+
+def _spool(radius: float, growth: float, length: float, cables: int) -> dict[str, float]:
+    """Return the winch of a line that has this *length* (m, all spans) with the nozzle at the origin."""
+    if growth == 0.0:
+        return {"drum_radius": radius}
+    return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius**2, "drum_length": length}
 
 
 def _anchor(path: Path, words: _Words, name: str, last: bool) -> tuple[float, ...]:
@@ -120,7 +139,7 @@ def rrf_config(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | N
     require_anchors(robot, "RepRapFirmware's Hangprinter", MOST)
     carried = (
         "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
-        "platform.mass lines.tension_limits lines.cable"
+        "lines.winch.build_up lines.winch.drum_length platform.mass lines.tension_limits lines.cable"
     )
     notes = Notes()
     for sentence in lost_keys(keys_given(robot), carried):
@@ -135,7 +154,7 @@ def rrf_config(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | N
     text = "".join(f"; lost: {each}\n" for each in notes.all) + "".join(f"; assumed: {each}\n" for each in assumed)
     text += "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
     text += f"M669 K6 N{robot.m}\nM669 {anchors} P{to_mm(_reach(robot))}\n"
-    text += f"M666 Q{_build_up(robot, machine)!r} R{':'.join(map(to_mm, radii))}\n"
+    text += f"M666 Q{_build_up(robot, drums, machine)!r} R{':'.join(map(to_mm, radii))}\n"
     text += f"M666 U{_joined(line.advantage for line in lines)} O{_joined(line.cables for line in lines)}\n"
     text += (
         f"M666 L{_joined([teeth[0]] * robot.m)} H{_joined([teeth[1]] * robot.m)} J{_joined([full_steps] * robot.m)}\n"
@@ -146,10 +165,14 @@ def rrf_config(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | N
     return ExportedFile(text, notes.all, assumed)
 
 
-def _build_up(robot: Robot, machine: MachineSettings | None) -> float:
-    """Return by how much the square of the radius grows per length of wound cable, mm."""
+def _build_up(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None) -> float:
+    """Return by how much the square of the radius grows per length of wound cable, mm. Raises `InputError`."""
     if machine is None:
-        return 0.0
+        pairs = zip(drums, robot.lines, strict=True)
+        squares = [2.0 * drum.build_up * drum.radius**2 / line.cables for drum, line in pairs]
+        if max(squares) - min(squares) > 1e-6 * max(squares):
+            raise InputError(f"robot {robot.name!r}: its lines have different build-ups; M666 has one, Q")
+        return float(f"{1e3 * squares[0]:.12g}")  # the number that was read, not its last digits
     diameters = {line.cable.diameter for line in robot.lines}
     if len(diameters) > 1:
         raise InputError(f"robot {robot.name!r}: its lines have different diameters; M666 has one build-up, Q")

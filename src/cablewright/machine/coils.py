@@ -21,11 +21,13 @@ def coil_of(
 ) -> Coil:
     """Return the cable of a *line* on its drum, regularly wound, or with the deviations of `wind` by *random*.
 
-    Raises `InputError` for a line without drum radius or cable diameter.
+    Raises `InputError` for a line without drum radius or cable diameter, or with a build-up of its own.
     """
     if line.winch.drum_radius is None or line.cable.diameter is None:
         missing = "winch.drum_radius" if line.winch.drum_radius is None else "cable.diameter"
         raise InputError(f"line {line.name!r} gives no {missing}, which the cable on its winch needs")
+    if line.winch.build_up is not None:
+        raise InputError(f"line {line.name!r} gives winch.build_up; a machine file's [winch] has layers in its place")
     return wind(
         settings.capacity,
         line.winch.drum_radius,

@@ -5,20 +5,19 @@ from __future__ import annotations
 from cablewright.errors import InputError
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.drum import Drum
+from cablewright.models.drum import Drum, drum_of
 from cablewright.robot import Robot
 
 
 def drums_of(robot: Robot, machine: MachineSettings | None = None) -> tuple[Drum, ...]:
-    """Return the drum of each line: with coils by the *machine*'s capacity, width and pitch, or bare without one.
+    """Return the drum of each line: with coils by the *machine*'s capacity, width and pitch, else as its file gives it.
 
     Raises `InputError` for a line that gives no drum radius, and with a machine no cable diameter.
     """
     found = []
     for line in robot.lines:
-        radius = line.winch.drum_radius
-        if radius is None:
+        bare = drum_of(line)
+        if bare is None:
             raise InputError(f"line {line.name!r} gives no winch.drum_radius, which turns of its winch need")
-        coil = None if machine is None else coil_of(line, machine.winch)
-        found.append(Drum(radius, coil, 0.0 if machine is None else machine.winch.held))
+        found.append(bare if machine is None else Drum(bare.radius, coil_of(line, machine.winch), machine.winch.held))
     return tuple(found)

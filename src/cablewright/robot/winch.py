@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
 from cablewright.units import Length, Positive, Speed, Torque
-from cablewright.validation import Description
+from cablewright.validation import Description, refusal
+
+MAX_BUILD_UP = 1.0
+"""Largest build-up of a drum, 1/m: half of its square gone after half a metre."""
 
 
 class Winch(Description):
     """A winch. Each value may be unknown, None; a function that needs it then raises an error.
 
     ``max_speed``: of the cable; ``max_torque``: at the drum; ``capacity``: length of cable that the drum can hold.
+
+    ``drum_radius``: m, to the axis of the cable that leaves the drum, of any length; or with a ``build_up`` where
+    the line is ``drum_length`` (m, unstrained) long. ``build_up``: 1/m, share of its radius that the drum loses there
+    per length paid out; its square falls linearly, as cable of a constant cross section leaves the spool.
     """
 
     drum_radius: Positive[Length] | None = None
+    build_up: Annotated[float, Field(gt=0.0, le=MAX_BUILD_UP)] | None = None
+    drum_length: Positive[Length] | None = None
     max_speed: Positive[Speed] | None = None
     max_torque: Positive[Torque] | None = None
     capacity: Positive[Length] | None = None
+
+    @model_validator(mode="after")
+    def _build_up_has_its_place(self) -> Self:
+        if self.build_up is not None and (self.drum_radius is None or self.drum_length is None):
+            raise refusal("build_up", "needs drum_radius, and drum_length, the length of the line where it is that")
+        return self

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.models.drum import drum_of
 from cablewright.models.statics import Equilibrium
-from cablewright.robot import Robot
 
 
 def swing_angles(equilibrium: Equilibrium) -> Array:
@@ -37,10 +37,18 @@ def sheave_clearances(equilibrium: Equilibrium) -> Array:
 
 def winch_torques(equilibrium: Equilibrium) -> Array:
     """Return the torque that holds each drum, N m, against all its cables; NaN where the radius is not known."""
-    return equilibrium.winch_tensions * drum_arms(equilibrium.model.robot)
+    return equilibrium.winch_tensions * drum_arms(equilibrium)
 
 
-def drum_arms(robot: Robot) -> Array:
-    """Return the torque on each drum per tension of a cable, m: its radius, once for each cable; NaN if unknown."""
-    radii = np.array([line.winch.drum_radius for line in robot.lines], dtype=np.float64)
-    return radii * [line.cables for line in robot.lines]
+def drum_arms(equilibrium: Equilibrium) -> Array:
+    """Return the torque on each drum per tension of a cable (..., m), m: its radius, once for each cable.
+
+    NaN where the radius is not known. Raises `InputError` for lengths that empty a drum with a build-up.
+    """
+    lines, lengths = equilibrium.model.robot.lines, equilibrium.lengths
+    arms = np.full(lengths.shape, np.nan)
+    for i, line in enumerate(lines):
+        drum = drum_of(line)
+        if drum is not None:
+            arms[..., i] = line.cables * (drum.radii(lengths[..., i]) if drum.build_up > 0.0 else drum.radius)
+    return arms

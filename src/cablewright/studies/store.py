@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
+from cablewright.models.coil import TURN
+from cablewright.models.drum import drum_of
 from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import AccuracyStudy
@@ -123,16 +125,14 @@ def write_check(
 
 
 def _turns(check: Check) -> dict[str, Array]:
-    """Return the turns of each drum since the first sample, positive as it pays out, where its radius is known.
-
-    Of one layer of cable, which is all that a robot file tells.
-    """
-    radii = {line.name: (i, line.winch.drum_radius) for i, line in enumerate(check.robot.lines)}
-    return {
-        f"turns {name}": np.round((check.lengths[:, i] - check.lengths[0, i]) / (2.0 * np.pi * radius), 9)
-        for name, (i, radius) in radii.items()
-        if radius is not None
-    }
+    """Return the turns of each drum since the first sample, positive as it pays out, where its radius is known."""
+    found = {}
+    for line, lengths in zip(check.robot.lines, check.lengths.T, strict=True):
+        drum = drum_of(line)
+        if drum is not None:
+            angles = drum.angles(lengths)
+            found[f"turns {line.name}"] = np.round((angles - angles[0]) / TURN, 9)
+    return found
 
 
 def _laid(check: Check) -> Array:

@@ -4,7 +4,7 @@ Length over a swivelling sheave: Wang, Caro 2021, Eqs. 1 to 10, with the sign of
 side of wrap. Its derivative by the platform point is the unit vector u along the free cable, by the exit point -u.
 """
 
-from math import asin, atan2, exp, expm1, floor, nan, pi, sqrt
+from math import asin, atan2, floor, nan, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +32,6 @@ BETWEEN = 7  # line, other: distance of two exit points, m; belongs to no pose
 PAID_OUT = 8  # line
 TENSION = 9  # line
 
-STRAIGHT = 1e-5  # counted build-up under which its series is exact
 MIN_DISTANCE = 1e-9  # m: shorter distances have no direction
 
 
@@ -111,14 +110,13 @@ def over_sheave(line, x, y, z, free):
 
 @jit
 def paid_out(line, counted):
-    """True length of *counted*, m, and its derivatives by the scale and the build-up."""
-    scale, build_up = line[SCALE], line[BUILD_UP]
-    x = build_up * counted
-    if abs(x) < STRAIGHT:
-        one = counted * (1.0 - 0.5 * x + x * x / 6.0)
-        return scale * one, one, -scale * counted * counted * (0.5 - x / 3.0)
-    one = -expm1(-x) / build_up
-    return scale * one, one, scale * (counted * exp(-x) - one) / build_up
+    """True length of *counted*, m, and its derivatives by the scale and the build-up.
+
+    The square of the spool's radius falls linearly with the length paid out, so the radius with its angle.
+    """
+    half = 0.5 * counted * counted
+    one = counted - line[BUILD_UP] * half
+    return line[SCALE] * one, one, -line[SCALE] * half
 
 
 @jit

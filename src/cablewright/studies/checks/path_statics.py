@@ -60,7 +60,7 @@ class PathStatics:
         )
 
     def accelerated(self, rows: NDArray[np.bool_], effects: InertiaEffects, drum_arms: Array) -> Self:
-        """Return the same with the *effects* of acceleration at some *rows* (k,); *drum_arms* (m,), m, may be NaN."""
+        """Return the same with the *effects* of acceleration at some *rows* (k,); *drum_arms* (..., m), m, NaN if unknown."""
         lines, drop, rise = self.lines, np.zeros_like(self.tensions), np.zeros_like(self.tensions)
         drop[rows], rise[rows] = effects.tension_drop, effects.tension_rise
         displacement = self.displacement.copy()

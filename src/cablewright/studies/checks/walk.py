@@ -60,7 +60,6 @@ class JobPath:
         search = None if "expected-error" in skip else ExpectedErrorSearch(ranges, self.samples, seed)
         motion, rows = self.job.motion, len(self.poses)
         corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation)
-        arms = drum_arms(full.robot)
         solved: PathStatics | None = None
         drop, rise = np.zeros(full.m), np.zeros(full.m)
         for first in range(0, rows, BLOCK):
@@ -71,7 +70,7 @@ class JobPath:
             regular, linear = _linearised(held)
             moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
             effects = inertia_effects(held[regular], linear, moved)
-            found = PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, arms)
+            found = PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, drum_arms(held))
             solved = _room(found, rows) if solved is None else solved
             _write(found, solved, first)
             drop, rise = _largest(drop, rise, effects)
