@@ -13,7 +13,7 @@ from cablewright.studies.executors.kept import KeptResults
 from cablewright.studies.executors.task import Chunk, Outcome, Task, digest, faults, programs
 
 CHUNK_TIME: Final = 1.0  # s
-MAX_ITEMS: Final = 5000  # of a chunk
+MAX_ITEMS = 5000  # of a chunk
 
 
 def evaluate(

@@ -1,4 +1,4 @@
-"""Throughput of executors on this machine, and what that says of larger ones: ``python -m benchmarks.executors``.
+"""Throughput of executors on this machine, and what that says of larger ones: ``python tools/executor_throughput.py``.
 
 The same candidates of a design are judged serially on one thread, by two processes and, where dask is installed, by two
 of its workers; results must be equal to the bit. Then items that take no time tell the overhead of a chunk.
