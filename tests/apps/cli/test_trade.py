@@ -209,5 +209,5 @@ def test_bad_input_is_refused(cli, arguments: list[str], says: str, tmp_path: Pa
 
 def test_a_file_of_something_else_is_not_overwritten(cli, tmp_path: Path) -> None:
     (tmp_path / "mine.json").write_text("{}")
-    assert "not a sweep of this program" in cli("trade", "jung2020", *VARY, "--out", "mine.json").refusal
+    assert "holds no results of a study" in cli("trade", "jung2020", *VARY, "--out", "mine.json").refusal
     assert (tmp_path / "mine.json").read_text() == "{}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -56,7 +56,8 @@ def kept_in(path: Path | None) -> Iterator[KeptResults]:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as reason:
         raise cannot_write(path.parent, reason) from None
-    lock = FileLock(path.with_name(f".{path.name}.lock"), blocking=False, fallback_to_soft=False)
+    name = path.with_name(f".{path.name}.lock")
+    lock = FileLock(name, blocking=False, fallback_to_soft=False)
     try:
         lock.acquire()
     except Timeout:
@@ -68,6 +69,8 @@ def kept_in(path: Path | None) -> Iterator[KeptResults]:
         with _opened(path, end) as file:
             yield KeptResults(file, known)
     finally:
+        with suppress(OSError):  # Windows removes no file that is open
+            name.unlink()
         lock.release()
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
-from cablewright.errors import AnswerError
+from cablewright.errors import AnswerError, InputError
 from cablewright.progress import Progress, silent
 from cablewright.studies.executors.executor import Executor
 from cablewright.studies.executors.kept import KeptResults
@@ -46,10 +46,15 @@ def evaluate(
 
 
 def require_all(outcomes: Sequence[Outcome], names: Sequence[str]) -> None:
-    """Raise `AnswerError`, which names the first item without a result, how many there are and that others are kept."""
+    """Raise `AnswerError`, which names the first item without a result, how many there are and that others are kept.
+
+    Raises `InputError` where all items are refused: the input is wrong, not an item.
+    """
     failed = faults(outcomes)
     if not failed:
         return
+    if all(each.refused for each in outcomes):
+        raise InputError(failed[0])
     first = next(name for name, each in zip(names, outcomes, strict=True) if each.fault)
     kept = len(outcomes) - len(failed)
     raise AnswerError(f"{first}: {failed[0]} ({len(failed)} of {len(outcomes)} failed; the other {kept} are kept)")

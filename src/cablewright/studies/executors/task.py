@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from pydantic_core import to_jsonable_python
 
 import cablewright
-from cablewright.errors import CablewrightError, EnvironmentFault, one_line
+from cablewright.errors import CablewrightError, EnvironmentFault, InputError, one_line
 from cablewright.solvers.batches import use_threads
 
 PROGRAMS: Final = ("cablewright", "numba", "numpy", "scipy")
@@ -53,10 +53,14 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one item: the result as JSON text, or the reason why there is none."""
+    """What became of one item: the result as JSON text, or the reason why there is none.
+
+    ``refused``: whether that is an `InputError`.
+    """
 
     text: str = ""
     fault: str = ""
+    refused: bool = False
 
     @property
     def value(self) -> Any:
@@ -139,7 +143,7 @@ def _computed(task: Task, item: Any) -> Outcome:
         return Outcome(json.dumps(task.function(task.shared, item)))
     except _NUMERIC as reason:
         words = str(reason) if isinstance(reason, CablewrightError) else f"{type(reason).__name__}: {reason}"
-        return Outcome(fault=one_line(words))
+        return Outcome(fault=one_line(words), refused=isinstance(reason, InputError))
 
 
 def faults(outcomes: Iterable[Outcome]) -> list[str]:
