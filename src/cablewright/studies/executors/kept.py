@@ -22,7 +22,7 @@ class KeptResults:
     """Results of earlier calls by their keys; those that are added are on disk before the next chunk begins."""
 
     def __init__(self, file: IO[bytes] | None = None, known: dict[str, str] | None = None) -> None:
-        self._file, self._known = file, {} if known is None else known
+        self._file, self._known = file, {} if known is None else known  # the dictionary of `kept_in`
 
     def get(self, key: str) -> str | None:
         """Return the JSON text of a result; None if it is not known."""
@@ -52,6 +52,7 @@ def kept_in(path: Path | None) -> Iterator[KeptResults]:
     if path is None:
         yield KeptResults()
         return
+    new_folder = not path.parent.exists()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as reason:
@@ -66,12 +67,19 @@ def kept_in(path: Path | None) -> Iterator[KeptResults]:
         raise cannot_write(path, reason) from None
     try:
         known, end = _read(path)
-        with _opened(path, end) as file:
-            yield KeptResults(file, known)
+        try:
+            with _opened(path, end) as file:
+                yield KeptResults(file, known)
+        finally:
+            if not known:  # a study that is refused leaves nothing behind
+                path.unlink(missing_ok=True)
     finally:
         with suppress(OSError):  # Windows removes no file that is open
             name.unlink()
         lock.release()
+        if new_folder:
+            with suppress(OSError):  # it holds results
+                path.parent.rmdir()
 
 
 @contextmanager
