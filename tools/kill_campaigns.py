@@ -94,8 +94,8 @@ TASKS = {
             "trade",
             ("jung2020", "--vary", "exit-distance=0.05:0.15:20", "--vary", "width-top-x=0.04,0.1",
              "--criterion", "closed-form", "--count", "nodes", "--grid", "31", "--boundary-grid", "13",
-             "--out", "out/sweep.json"),
-            lambda path: json.loads(path.read_bytes()),
+             "--out", "out/sweep.jsonl"),
+            Path.read_bytes,
         ),
         Task(
             "equilibria",

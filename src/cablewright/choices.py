@@ -55,3 +55,5 @@ ReplayName = Literal["paper", "filter", "both"]
 """Estimators of a replay."""
 EstimatorName = Literal["paper", "filter", "encoders"]
 """Estimator of a print: an observer, or dead reckoning by the encoders."""
+OptimiserName = Literal["de", "cma-es", "nsga2"]
+"""Optimiser of a search for designs."""

@@ -54,7 +54,8 @@ class Change:
     @property
     def unit(self) -> str:
         """The SI unit; "1" for a factor."""
-        return "m" if (kind := self.parts[0][0]) in NAMED else KINDS[kind].unit
+        kind = self.parts[0][0]
+        return UNITS.get(kind, "m") if kind in NAMED else KINDS[kind].unit
 
     def on(self, robot: Robot, value: float) -> Robot:
         """Return the robot with the variable at ``value`` (SI). Raises `InputError` if the robot cannot have it."""
@@ -77,6 +78,14 @@ def changed(robot: Robot, values: Mapping[Change, float]) -> Robot:
     for change, value in values.items():
         robot = change.on(robot, value)
     return robot
+
+
+def require_different(changes: Iterable[Change]) -> None:
+    """Raise `InputError` where two changes set the same."""
+    names = [part for change in changes for part in change.parts]
+    for kind, line in names:
+        if names.count((kind, line)) > 1:
+            raise InputError(f"{kind}: is varied more than once")
 
 
 def with_box_inertia(robot: Robot) -> Robot:
@@ -169,6 +178,40 @@ def _width_setter(axis: int, upper: bool | None) -> _Setter:
     return set_width
 
 
+def _spread_setter(axis: int) -> _Setter:
+    """Return the setter of the extent of all exit points along an axis: they move in proportion, about their middle."""
+
+    def set_spread(robot: Robot, value: float) -> Robot:
+        _require(value >= 0.0, "must be a length of 0 or more")
+        along = [line.exit_point[axis] for line in robot.lines]
+        now, middle = _extent(along), 0.5 * (min(along) + max(along))
+        _require(now > 0.0, f"the exit points all have one {AXES[axis]}: there is no extent to change")
+        lines = []
+        for line in robot.lines:
+            x, y, z = (
+                middle + (at - middle) * (value / now) if k == axis else at for k, at in enumerate(line.exit_point)
+            )
+            lines.append(with_exit_point(line, (x, y, z)))
+        return _with_lines(robot, lines)
+
+    return set_spread
+
+
+def _limit_setter(end: int) -> _Setter:
+    """Return the setter of the min (0) or max (1) tension of all lines."""
+
+    def set_limit(robot: Robot, value: float) -> Robot:
+        _require(value >= 0.0, "must be a tension of 0 or more")
+        lines = []
+        for line in robot.lines:
+            low, high = (value if k == end else at for k, at in enumerate(line.tension_limits))
+            _require(low < high, f"the tension limits of line {line.name!r} would be {low:g} to {high:g} N")
+            lines.append(line.model_copy(update={"tension_limits": (low, high)}))
+        return _with_lines(robot, lines)
+
+    return set_limit
+
+
 def _half(robot: Robot, upper: bool | None) -> list[int]:
     """Return the lines whose platform points are in the upper half, or the lower half; all for None."""
     _require(isinstance(robot.platform, RigidPlatform), f"{robot.name!r} is a point platform, which has no width")
@@ -203,9 +246,15 @@ NAMED: Final[Mapping[str, _Setter]] = MappingProxyType(
         "width-top-y": _width_setter(1, True),
         "width-bottom-x": _width_setter(0, False),
         "width-bottom-y": _width_setter(1, False),
+        "exits-x": _spread_setter(0),
+        "exits-y": _spread_setter(1),
         "retraction": Robot.retracted,
+        "tension-min": _limit_setter(0),
+        "tension-max": _limit_setter(1),
     }
 )
-"""Design variables with a setter of their own, each a length in m."""
+"""Design variables with a setter of their own, each a length in m where `UNITS` says nothing else."""
+
+UNITS: Final[Mapping[str, str]] = MappingProxyType({"tension-min": "N", "tension-max": "N"})
 
 _OF_A_ROBOT: Final = tuple(kind.name for kind in KINDS.values() if kind.role == "hardware")

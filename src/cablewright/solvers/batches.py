@@ -40,6 +40,23 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_Threads.forget)
 
 
+class _Limit:
+    """Threads that a batch may take at most; None: all of `thread_count`."""
+
+    threads: int | None = None
+
+
+@contextmanager
+def use_threads(most: int | None) -> Iterator[None]:
+    """Batches inside take so many threads at most, where others compute beside; None: as many as before."""
+    before = _Limit.threads
+    _Limit.threads = before if most is None else most
+    try:
+        yield
+    finally:
+        _Limit.threads = before
+
+
 class _Words:
     """What is said of compilation: one line in a process, where nobody says more."""
 
@@ -94,7 +111,7 @@ def run(kernel: Callable[..., None], rows: int, *arguments: Any, chunk: int = CH
             _Words.say()
         compile_for(kernel, *arguments, 0, rows)
         _ready.add(variant)
-    threads = min(thread_count(), -(-rows // chunk))
+    threads = min(_Limit.threads or thread_count(), -(-rows // chunk))
     if threads == 1:
         kernel(*arguments, 0, rows)
         return

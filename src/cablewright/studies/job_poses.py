@@ -55,6 +55,14 @@ def require_lines(robot: Robot, where: str) -> None:
 def along(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None]:
     """Return poses (k, n), m and rad, that bring the nozzle to the k samples, and retraction lengths (k,), m, or None.
 
+    As `poses_at`, which says what it raises.
+    """
+    return poses_at(robot, job, samples.positions)
+
+
+def poses_at(robot: Robot, job: Job, positions: Array) -> tuple[Array, Array | None]:
+    """Return poses (k, n) that bring the nozzle to *positions* (k, 3), m, and retraction lengths (k,), m, or None.
+
     Rotations and retraction lengths are those of the job's schedule. Raises `InputError` for a robot with fewer lines
     than freedoms, or a schedule that it cannot follow.
     """
@@ -66,11 +74,11 @@ def along(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None
                 robot.retraction_to(height.retraction)
             except InputError as reason:
                 raise InputError(f"job {job.name}: schedule at {height.z:g} m: {reason}") from None
-    heights = samples.positions[:, 2]
+    heights = positions[:, 2]
     retraction = schedule.retractions(heights)
     if robot.n == 3:
         if schedule.turns:
             raise InputError(f"job {job.name}: schedule sets a rotation; the platform of {robot.name} is a point")
-        return samples.positions, retraction
-    poses = np.concatenate([samples.positions, schedule.rotations(heights)], axis=1)
+        return positions, retraction
+    poses = np.concatenate([positions, schedule.rotations(heights)], axis=1)
     return Model(robot).at_nozzle(poses), retraction

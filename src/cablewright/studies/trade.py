@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from importlib.metadata import version
 from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar, get_args
@@ -23,19 +19,20 @@ from cablewright.analyses.workspace.workspace import count_nodes, workspace
 from cablewright.arrays import Array, Mask
 from cablewright.choices import CountName, InertiaName
 from cablewright.errors import InputError, UnknownName
-from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
-from cablewright.progress import Progress, silent
+from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured, plain
 from cablewright.robot import Robot
-from cablewright.robot.design_variables import Change, changed, nearest_exits, with_box_inertia
+from cablewright.robot.design_variables import Change, changed, nearest_exits, require_different, with_box_inertia
+from cablewright.studies.executors.executor import Executor, Serial
+from cablewright.studies.executors.kept import kept_in
+from cablewright.studies.executors.study import evaluate, require_all
+from cablewright.studies.executors.task import Task
 
 COUNTS: tuple[str, ...] = get_args(CountName)
 INERTIAS: tuple[str, ...] = get_args(InertiaName)
 MAX_COMBINATIONS = 10_000  # combinations
-MAX_BYTES = 1 << 26  # of a sweep's file
-WRITTEN_EVERY = 10.0  # s
 
 
 @dataclass(frozen=True)
@@ -141,6 +138,9 @@ class Combination:
     worst_pose: tuple[float, ...] | None  # pose of `least`, m and rad
     exit_distance: float | None  # m, the smallest of any two exits; None for a single line
     exits: tuple[str, str] | None  # the lines whose exits these are
+
+
+_COMBINATION = TypeAdapter(Combination)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -268,6 +268,7 @@ def trade(
     settings: TradeSettings | None = None,
     *,
     file: Path | None = None,
+    executor: Executor | None = None,
     cable: CableLaw | str | None = None,
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
@@ -277,61 +278,69 @@ def trade(
 
     Frequencies follow the laws *cable* (default: ``catenary`` for the criterion ``static``, else ``elastic``) and
     *sheave*; volumes are those of straight lines unless the criterion is ``static``. *file* keeps the finished
-    combinations, also after an interruption; the same sweep resumes from it. Raises `InputError`; for a value that the
-    robot cannot have, before anything is computed.
+    combinations, also after an interruption; a sweep with the same combinations resumes from it. *executor*: who
+    computes; by default this program. Raises `InputError`; for a value that the robot cannot have, before anything is
+    computed; `AnswerError` for a combination that fails, while the others are kept.
     """
     settings = settings or TradeSettings()
     default = CableLaw.CATENARY if settings.criterion == "static" else CableLaw.ELASTIC
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=default)
     named = {Change(each) if isinstance(each, str) else each: values for each, values in varied.items()}
     ranges = {change: tuple(float(value) for value in values) for change, values in named.items()}
-    robots = _robots(model.robot, ranges, settings)
-    question = _question(model, ranges, settings)
-    done = {} if file is None else _read(file, question)
-    left = [values for values in robots if values not in done]
-    report, written = progress or silent, time.monotonic()
+    combinations = _combinations(model.robot, ranges, settings)
+    with kept_in(file) as kept:
+        task = Task(combination_of, (model, tuple(ranges), settings), "combination")
+        outcomes = evaluate(task, combinations, executor or Serial(), kept, progress)
+    require_all(outcomes, [_words(ranges, values) for values in combinations])
     try:
-        for k, values in enumerate(left):
-            report("combinations", k, len(left))
-            done[values] = _combination(replace(model, robot=robots[values]), values, settings)
-            if file is not None and time.monotonic() - written > WRITTEN_EVERY:
-                _write(file, question, done.values())
-                written = time.monotonic()
-        report("combinations", len(left), len(left))
-    finally:
-        if file is not None and left and done:
-            _write(file, question, done.values())
-    return Trade(model, ranges, settings, tuple(done[values] for values in robots))
+        found = tuple(_COMBINATION.validate_json(each.text) for each in outcomes)
+    except ValidationError:
+        raise InputError(f"{file}: holds no combinations; remove it or choose another --out") from None
+    return Trade(model, ranges, settings, found)
 
 
-def _robots(
+def _words(ranges: Mapping[Change, Any], values: Sequence[float]) -> str:
+    return ", ".join(f"{change.name} = {value:g}" for change, value in zip(ranges, values, strict=True))
+
+
+def _combinations(
     robot: Robot, ranges: Mapping[Change, tuple[float, ...]], settings: TradeSettings
-) -> dict[tuple[float, ...], Robot]:
-    """The robot of each combination. Raises `InputError`."""
+) -> list[tuple[float, ...]]:
+    """Return the values of each combination. Raises `InputError`, also for one that the robot cannot have."""
     count = math.prod(len(values) for values in ranges.values())
     if not ranges or not count:
         raise InputError("nothing varies: requires at least one parameter with a value")
     if count > MAX_COMBINATIONS:
         raise InputError(f"{count} combinations: at most {MAX_COMBINATIONS} are allowed")
-    names = [part for change in ranges for part in change.parts]
-    twice = [part[0] for part in names if names.count(part) > 1]
-    if twice:
-        raise InputError(f"{twice[0]}: is varied more than once")
-    if settings.retraction is not None and any(name == "retraction" for name, _ in names):
+    require_different(ranges)
+    if settings.retraction is not None and any(part == "retraction" for change in ranges for part, _ in change.parts):
         raise InputError("retraction: cannot vary while a length or a law of it is given")
-    robots = {}
-    for values in product(*ranges.values()):
-        made = changed(robot, dict(zip(ranges, values, strict=True)))
-        if settings.inertia == "box":
-            if settings.retraction is not None:
-                assert not isinstance(settings.retraction, RetractionLaw)  # `TradeSettings` refuses it
-                made = made.retracted(settings.retraction)
-            made = with_box_inertia(made)
-        robots[values] = made
-    return robots
+    combinations = list(dict.fromkeys(product(*ranges.values())))
+    for values in combinations:
+        _robot(robot, tuple(ranges), values, settings)
+    return combinations
 
 
-def _combination(model: Model, values: tuple[float, ...], settings: TradeSettings) -> Combination:
+def _robot(robot: Robot, changes: Sequence[Change], values: Sequence[float], settings: TradeSettings) -> Robot:
+    """Return the robot of a combination. Raises `InputError`."""
+    made = changed(robot, dict(zip(changes, values, strict=True)))
+    if settings.inertia == "box":
+        if settings.retraction is not None:
+            assert not isinstance(settings.retraction, RetractionLaw)  # `TradeSettings` refuses it
+            made = made.retracted(settings.retraction)
+        made = with_box_inertia(made)
+    return made
+
+
+def combination_of(shared: tuple[Model, tuple[Change, ...], TradeSettings], values: tuple[float, ...]) -> Any:
+    """Return the `Combination` of *values* as a table that JSON can hold: model, changes and settings are *shared*."""
+    model, changes, settings = shared
+    robot = _robot(model.robot, changes, values, settings)
+    return asdict(found_for(replace(model, robot=robot), values, settings))
+
+
+def found_for(model: Model, values: tuple[float, ...], settings: TradeSettings) -> Combination:
+    """Return volume, frequencies along the boundary and exit distance of a model that has these values."""
     lines = model if settings.criterion == "static" else straight(model)
     if settings.count == "nodes":
         nodes = count_nodes(lines, settings.criterion, grid=settings.grid, **settings.of_workspace)
@@ -365,49 +374,3 @@ def _combination(model: Model, values: tuple[float, ...], settings: TradeSetting
         exit_distance=exit_distance,
         exits=exits,
     )
-
-
-def _question(model: Model, ranges: Mapping[Change, tuple[float, ...]], settings: TradeSettings) -> str:
-    """Hash of the inputs: the robot, the physics, the values, the settings and the version."""
-    parts: dict[str, Any] = {
-        "version": version("cablewright"),
-        "robot": model.robot.model_dump(),
-        "fidelity": asdict(model.fidelity),
-        "limits": model.tension_limits,
-        "varied": [(change.name, values) for change, values in ranges.items()],
-        "asked": asdict(settings),
-    }
-    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
-
-
-@dataclass(frozen=True)
-class _Stored:
-    """Content of a sweep's file."""
-
-    question: str
-    combinations: list[Combination]
-
-
-_STORED = TypeAdapter(_Stored)
-
-
-def _read(file: Path, question: str) -> dict[tuple[float, ...], Combination]:
-    """Return the combinations in *file* by their values; none if there is no such file or its inputs were others.
-
-    Raises `InputError` if it is no sweep's file.
-    """
-    if not file.exists():
-        return {}
-    if file.stat().st_size > MAX_BYTES:
-        raise InputError(f"{file}: more than {MAX_BYTES} bytes; no sweep has as many")
-    try:
-        stored = _STORED.validate_json(file.read_bytes())
-    except (OSError, ValidationError):
-        raise InputError(f"{file}: not a sweep of this program; remove it or choose another --out") from None
-    return {each.values: each for each in stored.combinations} if stored.question == question else {}
-
-
-def _write(file: Path, question: str, combinations: Iterable[Combination]) -> None:
-    """Write *combinations*; the file appears complete, by rename."""
-    stored = asdict(_Stored(question, list(combinations)))
-    write_whole(file, (json.dumps(stored, indent=1) + "\n").encode(), parents=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
@@ -130,24 +129,22 @@ def test_options_reach_the_study(cli) -> None:
 
 def test_a_sweep_goes_on_with_what_its_file_has(cli, tmp_path: Path) -> None:
     first = cli("trade", "jung2020", *VARY, *QUICK, "--json")
-    assert first.json["file"] == "runs/trade-jung2020.json"
-    kept = (tmp_path / "runs" / "trade-jung2020.json").read_bytes()
-    stored = json.loads(kept)
-    del stored["combinations"][3:]
-    (tmp_path / "part.json").write_text(json.dumps(stored))
-    again = cli("trade", "jung2020", *VARY, *QUICK, "--out", "part.json", "--json")
+    assert first.json["file"] == "runs/trade-jung2020.jsonl"
+    kept = (tmp_path / "runs" / "trade-jung2020.jsonl").read_bytes()
+    (tmp_path / "part.jsonl").write_bytes(b"".join(kept.splitlines(keepends=True)[:4]))
+    again = cli("trade", "jung2020", *VARY, *QUICK, "--out", "part.jsonl", "--json")
     assert again.json["combinations"] == first.json["combinations"]
-    assert (tmp_path / "part.json").read_bytes() == kept
+    assert (tmp_path / "part.jsonl").read_bytes() == kept
 
 
 def test_an_interrupted_sweep_says_that_it_goes_on(cli, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cablewright.studies.trade._combination", interrupted)
+    monkeypatch.setattr("cablewright.studies.trade.found_for", interrupted)
     answer = cli("trade", "jung2020", *VARY, *QUICK)
     assert answer.code == 130
-    assert "runs/trade-jung2020.json has what is done; the same command resumes" in answer.err
+    assert "runs/trade-jung2020.jsonl has what is done; the same command resumes" in answer.err
 
 
 def test_progress_is_told_with_the_time_left(cli, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -212,5 +209,5 @@ def test_bad_input_is_refused(cli, arguments: list[str], says: str, tmp_path: Pa
 
 def test_a_file_of_something_else_is_not_overwritten(cli, tmp_path: Path) -> None:
     (tmp_path / "mine.json").write_text("{}")
-    assert "not a sweep of this program" in cli("trade", "jung2020", *VARY, "--out", "mine.json").refusal
+    assert "holds no results of a study" in cli("trade", "jung2020", *VARY, "--out", "mine.json").refusal
     assert (tmp_path / "mine.json").read_text() == "{}"

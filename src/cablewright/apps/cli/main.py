@@ -34,6 +34,7 @@ COMMANDS = {
         "retraction": ("retraction.RetractionCommand", "Best retraction length of the end-effector at each height."),
         "modes": ("modes.ModesCommand", "Stiffness and natural frequencies of the platform on its lines."),
         "trade": ("trade.TradeCommand", "Workspace against lowest frequency while design parameters vary."),
+        "design": ("design.DesignCommand", "Exits, platform and limits with which a robot serves its part best."),
         "interference": (
             "interference.InterferenceCommand",
             "Distances of the lines from each other, platform, frame, part.",
@@ -63,6 +64,7 @@ COMMANDS = {
     "Print": {
         "check": ("check.CheckCommand", "Whether a robot can print a job, how far off, and the winch lengths for it."),
         "print": ("print_job.PrintJobCommand", "Print a job closed-loop, on a simulated machine or on drives."),
+        "campaign": ("campaign.CampaignCommand", "Print a job on many machines that the tolerances allow."),
         "simulate": ("simulate.SimulateCommand", "Drive a simulated machine along a path and log its sensors."),
         "drives": ("drives.DrivesCommand", "Winches of a real machine on CANopen drives, or virtual ones."),
         "serve": ("serve.ServeCommand", "Watch and operate a machine in a browser, simulated or on drives."),

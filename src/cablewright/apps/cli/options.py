@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.results import Pictured
     from cablewright.robot import Robot
+    from cablewright.studies.executors.executor import Executor
 
 RobotName = Annotated[
     str,
@@ -283,3 +285,29 @@ class OutputOptions:
 
             write_whole(self.report, result_page(found, title, drawn=when).encode("utf-8"))
         return {"plot": drawn} | ({} if self.report is None else {"report": self.report})
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExecutorOptions:
+    """Who computes."""
+
+    PANEL: ClassVar = "Who computes"
+
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", metavar="N", help="Processes of this machine, one thread each; by default this one."),
+    ] = None
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            "--cluster",
+            metavar="ADDRESS",
+            help="Scheduler of a dask cluster, tcp://HOST:8786; or `local`: one that is started here.",
+        ),
+    ] = None
+
+    def executor(self) -> AbstractContextManager[Executor]:
+        """Who computes, until the block ends. Raises `InputError`, `EnvironmentFault`."""
+        from cablewright.studies.executors.choice import chosen
+
+        return chosen(self.workers, self.cluster)

@@ -10,6 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import (
     CountOptions,
+    ExecutorOptions,
     Geometric,
     OrientedRegionOptions,
     OutputOptions,
@@ -75,11 +76,14 @@ class TradeCommand:
     ] = 0.1
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE.json", help="Checkpoint file of the sweep; by default in runs/."),
+        typer.Option(
+            "--out", metavar="FILE.jsonl", help="Results by combination, to resume from; by default in runs/."
+        ),
     ] = None
     region: OrientedRegionOptions
     volume: CountOptions
     frequencies: FrequencyOptions
+    executor: ExecutorOptions
     output: OutputOptions
 
     def run(self) -> int:
@@ -88,10 +92,11 @@ class TradeCommand:
         from cablewright.studies.trade import trade
 
         varied, machine = _varied(self.vary), self.robot.loaded()
-        file = self.out or Path("runs") / f"{folder_name('trade', machine.name)}.json"
+        file = self.out or Path("runs") / f"{folder_name('trade', machine.name)}.jsonl"
+        options = {"file": file, **self.region.laws()}
         try:
-            with progress() as show:
-                found = trade(machine, varied, self.settings(), file=file, progress=show, **self.region.laws())
+            with self.executor.executor() as executor, progress() as show:
+                found = trade(machine, varied, self.settings(), executor=executor, progress=show, **options)
         except KeyboardInterrupt:
             tell(f"{file} has what is done; the same command resumes")
             raise

@@ -14,7 +14,9 @@ from cablewright.results import Pictured
 
 PICTURES: Final = {
     "Calibration": ("calibration", "residuals_picture"),
+    "Campaign": ("variants.campaign", "campaign_picture"),
     "Curves": ("curves", "curves_picture"),
+    "Designed": ("variants.design", "design_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
     "Modes": ("modes", "modes_picture"),
@@ -24,7 +26,7 @@ PICTURES: Final = {
     "Replays": ("replay", "replay_picture"),
     "RetractionStudy": ("retraction", "retraction_picture"),
     "Simulation": ("simulation", "simulation_picture"),
-    "Trade": ("trade", "trade_picture"),
+    "Trade": ("variants.trade", "trade_picture"),
     "Workspace": ("volume", "volume_picture"),
     "WorkspaceArea": ("volume", "area_picture"),
     "Survey": ("survey", "survey_picture"),

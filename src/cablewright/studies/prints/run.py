@@ -106,7 +106,7 @@ def run_print(
     require_folder(folder, manifest, option)
     signature(b"")  # a key that cannot be had is said before the work
     plan = plan_print(twin)
-    begun = None if resume and not restart else _begun(twin, plan)  # a print that is refused leaves no folder
+    begun = None if resume and not restart else begin_print(twin, plan)  # a print that is refused leaves no folder
     if begun is not None and not restart:
         make_folder(folder)
     with alone_in(folder):
@@ -194,8 +194,8 @@ def started(robot: Robot, path: TimedPath) -> Robot:
     return robot if math.isnan(length) else robot.retracted(length)
 
 
-def _begun(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:
-    """Machine and print at the start of the path."""
+def begin_print(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:
+    """Return machine and print at the start of the path."""
     choices, begin, robot = twin.choices, twin.path.start_pose, started(twin.robot, twin.path)
     machine = SimulatedMachine(robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
     return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, archive=None)
@@ -209,7 +209,7 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
         if done > 0.0:
             why = f"the checkpoint is missing, and the log shows that {done:.2f} m of the path were printed"
             raise InputError(f"--resume: {folder}: {why}: put {CHECKPOINT} back, or --restart to print all again")
-        return _begun(twin, plan)
+        return begin_print(twin, plan)
     found = read_snapshots(path, is_signed=is_signed)
     if not {"machine", "print"} <= found.keys():
         raise InputError(f"{path}: holds no machine and print")

@@ -1,0 +1,171 @@
+"""`design`: the values of design variables with which a robot serves its part best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import typer
+
+from cablewright.apps.cli.options import AsJson, ExecutorOptions, RobotName, Seed
+from cablewright.apps.cli.output import answer, progress, tell
+from cablewright.choices import CriterionName, InertiaName, OptimiserName
+from cablewright.errors import InputError
+
+if TYPE_CHECKING:
+    from cablewright.studies.design.result import Designed
+    from cablewright.studies.trade import TradeSettings
+
+RESULTS = "results.jsonl"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchOptions:
+    """How the search goes."""
+
+    PANEL: ClassVar = "Search"
+
+    method: Annotated[
+        OptimiserName | None,
+        typer.Option(
+            "--method",
+            help="Differential evolution or CMA-ES for one objective, NSGA-II for several; by default de, or nsga2.",
+        ),
+    ] = None
+    evaluations: Annotated[int, typer.Option("--evaluations", metavar="N", help="Candidates in all.")] = 400
+    population: Annotated[
+        int | None, typer.Option("--population", metavar="N", help="Candidates at a time; by default 6 a variable.")
+    ] = None
+    seed: Seed = 0
+    criterion: Annotated[
+        CriterionName, typer.Option("--criterion", help="What must hold in the workspace, for figures of it.")
+    ] = "exact"
+    inertia: Annotated[
+        InertiaName,
+        typer.Option("--inertia", help="Inertia of the platform for boundary_frequency: given, or of a box."),
+    ] = "given"
+    grid: Annotated[
+        int, typer.Option("--grid", metavar="N", help="Nodes along each side of the box, for figures of the workspace.")
+    ] = 9
+
+    def workspace(self) -> TradeSettings:
+        """How workspaces are found. Raises `InputError`."""
+        from cablewright.studies.trade import TradeSettings
+
+        return TradeSettings(
+            criterion=self.criterion, count="nodes", grid=self.grid, boundary_grid=self.grid, inertia=self.inertia
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignCommand:
+    """Candidates are judged at places that stand for the whole part; the limits of the hardware must hold there.
+
+    The folder --out gets robot.toml, the best candidate or of several objectives the most balanced one, up to two
+    others, a report, and every result: the same command resumes an interrupted search, with any executor. Check the
+    robot with `check` on the whole job. The answer is no (exit 1) if no candidate meets all constraints and limits.
+    """
+
+    EXAMPLE: ClassVar = (
+        "design house-printer examples/helix.toml --vary exit_point.z=8:15 --objective expected_error "
+        "--evaluations 20 --population 10 --out runs/design"
+    )
+    ANSWERS: ClassVar = ("studies.design.result:Designed",)
+
+    robot: RobotName
+    job: Annotated[
+        Path | None,
+        typer.Argument(metavar="[JOB]", help="A job's TOML file, or a G-code file; none for figures of the workspace."),
+    ] = None
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            "--vary",
+            metavar="NAME=LOW:HIGH",
+            help="A design variable and its bounds, SI; repeat it. Names as in `trade`: exits-x, exit_point.z, "
+            "exit_point.x@LINE, width-x, sheave_radius, tension-min, .., and NAME+NAME.",
+        ),
+    ]
+    objective: Annotated[
+        list[str],
+        typer.Option(
+            "--objective",
+            metavar="FIGURE",
+            help="What is to be good; repeat it for a front. tension_margin, expected_error, lowest_frequency, "
+            "clearance, max_torque, cable_length, volume, boundary_frequency, ..",
+        ),
+    ]
+    constraint: Annotated[
+        list[str] | None,
+        typer.Option("--constraint", metavar="FIGURE>=VALUE", help="What must hold, SI; >= or <=; repeat it."),
+    ] = None
+    symmetry: Annotated[
+        str | None,
+        typer.Option(
+            "--symmetry", metavar="x|y|x,y", help="Mirrors through the frame's middle: what varies at a line, mirrored."
+        ),
+    ] = None
+    search: SearchOptions
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; by default in runs/.")] = None
+    executor: ExecutorOptions
+    as_json: AsJson = False
+
+    def run(self) -> int:
+        """Search, write robots and report, and print."""
+        from cablewright.robot import load
+        from cablewright.studies.design.search import design
+        from cablewright.studies.store import folder_name
+
+        robot = load(self.robot)
+        mirrors = () if self.symmetry is None else tuple(each.strip() for each in self.symmetry.split(","))
+        stem = () if self.job is None else (self.job.stem,)
+        folder = self.out or Path("runs") / folder_name("design", robot.name, *stem)
+        _require_own(folder)
+        try:
+            with self.executor.executor() as executor, progress() as show:
+                found = design(
+                    robot,
+                    self.job,
+                    self.vary,
+                    self.objective,
+                    self.constraint or (),
+                    symmetry=mirrors,
+                    method=self.search.method,
+                    evaluations=self.search.evaluations,
+                    population=self.search.population,
+                    workspace=self.search.workspace(),
+                    seed=self.search.seed,
+                    file=folder / RESULTS,
+                    executor=executor,
+                    progress=show,
+                )
+        except KeyboardInterrupt:
+            tell(f"{folder} has what is done; the same command resumes")
+            raise
+        return answer(found, self.as_json, **self._written(found, folder))
+
+    def _written(self, found: Designed, folder: Path) -> dict[str, object]:
+        """Write the robots and the report; return their files."""
+        from cablewright.apps.report.result import result_page
+        from cablewright.file_output import write_whole
+        from cablewright.robot import library_names, library_text
+        from cablewright.robot.write_back import update
+
+        page = result_page(found, f"Design of {found.what.robot.name}", drawn=bool(found.holding))
+        write_whole(folder / "report.html", page.encode("utf-8"))
+        text = library_text(self.robot) if self.robot in library_names() else Path(self.robot).read_text("utf-8")
+        files = ["robot.toml", *(f"candidate-{k}.toml" for k in range(2, len(found.chosen) + 1))]
+        files = files[: len(found.chosen)]
+        for name, each in zip(files, found.chosen, strict=True):
+            write_whole(folder / name, update(text, found.robot_of(each)).encode("utf-8"))
+        if files:
+            job = "" if self.job is None else f" {self.job}"
+            tell(f"note: judged at {len(found.what.places)} places; cablewright check {folder / 'robot.toml'}{job}")
+        return {"robots": [str(folder / name) for name in files], "report": folder / "report.html"}
+
+
+def _require_own(folder: Path) -> None:
+    """Raise `InputError` if the folder holds anything but an earlier search."""
+    if folder.exists() and not (folder.is_dir() and ((folder / RESULTS).exists() or not any(folder.iterdir()))):
+        raise InputError(f"--out = {folder}: exists already and holds no search; choose another folder")

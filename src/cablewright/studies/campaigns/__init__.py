@@ -1,0 +1,1 @@
+"""The same print on many machines that the tolerances allow."""

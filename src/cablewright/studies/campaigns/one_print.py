@@ -1,0 +1,91 @@
+"""One print of a campaign: on a machine as its seed builds it, with one tolerance met exactly or with none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from cablewright.errors import InputError
+from cablewright.machine.simulated.settings import Tolerances, TwinSettings
+from cablewright.printing.job import Job
+from cablewright.robot import Robot
+from cablewright.studies.campaigns.true_errors import TrueErrors
+from cablewright.studies.prints.attendant import Attendant
+from cablewright.studies.prints.loop import run
+from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.studies.prints.run import begin_print
+from cablewright.studies.store import file_hash
+
+MEANINGS: Final[Mapping[str, tuple[str, str]]] = {
+    "anchor": ("m", "survey the exit points"),
+    "sheave_radius": ("m", "turn the sheaves to size, or measure them"),
+    "modulus": ("1", "measure the modulus of each cable"),
+    "wall": ("m", "survey the walls"),
+    "mount_place": ("m", "measure where sensors are mounted"),
+    "mount_turn": ("rad", "measure how sensors are turned"),
+    "clock_offset": ("s", "set the platform's clock"),
+    "clock_drift": ("1", "discipline the platform's clock"),
+    "line_angle_bias": ("rad", "calibrate the zeros of the lines' accelerometers"),
+    "tension_gain": ("1", "calibrate the scales of load cells and torques"),
+    "tension_drift": ("1", "load cells whose zeros drift less"),
+    "mass": ("1", "weigh the platform and what it carries"),
+    "home_length": ("m", "home the lines better"),
+    "drum_radius": ("1", "measure the drums"),
+}
+"""Unit of each tolerance, and what to buy to meet it exactly."""
+
+
+@dataclass(frozen=True)
+class CampaignPrint:
+    """What all prints of a campaign have in common. ``gcode_hash``: of the job's file; empty where it has none."""
+
+    robot: Robot
+    job: Job
+    machine: TwinSettings
+    options: PrintOptions
+    gcode_hash: str = ""
+
+    @property
+    def tolerances(self) -> dict[str, float]:
+        """The tolerances of the machine that are not 0, by name."""
+        own = self.machine.simulation.tolerances
+        return {name: value for name in Tolerances.model_fields if (value := float(getattr(own, name))) > 0.0}
+
+    def exact_in(self, tolerance: str) -> TwinSettings:
+        """Return the machine with one tolerance met exactly; an empty name: with none."""
+        if not tolerance:
+            return self.machine
+        own = self.machine.simulation.tolerances
+        return self.machine.with_simulation(tolerances=own.model_copy(update={tolerance: 0.0}))
+
+
+def printed(shared: CampaignPrint, item: tuple[int, str]) -> dict[str, Any]:
+    """Print on the machine that a seed builds, and return what came of it: status, reason and errors, m."""
+    seed, exact = item
+    _require_file(shared)
+    twin = twin_of(shared.robot, shared.job, shared.exact_in(exact), replace(shared.options, seed=seed))
+    machine, printer = begin_print(twin, plan_print(twin))
+    errors = TrueErrors(twin, machine)
+    run(printer, Attendant(lambda: machine.refill(printer.plan.powder)), errors)
+    found = errors.path.result()
+    return {
+        "finished": printer.finished,
+        "status": "finished" if printer.finished else printer.supervisor.state.value,
+        "reason": printer.supervisor.reason,
+        "max_error": found.error.size,
+        "rms": errors.whole.result().position_rms,
+        "distance": errors.distance,
+        "duration": machine.time,
+    }
+
+
+def _require_file(shared: CampaignPrint) -> None:
+    """Raise `InputError` unless the job's file here is that of the client: workers read it by its path."""
+    file = shared.job.gcode
+    if file is None:
+        return
+    if not file.exists() or file_hash(file) != shared.gcode_hash:
+        raise InputError(
+            f"{file}: the worker has no such file, or another; jobs of G-code need the same on all workers"
+        )

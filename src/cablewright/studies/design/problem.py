@@ -1,0 +1,179 @@
+"""What is to be designed: variables with their bounds, objectives, constraints, and where the part is printed."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.errors import InputError, UnknownName
+from cablewright.printing.job import Job
+from cablewright.printing.path import Samples
+from cablewright.robot import Robot
+from cablewright.robot.design_variables import Change, require_different, with_box_inertia
+from cablewright.robot.symmetry import SymmetricChange
+from cablewright.studies.design.measures import MEASURES, Candidate, Measure
+from cablewright.studies.job_poses import poses_at
+from cablewright.studies.trade import TradeSettings
+
+CELLS: Final = 6
+"""Cells along each side of the part's box, of each of which one place stands for all."""
+
+GRID: Final = 9
+"""Nodes along each side of the box, for workspaces and their boundaries."""
+
+_CONSTRAINT: Final = re.compile(r"([a-z_]+)\s*(>=|<=)\s*([^<>=]+)")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A design variable between two values, SI. Raises `InputError` for bounds that do not rise."""
+
+    change: SymmetricChange
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
+            raise InputError(f"vary {self.name} from {self.low:g} to {self.high:g}: needs two finite numbers that rise")
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.change.name
+
+    @property
+    def unit(self) -> str:
+        """Its SI unit."""
+        return self.change.unit
+
+    @classmethod
+    def read(cls, text: str, mirrors: tuple[str, ...] = ()) -> Variable:
+        """Return the variable of ``NAME=LOW:HIGH``. Raises `InputError`, with the nearest names for an unknown one."""
+        name, equals, bounds = text.partition("=")
+        low, colon, high = bounds.partition(":")
+        try:
+            ends = (float(low), float(high)) if equals and colon else None
+        except ValueError:
+            ends = None
+        if ends is None:
+            raise InputError(f"vary = {text!r}: expected NAME=LOW:HIGH, two numbers in SI units")
+        return cls(SymmetricChange(Change(name), mirrors), *ends)
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A bound of a figure, SI: at least ``bound`` where it is ``lower``, else at most."""
+
+    key: str
+    lower: bool
+    bound: float
+
+    def __str__(self) -> str:
+        return f"{self.key} {'>=' if self.lower else '<='} {self.bound:g}"
+
+    def missed_by(self, value: float) -> float:
+        """Return by how much a value misses the bound, SI; 0 where it holds, infinite for NaN."""
+        if math.isnan(value):
+            return math.inf
+        return max(0.0, self.bound - value if self.lower else value - self.bound)
+
+    @classmethod
+    def read(cls, text: str) -> Constraint:
+        """Return the constraint of ``FIGURE>=VALUE`` or ``FIGURE<=VALUE``. Raises `InputError`."""
+        match = _CONSTRAINT.fullmatch(text.strip())
+        try:
+            bound = math.nan if match is None else float(match[3])
+        except ValueError:
+            bound = math.nan
+        if match is None or not math.isfinite(bound):
+            raise InputError(f"constraint = {text!r}: expected FIGURE>=VALUE or FIGURE<=VALUE, in SI units")
+        return cls(measure(match[1]).key, match[2] == ">=", bound)
+
+
+def measure(key: str) -> Measure:
+    """Return the figure of that name. Raises `UnknownName`."""
+    if key not in MEASURES:
+        raise UnknownName("figure of a candidate", key, MEASURES)
+    return MEASURES[key]
+
+
+@dataclass(frozen=True)
+class Design:
+    """A robot to change, what may vary, and what the robot is to be good for.
+
+    ``job``: without its G-code, of which ``places`` (k, 3), m, are the part's. Raises `InputError` for contradictions.
+    """
+
+    robot: Robot
+    variables: tuple[Variable, ...]
+    objectives: tuple[str, ...]
+    constraints: tuple[Constraint, ...] = ()
+    job: Job | None = None
+    places: tuple[tuple[float, float, float], ...] = ()
+    workspace: TradeSettings = field(default_factory=lambda: default_workspace())
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.variables:
+            raise InputError("nothing varies: requires at least one variable")
+        if not self.objectives:
+            raise InputError("no objective: requires at least one figure that is to be good")
+        require_different(each.change.change for each in self.variables)
+        for key in self.keys:
+            if measure(key).of_part and self.job is None:
+                raise InputError(f"{key}: is of a part that is printed; give a JOB")
+        if len(set(self.objectives)) < len(self.objectives):
+            raise InputError("objectives: one of them is given twice")
+        self._require_room()
+
+    def _require_room(self) -> None:
+        """Refuse two bounds of one figure that leave nothing between them."""
+        for one, other in product(self.constraints, repeat=2):
+            if one.key == other.key and one.lower and not other.lower and one.bound > other.bound:
+                raise InputError(f"constraints: {one} and {other} contradict each other")
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Names of the figures that are needed."""
+        return tuple(dict.fromkeys((*self.objectives, *(each.key for each in self.constraints))))
+
+    def made(self, values: Sequence[float]) -> Robot:
+        """Return the robot with these values of the variables; none: as it is. Raises `InputError`."""
+        robot = self.robot
+        for variable, value in zip(self.variables, values, strict=True) if values else ():
+            robot = variable.change.on(robot, value)
+        return with_box_inertia(robot) if self.workspace.inertia == "box" else robot
+
+    def candidate(self, values: Sequence[float]) -> Candidate:
+        """Return the robot with these values, at the places of the part. Raises `InputError`."""
+        robot, poses, retraction = self.made(values), None, None
+        if self.job is not None:
+            poses, retraction = poses_at(robot, self.job, np.array(self.places))
+        return Candidate(robot, poses, retraction, self.workspace, self.seed)
+
+
+def default_workspace() -> TradeSettings:
+    """Return the settings by which candidates' workspaces are found."""
+    return TradeSettings(count="nodes", grid=GRID, boundary_grid=GRID)
+
+
+def places_of(samples: Samples) -> tuple[tuple[float, float, float], ...]:
+    """Return places that stand for all of a path: one of each cell of its box, and those farthest out.
+
+    Moves that lay no material do not count, unless none does.
+    """
+    at = samples.positions[samples.extruding] if samples.extruding.any() else samples.positions
+    pitch = np.maximum(np.ptp(at, axis=0), 1e-9) / CELLS
+    cell = ((at - at.min(axis=0)) / pitch).astype(np.intp).clip(0, CELLS - 1) @ np.array([CELLS * CELLS, CELLS, 1])
+    first = np.unique(cell, return_index=True)[1]
+    ways = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+    farthest = np.argmax((at / np.maximum(np.ptp(at, axis=0), 1e-9)) @ ways.T, axis=0)
+    chosen: Array = at[np.unique(np.concatenate([first, farthest]))]
+    return tuple((float(x), float(y), float(z)) for x, y, z in chosen)

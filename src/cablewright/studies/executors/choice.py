@@ -1,0 +1,35 @@
+"""The executor that people choose by two options: how many processes, or a cluster's address."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from cablewright.errors import InputError
+from cablewright.studies.executors.executor import Executor, Serial
+
+
+@contextmanager
+def chosen(workers: int | None = None, cluster: str | None = None) -> Iterator[Executor]:
+    """Hold the executor: so many *workers* of this machine, those of a *cluster*, or by default this program alone.
+
+    *cluster*: the address of a dask scheduler, or ``local`` for one that is started here, with so many *workers* (by
+    default one for each core). Raises `InputError` for a contradiction, `EnvironmentFault` where nobody can compute.
+    """
+    if cluster is not None and cluster != "local" and workers is not None:
+        raise InputError("--workers and --cluster: the cluster says how many workers it has; give one of them")
+    executor: Executor
+    if cluster is not None:
+        from cablewright.studies.executors.cluster import Cluster
+
+        executor = Cluster(cluster, workers)
+    elif workers is not None and workers != 1:
+        from cablewright.studies.executors.processes import Processes
+
+        executor = Processes(workers)
+    else:
+        executor = Serial()
+    try:
+        yield executor
+    finally:
+        executor.close()
