@@ -33,10 +33,12 @@ check: $(VENV)/.dev
 	$(BIN)/python tools/audit.py
 
 test: $(VENV)/.dev
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 -m "not slow and not clock"
+	$(BIN)/pytest -m "clock and not slow"
 
 slow: $(VENV)/.dev
-	$(BIN)/pytest -n 2 -m "slow or not slow"
+	$(BIN)/pytest -n 2 -m "not clock"
+	$(BIN)/pytest -m "clock"
 
 fuzz: $(VENV)/.dev
 	$(BIN)/python tools/fuzz.py --seconds $(SECONDS)

@@ -80,8 +80,9 @@ class Browser:
         return json.loads(message)
 
     def drain(self) -> None:
-        """Take the events that are there."""
-        while (event := self._read(0.05)) is not None:
+        """Take the events that are there, of a page that is told something all the time for half a second."""
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end and (event := self._read(0.05)) is not None:
             self.events.append(event)
 
     @contextmanager

@@ -72,7 +72,21 @@ def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) 
     for made in ("runs", "workshop"):  # a print and a robot begin in a new folder
         shutil.rmtree(made, ignore_errors=True)
     printed = cli(command, *arguments, "--json").json
-    options = {"schema", "plot", "report", "out", "file", "mesh", "vtu", "robot", "lengths", "truth", "log"}
+    options = {
+        "schema",
+        "plot",
+        "report",
+        "out",
+        "file",
+        "mesh",
+        "vtu",
+        "robot",
+        "lengths",
+        "truth",
+        "log",
+        "robots",
+        "record",
+    }
     missing = {}
     for answered in kind.ANSWERS:
         missing[answered] = {key for key in _undeclared(printed, TOOL["declared"](answered)) if key[1:] not in options}

@@ -136,13 +136,13 @@ def test_a_fifo_is_not_waited_for(cli, copied: tuple[Path, Path], name: str) -> 
 def test_a_print_that_another_program_began_meanwhile_stays_as_it_is(
     cli, printed: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder, begin = tmp_path / "run", prints._begun
+    folder, begin = tmp_path / "run", prints.begin_print
 
     def late(*given):
         shutil.copytree(printed[1], folder)
         return begin(*given)
 
-    monkeypatch.setattr(prints, "_begun", late)
+    monkeypatch.setattr(prints, "begin_print", late)
     assert "holds a run" in again(cli, printed[0], folder, "--seed", "7").refusal
     for name in (MANIFEST, CHECKPOINT):
         assert (folder / name).read_bytes() == (printed[1] / name).read_bytes()

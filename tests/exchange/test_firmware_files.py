@@ -128,6 +128,7 @@ BAD = {
     "rrf, no anchor": ("config.g", RRF.replace("C-1440.27:741.63:-161.23 ", ""), "has no C"),
     "rrf, few radii": ("config.g", RRF.replace(":64.673", ""), "has 3 values; there are 4 anchors"),
     "rrf, advantage": ("config.g", RRF.replace("U2:2:2:4", "U2:2:2:2.5"), "must be a whole number"),
+    "rrf, no spool": ("config.g", RRF.replace("R65.239", "R0"), "drum_radius"),
     "rrf, build-up": ("config.g", RRF.replace("Q0.0356", "Q-0.03"), "must be 0 mm or more"),
     "rrf, stiffness": ("config.g", RRF.replace("S20000", "S-20000"), "must be over 0 N"),
     "rrf, unit": ("config.g", RRF.replace("A0.0:-1604.5:-114.08", "A0.0:-1604.5:-114.08mm"), "config.g"),

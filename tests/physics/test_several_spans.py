@@ -213,6 +213,7 @@ def test_a_proof_covers_them() -> None:
     assert (np.abs(found.pose - held.pose).max(axis=1) <= proofs.bound.max(axis=1) + 1e-9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("criterion", ["exact", "wrench-closure", "static"])
 def test_the_workspace_is_that_of_stronger_lines(criterion: str) -> None:
     several, plain = (cw.workspace(robot(each), criterion, tolerance=0.05) for each in (False, True))

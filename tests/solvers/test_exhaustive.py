@@ -48,6 +48,7 @@ def test_a_machine_on_swivels_has_one_equilibrium_in_its_whole_room(longer: floa
     assert (every.complete_for, len(every.stable), search.finished, len(every.undecided)) == (NO_LOOPS, 1, True, 0)
 
 
+@pytest.mark.slow
 def test_levers_have_sixteen_and_no_more(taut) -> None:
     model, _, found, _ = taut
     every, search = exhaustive.exhaust(found, exhaustive.begin(model, None))
@@ -55,6 +56,7 @@ def test_levers_have_sixteen_and_no_more(taut) -> None:
     assert search.finished
 
 
+@pytest.mark.slow
 def test_an_equilibrium_that_it_was_not_told_of_stays_open(taut) -> None:
     model, _, found, _ = taut
     hidden = 3

@@ -252,6 +252,7 @@ def test_a_sled_on_two_belts_finds_its_turn(cable: str) -> None:
         cw.inverse(tilted, [0.1, boards.DISTANCE, -0.2, 0.0, np.nan, 0.0])
 
 
+@pytest.mark.slow
 def test_a_tracker_follows_in_the_plane_and_proves_nothing() -> None:
     robot, held = solved("tilted", False, "catenary", 1)
     model = cw.Model.of(robot)

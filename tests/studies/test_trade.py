@@ -130,13 +130,13 @@ def test_a_sweep_that_was_ended_goes_on_and_writes_the_same_bytes(
 
     def ending(stage: str, done: int, total: int) -> None:
         assert (stage, total) == ("combinations", 6)
-        if done >= 2:
+        if done >= 1:  # the first chunk is one combination
             raise _EndedError
 
     with pytest.raises(_EndedError):
         trade(BEAM, VARIED, QUICK, file=part, progress=ending)
     kept = len(part.read_bytes().splitlines()) - 1
-    assert 2 <= kept < 6
+    assert kept == 1
     told: list[tuple[int, int]] = []
     again = trade(BEAM, VARIED, QUICK, file=part, progress=lambda _, done, total: told.append((done, total)))
     assert told[0] == (kept, 6)

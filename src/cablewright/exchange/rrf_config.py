@@ -106,7 +106,7 @@ def _growth(machine: _Words) -> float:
 
 def _spool(radius: float, growth: float, length: float, cables: int) -> dict[str, float]:
     """Return the winch of a line that has this *length* (m, all spans) with the nozzle at the origin."""
-    if growth == 0.0:
+    if growth == 0.0 or radius <= 0.0:  # which the robot refuses
         return {"drum_radius": radius}
     return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius**2, "drum_length": length}
 

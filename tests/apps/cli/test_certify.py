@@ -24,7 +24,8 @@ KEYS = {"bound", "box", "levers", "unique", "unique_among", "reason"}
 @pytest.mark.parametrize("sheave", [None, "eyelet", "swivel", "universal-joint"])
 def test_it_prints_what_the_solver_proves(cli, sheave: str | None) -> None:
     answer = cli(*CERTIFY, *(() if sheave is None else ("--sheave", sheave)), "--json")
-    assert (answer.code, answer.err) == (0, "")
+    told = [line for line in answer.err.splitlines() if not line.startswith("compiling kernels")]
+    assert (answer.code, told) == (0, [])
     found = answer.json
     assert found["certified"] is True
     assert found["certificate"].keys() == KEYS
@@ -124,6 +125,7 @@ def test_rigid_cables_are_refused(cli) -> None:
     assert "do not determine tensions" in cli(*CERTIFY, "--cable", "rigid").refusal
 
 
+@pytest.mark.slow
 def test_it_prints_the_box_that_the_solver_proves(cli) -> None:
     answer = cli(*FORWARD, "--length-error", "1e-3", "--json")
     assert (answer.code, answer.err) == (0, "")

@@ -47,6 +47,7 @@ def test_nothing_found_is_a_no(cli) -> None:
 LENGTHS = "10.1187,9.3676,10.9961,11.3476"  # one line is 0.3 m too long
 
 
+@pytest.mark.slow
 def test_a_search_that_leaves_nothing_out(cli, tmp_path) -> None:
     file = tmp_path / "search.state"
     asked = ("equilibria", "merlet2023", "--lengths", LENGTHS, "--exhaustive", "--out", str(file), "--json")

@@ -15,7 +15,10 @@ pytest.importorskip("starlette")
 from browser import Browser, Page, browser, executable
 from served import RING, Served, client
 
-pytestmark = pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests")
+pytestmark = [
+    pytest.mark.clock,
+    pytest.mark.skipif(executable() is None, reason="no chromium is installed: see README.md, Tests"),
+]
 
 LOOKS = [(1280, False), (1280, True), (390, False), (390, True)]
 STATE = "document.getElementById('state').textContent"

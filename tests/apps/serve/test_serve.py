@@ -23,7 +23,7 @@ from cablewright.robot import load
 from cablewright.studies.serve.jobs import JobCheck, subject_of, write_check
 from served import RING, Served, client
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")
+pytestmark = [pytest.mark.clock, pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")]
 
 ROOT = Path(__file__).parents[3]
 ACCELERATION = 0.2  # m/s^2, of motions by hand
