@@ -14,7 +14,7 @@ from operator import getitem
 from cablewright.printing.job import Job
 from cablewright.robot import load
 from cablewright.solvers.batches import use_threads
-from cablewright.studies.design.problem import Design, Variable, places_of
+from cablewright.studies.design.problem import DesignProblem, Variable, places_of
 from cablewright.studies.design.search import judged
 from cablewright.studies.executors import study
 from cablewright.studies.executors.choice import chosen
@@ -30,11 +30,11 @@ WORKERS = 2
 JOB = {"name": "column", "helix": {"radius": 3.0, "layers": 40, "layer_height": 0.05, "first_height": 0.05}}
 
 
-def problem() -> Design:
+def problem() -> DesignProblem:
     """A house printer for a column."""
     robot, job = load("house-printer"), Job.model_validate(JOB)
     samples, _ = sampled(robot, job, job.toolpath())
-    return Design(robot, (Variable.read("exit_point.z=6:15"),), ("expected_error", "lowest_frequency"),
+    return DesignProblem(robot, (Variable.read("exit_point.z=6:15"),), ("expected_error", "lowest_frequency"),
                   job=job, places=places_of(samples))  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from cablewright.machine.simulated.settings import load_twin
 from cablewright.printing.job import Job
 from cablewright.robot import load
 from cablewright.studies.campaigns.campaign import campaign
-from cablewright.studies.campaigns.one_print import MEANINGS
+from cablewright.studies.campaigns.one_print import REMEDIES
 from cablewright.studies.campaigns.result import Campaign, MachinePrint
 from cablewright.studies.executors.processes import Processes
 from cablewright.studies.prints.plan import PrintOptions
@@ -67,7 +67,7 @@ def test_a_tolerance_met_exactly_is_the_machine_with_it_at_zero(found: tuple[Cam
     assert one.change == own.prints[0].max_error - found[0].prints[0].max_error
     assert {each.tolerance for each in found[0].sensitivities} == {"anchor", "sheave_radius", "modulus"}
     assert math.isnan(one.change_error)
-    assert set(MEANINGS) == set(type(twin.simulation.tolerances).model_fields)
+    assert set(REMEDIES) == set(type(twin.simulation.tolerances).model_fields)
 
 
 @pytest.mark.parametrize(("succeeded", "count"), [(0, 10), (7, 10), (10, 10), (97, 100)])

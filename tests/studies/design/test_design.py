@@ -17,7 +17,7 @@ from cablewright.robot.files import loads
 from cablewright.studies.checks.check import check
 from cablewright.studies.design.measures import MEASURES, measured
 from cablewright.studies.design.optimisers import BAD, OPTIMISERS, Budget, scores
-from cablewright.studies.design.problem import Constraint, Design, Variable, places_of
+from cablewright.studies.design.problem import DesignConstraint, DesignProblem, Variable, places_of
 from cablewright.studies.design.search import design
 from cablewright.studies.executors.processes import Processes
 from cablewright.studies.trade import TradeSettings, trade
@@ -33,7 +33,9 @@ NODES = TradeSettings("closed-form", count="nodes", grid=5, boundary_grid=5)
 def test_figures_of_the_part_are_those_of_check_and_modes() -> None:
     found = check(HOUSE, JOB)
     samples = found.samples
-    what = Design(HOUSE, HEIGHT, ("expected_error",), job=JOB, places=tuple(map(tuple, samples.positions.tolist())))
+    what = DesignProblem(
+        HOUSE, HEIGHT, ("expected_error",), job=JOB, places=tuple(map(tuple, samples.positions.tolist()))
+    )
     keys = ("expected_error", "min_tension", "max_tension", "tension_margin", "lowest_frequency", "cable_length")
     figures = measured(what.candidate(()), keys)
     lines = found.statics.lines
@@ -56,7 +58,9 @@ def test_places_stand_for_the_whole_path() -> None:
 
 
 def test_figures_of_the_workspace_are_those_of_trade() -> None:
-    what = Design(BEAM, (Variable.read("exit-distance=0.05:0.3"),), ("volume", "boundary_frequency"), workspace=NODES)
+    what = DesignProblem(
+        BEAM, (Variable.read("exit-distance=0.05:0.3"),), ("volume", "boundary_frequency"), workspace=NODES
+    )
     found = measured(what.candidate((0.2,)), (*what.keys, "exit_distance"))
     (own,) = trade(BEAM, {"exit-distance": [0.2]}, NODES).combinations
     assert found == {"volume": own.volume, "boundary_frequency": own.least, "exit_distance": own.exit_distance}
@@ -115,16 +119,16 @@ def test_a_front_has_no_candidate_that_another_beats() -> None:
     pytest.importorskip("pymoo", reason="needs the extra design")
     vary, finer = [Variable.read("exit-distance=0.05:0.4")], replace(NODES, grid=9, boundary_grid=9)
     found = design(BEAM, None, vary, ["volume", "boundary_frequency"], workspace=finer, evaluations=20, population=10)
-    worth = np.array([found.worth(each) for each in found.front])
+    worth = np.array([found.what.worth(each.figures) for each in found.front])
     assert len(worth) > 1
     for row in worth:
         assert not ((worth <= row).all(axis=1) & (worth < row).any(axis=1)).any()
     for each in found.holding:
-        assert (worth <= found.worth(each)).all(axis=1).any()
+        assert (worth <= found.what.worth(each.figures)).all(axis=1).any()
 
 
 def test_constraints_that_cannot_be_met_are_named_with_how_close_it_came() -> None:
-    bounds = [Constraint.read("expected_error<=0.001"), Constraint.read("min_tension>=1")]
+    bounds = [DesignConstraint.read("expected_error<=0.001"), DesignConstraint.read("min_tension>=1")]
     found = design(HOUSE, JOB, HEIGHT, ["cable_length"], bounds, evaluations=10, population=5)
     assert found.status == "infeasible"
     assert "nearest misses expected_error <= 0.001 (it has 0.00" in found.refusal
@@ -133,7 +137,7 @@ def test_constraints_that_cannot_be_met_are_named_with_how_close_it_came() -> No
 
 
 def test_constraints_that_exclude_each_other_are_told_as_such() -> None:
-    bounds = [Constraint.read("frame_height<=9"), Constraint.read("cable_length>=115")]
+    bounds = [DesignConstraint.read("frame_height<=9"), DesignConstraint.read("cable_length>=115")]
     found = design(HOUSE, JOB, HEIGHT, ["expected_error"], bounds, evaluations=10, population=10)
     assert found.refusal.endswith("each can be met, but not all at once")
 
@@ -160,14 +164,20 @@ def test_variables_that_make_no_sense_are_refused(text: str, says: str) -> None:
 @pytest.mark.parametrize("text", ["volume", "volume>=x", "volume=1", "volume>=nan", "1<=volume"])
 def test_constraints_that_make_no_sense_are_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"expected FIGURE>=VALUE or FIGURE<=VALUE"):
-        Constraint.read(text)
+        DesignConstraint.read(text)
 
 
 def test_contradictions_are_refused_before_the_work() -> None:
     with pytest.raises(UnknownName, match="did you mean 'expected_error'"):
         design(HOUSE, JOB, HEIGHT, ["expected_eror"])
     with pytest.raises(InputError, match=r"min_tension >= 30 and min_tension <= 20 contradict"):
-        design(HOUSE, JOB, HEIGHT, ["volume"], [Constraint.read("min_tension>=30"), Constraint.read("min_tension<=20")])
+        design(
+            HOUSE,
+            JOB,
+            HEIGHT,
+            ["volume"],
+            [DesignConstraint.read("min_tension>=30"), DesignConstraint.read("min_tension<=20")],
+        )
     with pytest.raises(InputError, match="expected_error: is of a part that is printed; give a JOB"):
         design(HOUSE, None, HEIGHT, ["expected_error"])
     with pytest.raises(InputError, match="method de: is for one objective; nsga2 takes 2"):

@@ -18,7 +18,7 @@ from cablewright.apps.cli.options import (
     Seed,
     Severity,
 )
-from cablewright.apps.cli.output import answer, progress, tell
+from cablewright.apps.cli.output import answer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,22 +79,18 @@ class CampaignCommand:
         options = PrintOptions(
             layers=self.layers, plant=self.plant, period=self.period, seed=self.seed, severity=self.severity
         )
-        try:
-            with self.executor.executor() as executor, progress() as show:
-                found = campaign(
-                    robot,
-                    self.job,
-                    self.machines,
-                    machine=self.machine,
-                    options=options,
-                    tried=min(DEFAULT_TRIED, self.machines) if self.tried is None else self.tried,
-                    allowed_error=self.max_error,
-                    file=file,
-                    executor=executor,
-                    progress=show,
-                )
-        except KeyboardInterrupt:
-            tell(f"{file} has what is done; the same command resumes")
-            raise
+        with self.executor.working(file) as (executor, show):
+            found = campaign(
+                robot,
+                self.job,
+                self.machines,
+                machine=self.machine,
+                options=options,
+                tried=min(DEFAULT_TRIED, self.machines) if self.tried is None else self.tried,
+                allowed_error=self.max_error,
+                file=file,
+                executor=executor,
+                progress=show,
+            )
         title = f"{found.what.job.name} on {len(found.prints)} machines of {robot.name}"
         return answer(found, self.output.as_json, file=file, **self.output.write(found, title))

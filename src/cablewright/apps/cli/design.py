@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, RobotName, Seed
-from cablewright.apps.cli.output import answer, progress, tell
+from cablewright.apps.cli.output import answer, tell
 from cablewright.choices import CriterionName, InertiaName, OptimiserName
 from cablewright.errors import InputError
 
@@ -122,27 +122,23 @@ class DesignCommand:
         stem = () if self.job is None else (self.job.stem,)
         folder = self.out or Path("runs") / folder_name("design", robot.name, *stem)
         _require_own(folder)
-        try:
-            with self.executor.executor() as executor, progress() as show:
-                found = design(
-                    robot,
-                    self.job,
-                    self.vary,
-                    self.objective,
-                    self.constraint or (),
-                    symmetry=mirrors,
-                    method=self.search.method,
-                    evaluations=self.search.evaluations,
-                    population=self.search.population,
-                    workspace=self.search.workspace(),
-                    seed=self.search.seed,
-                    file=folder / RESULTS,
-                    executor=executor,
-                    progress=show,
-                )
-        except KeyboardInterrupt:
-            tell(f"{folder} has what is done; the same command resumes")
-            raise
+        with self.executor.working(folder) as (executor, show):
+            found = design(
+                robot,
+                self.job,
+                self.vary,
+                self.objective,
+                self.constraint or (),
+                symmetry=mirrors,
+                method=self.search.method,
+                evaluations=self.search.evaluations,
+                population=self.search.population,
+                workspace=self.search.workspace(),
+                seed=self.search.seed,
+                file=folder / RESULTS,
+                executor=executor,
+                progress=show,
+            )
         return answer(found, self.as_json, **self._written(found, folder))
 
     def _written(self, found: Designed, folder: Path) -> dict[str, object]:

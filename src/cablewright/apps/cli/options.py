@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
+from cablewright.apps.cli.output import progress, tell
 from cablewright.apps.cli.parsing import check_suffix, numbers, rotations, tension_limits
 from cablewright.choices import CountName, CriterionName, PlantName, PointName, SeverityName, TensionChoice
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.progress import Progress
 
 if TYPE_CHECKING:
     from cablewright.analyses.workspace.criterion import RetractionLaw
@@ -306,8 +309,17 @@ class ExecutorOptions:
         ),
     ] = None
 
-    def executor(self) -> AbstractContextManager[Executor]:
-        """Who computes, until the block ends. Raises `InputError`, `EnvironmentFault`."""
+    @contextmanager
+    def working(self, kept: Path) -> Iterator[tuple[Executor, Progress]]:
+        """Who computes, until the block ends, and its progress; an interruption says that *kept* has what is done.
+
+        Raises `InputError`, `EnvironmentFault`.
+        """
         from cablewright.studies.executors.choice import chosen
 
-        return chosen(self.workers, self.cluster)
+        try:
+            with chosen(self.workers, self.cluster) as executor, progress() as show:
+                yield executor, show
+        except KeyboardInterrupt:
+            tell(f"{kept} has what is done; the same command resumes")
+            raise

@@ -17,7 +17,7 @@ from cablewright.apps.cli.options import (
     RobotOptions,
     Tensions,
 )
-from cablewright.apps.cli.output import answer, progress, tell
+from cablewright.apps.cli.output import answer
 from cablewright.apps.cli.parsing import numbers
 from cablewright.choices import InertiaName
 from cablewright.errors import InputError
@@ -94,12 +94,8 @@ class TradeCommand:
         varied, machine = _varied(self.vary), self.robot.loaded()
         file = self.out or Path("runs") / f"{folder_name('trade', machine.name)}.jsonl"
         options = {"file": file, **self.region.laws()}
-        try:
-            with self.executor.executor() as executor, progress() as show:
-                found = trade(machine, varied, self.settings(), executor=executor, progress=show, **options)
-        except KeyboardInterrupt:
-            tell(f"{file} has what is done; the same command resumes")
-            raise
+        with self.executor.working(file) as (executor, show):
+            found = trade(machine, varied, self.settings(), executor=executor, progress=show, **options)
         return answer(
             found,
             self.output.as_json,

@@ -20,7 +20,7 @@ from cablewright.calibration.checks import check_lengths, surplus_per_pose
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.drift.record import CalibrationRecord, load_record
 from cablewright.calibration.drift.states import states_at
-from cablewright.calibration.drift.suspects import CHANGE_PARTS, READING, SCALE, Change, Evidence, Suspect, beside
+from cablewright.calibration.drift.suspects import CHANGE_PARTS, READING, SCALE, DriftChange, Evidence, Suspect, beside
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.kinds import kind_of
 from cablewright.calibration.model_doubt import STRETCH_NAME, stretch_of
@@ -79,7 +79,7 @@ class Drift(Result):
 
     probability: float
     false_alarm: float
-    changes: tuple[Change, ...]
+    changes: tuple[DriftChange, ...]
     rest: float
     lines: tuple[LineDrift, ...]
     measured: int

@@ -49,7 +49,7 @@ class Suspect:
 
 
 @dataclass(frozen=True)
-class Change:
+class DriftChange:
     """What moved, by how much (``amount`` is the length of ``vector``), and what else would explain it as well."""
 
     what: str
@@ -95,7 +95,7 @@ class Explanation:
     """How probable the numbers are if nothing changed, and what changed where that is less than the level."""
 
     probability: float
-    changes: tuple[Change, ...]
+    changes: tuple[DriftChange, ...]
     rest: float  # probability of what the changes leave, if they are all
 
 
@@ -192,7 +192,7 @@ class Evidence:
     def _whose(self, at: int) -> tuple[str | None, int | None]:
         return self.suspects[at].line, self.suspects[at].pose
 
-    def _changes(self, named: list[int]) -> Iterator[Change]:
+    def _changes(self, named: list[int]) -> Iterator[DriftChange]:
         if not named:
             return
         together = np.concatenate([self.effects[at] for at in named], axis=1)
@@ -209,7 +209,7 @@ class Evidence:
             others = tuple(self._instead(named[:count], at))
             signed = float(amounts[own][0]) if size == 1 else amount
             vector = tuple(float(each) for each in amounts[own])
-            yield Change(suspect.what, suspect.line, suspect.pose, signed, sigma, vector, others)
+            yield DriftChange(suspect.what, suspect.line, suspect.pose, signed, sigma, vector, others)
 
     def _instead(self, before: list[int], at: int) -> Iterator[str]:
         """Yield the other lines whose change would explain the numbers nearly as well."""

@@ -38,7 +38,7 @@ class NextPose:
 
 
 @dataclass(frozen=True, eq=False)
-class Candidates:
+class PoseCandidates:
     """Poses that may be measured, and the tensions there in each of the robots that it may be, NaN if not feasible."""
 
     places: Array  # (C, n)
@@ -46,7 +46,7 @@ class Candidates:
     rows: Array  # (C, e, k) of the encoders, their poses eliminated
 
     @classmethod
-    def drawn(cls, model: Model, known: Known, rng: np.random.Generator) -> Candidates:
+    def drawn(cls, model: Model, known: Known, rng: np.random.Generator) -> PoseCandidates:
         """Random poses that the robot holds; those that all robots hold, if they are enough."""
         places = random_poses(model, _CANDIDATES, rng)
         tensions = []
@@ -95,7 +95,7 @@ class Candidates:
 class Search:
     """Choice of poses one by one, in the space of what data and candidates determine together."""
 
-    def __init__(self, known: Known, candidates: Candidates) -> None:
+    def __init__(self, known: Known, candidates: PoseCandidates) -> None:
         every = np.concatenate([known.rows, candidates.rows.reshape(-1, candidates.rows.shape[2])])
         _, values, right = np.linalg.svd(np.linalg.qr(every, mode="r"))
         kept = values > _NULL * values[0]

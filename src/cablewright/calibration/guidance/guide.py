@@ -14,7 +14,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.data import read_measured
-from cablewright.calibration.guidance.candidates import MAX_NEXT, Candidates, NextPose, Search
+from cablewright.calibration.guidance.candidates import MAX_NEXT, NextPose, PoseCandidates, Search
 from cablewright.calibration.guidance.known import Known
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.problem import Measured
@@ -142,7 +142,7 @@ def guide(
         words = f"no further pose helps: {known.found.reasons[0]}"
         return Guidance("mend", words, known.poses, None, None, need, None, (), (), known.found)
     rng = np.random.default_rng(seed)
-    candidates = Candidates.drawn(model, known, rng)
+    candidates = PoseCandidates.drawn(model, known, rng)
     size = max(count, known.missing)
     search = Search(known, candidates)
     now = search.sigmas()

@@ -56,7 +56,6 @@ class CanopenDrives:
         self._make_port = port or (lambda: open_port(drives))
         self._network: Network | None = None
         self._closed_statistics = BusStatistics()
-        self.identities: tuple[Identity, ...] = ()
 
     @property
     def statistics(self) -> BusStatistics:
@@ -83,13 +82,14 @@ class CanopenDrives:
         self._network = Network(self._make_port(), self.axes, self.settings.host, self.settings.heartbeat_timeout)
         try:
             self._network.listen()
-            self.identities = tuple(self._identity(axis) for axis in self.axes)
+            for axis in self.axes:
+                self._require(axis)
         except CablewrightError:
             self._leave()
             raise
         return self._network
 
-    def _identity(self, axis: Axis) -> Identity:
+    def _require(self, axis: Axis) -> None:
         found = self._bus.identify(axis.node)
         self._bus.require_alone()
         if found is None:
@@ -97,7 +97,6 @@ class CanopenDrives:
                 f"drives.nodes.{axis.name}.id = {axis.node}: nobody answers; check wiring and number"
             )
         found.require(axis.name, self.settings.rated_torque)
-        return found
 
     def scan(self) -> tuple[Identity, ...]:
         """Who is on the bus, of this machine or not; nothing is written. Raises `EnvironmentFault`."""

@@ -62,7 +62,7 @@ class DriveMachine:
         m = len(drives.axes)
         self._off = (Setpoint(),) * m
         self._setpoints, self._on, self.tripped = self._off, False, ""
-        self._start, self._cycles, self._due, self._last_time = 0.0, 0, 0.0, -math.inf
+        self._start, self._due, self._last_time = 0.0, 0.0, -math.inf
         self.begin = 0.0
         self._measured, self._fresh, self._open = -math.inf, False, False
         self._limited: list[Notice] = []
@@ -92,7 +92,7 @@ class DriveMachine:
         self._drives.open()
         self._due = self._drives.now()
         self._start = self._due - self.begin
-        self._cycles, self._on, self._open, self.tripped = 0, False, True, ""
+        self._on, self._open, self.tripped = False, True, ""
         self._last_time = -math.inf
         self._setpoints, self._beats, self.left = self._off, True, ""
         self._off_watch.end()

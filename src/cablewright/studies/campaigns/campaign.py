@@ -78,7 +78,7 @@ def _what(
     described = robot if isinstance(robot, Robot) else load(str(robot))
     loaded = job if isinstance(job, Job) else load_job(job)
     settings = twin_of(described, loaded, machine, replace(options, intrusions=0)).settings
-    same = replace(options, severity=None, seed=options.seed)
+    same = replace(options, severity=None)
     return CampaignPrint(described, loaded, settings, same, "" if loaded.gcode is None else file_hash(loaded.gcode))
 
 

@@ -17,23 +17,23 @@ from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.studies.prints.run import begin_print
 from cablewright.studies.store import file_hash
 
-MEANINGS: Final[Mapping[str, tuple[str, str]]] = {
-    "anchor": ("m", "survey the exit points"),
-    "sheave_radius": ("m", "turn the sheaves to size, or measure them"),
-    "modulus": ("1", "measure the modulus of each cable"),
-    "wall": ("m", "survey the walls"),
-    "mount_place": ("m", "measure where sensors are mounted"),
-    "mount_turn": ("rad", "measure how sensors are turned"),
-    "clock_offset": ("s", "set the platform's clock"),
-    "clock_drift": ("1", "discipline the platform's clock"),
-    "line_angle_bias": ("rad", "calibrate the zeros of the lines' accelerometers"),
-    "tension_gain": ("1", "calibrate the scales of load cells and torques"),
-    "tension_drift": ("1", "load cells whose zeros drift less"),
-    "mass": ("1", "weigh the platform and what it carries"),
-    "home_length": ("m", "home the lines better"),
-    "drum_radius": ("1", "measure the drums"),
+REMEDIES: Final[Mapping[str, str]] = {
+    "anchor": "survey the exit points",
+    "sheave_radius": "turn the sheaves to size, or measure them",
+    "modulus": "measure the modulus of each cable",
+    "wall": "survey the walls",
+    "mount_place": "measure where sensors are mounted",
+    "mount_turn": "measure how sensors are turned",
+    "clock_offset": "set the platform's clock",
+    "clock_drift": "discipline the platform's clock",
+    "line_angle_bias": "calibrate the zeros of the lines' accelerometers",
+    "tension_gain": "calibrate the scales of load cells and torques",
+    "tension_drift": "load cells whose zeros drift less",
+    "mass": "weigh the platform and what it carries",
+    "home_length": "home the lines better",
+    "drum_radius": "measure the drums",
 }
-"""Unit of each tolerance, and what to buy to meet it exactly."""
+"""What to do, or to buy, to meet each tolerance exactly."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.results import Figure, Pictured
-from cablewright.studies.campaigns.one_print import MEANINGS, CampaignPrint
+from cablewright.studies.campaigns.one_print import REMEDIES, CampaignPrint
 
 CONFIDENCE: Final = 0.95
 """Of the interval of the success rate."""
@@ -61,7 +61,7 @@ class Sensitivity:
         Figure("change_error", "m", "Standard error of that mean; null of a single machine.", name="standard error",
                digits=2, shown="mm"),
         Figure("succeeded", "1", "How many of these succeed with it.", name="succeed with it"),
-        Figure("remedy", "", "What would make it exact.", lambda of: MEANINGS[of.tolerance][1], name="by"),
+        Figure("remedy", "", "What would make it exact.", lambda of: REMEDIES[of.tolerance], name="by"),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ LEVEL: Final = 0.95
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class DesignCandidate:
     """A robot, and what it is to do: poses (k, n) along a part, retraction lengths (k,) or None, or no part at all."""
 
     robot: Robot
@@ -86,7 +86,7 @@ class Candidate:
 _ROUNDING: Final = 1e-9  # a distribution at its limit meets it only to rounding
 
 
-def _tension_margin(of: Candidate) -> float:
+def _tension_margin(of: DesignCandidate) -> float:
     margins = []
     for limit in LIMITS:
         if limit.name in TENSION_LIMITS:
@@ -95,7 +95,7 @@ def _tension_margin(of: Candidate) -> float:
     return float(min(margins))
 
 
-def _expected_error(of: Candidate) -> float:
+def _expected_error(of: DesignCandidate) -> float:
     """The 95th percentile of drawn machines' largest error, to first order, as `check` has it without interpolation."""
     ranges = (of.robot.uncertainty or assumed_uncertainty(of.robot)).of(of.robot)
     linear, codes = linearise_where_regular(of.good)
@@ -109,11 +109,11 @@ def _expected_error(of: Candidate) -> float:
     return float(np.sqrt(np.quantile(largest, LEVEL, method="inverted_cdf")))
 
 
-def _clearance(of: Candidate) -> float:
+def _clearance(of: DesignCandidate) -> float:
     return float(np.fmin.reduce(distances(of.good).margins, axis=None))
 
 
-def _largest(path: str) -> Callable[[Candidate], float]:
+def _largest(path: str) -> Callable[[DesignCandidate], float]:
     return lambda of: float(np.fmax.reduce(getattr(of.lines, path), axis=None))
 
 
@@ -132,7 +132,7 @@ class Measure:
         """Its name."""
         return self.figure.key
 
-    def of(self, candidate: Candidate) -> float:
+    def of(self, candidate: DesignCandidate) -> float:
         """Return its value; NaN where it is not known."""
         value = self.figure.of(candidate)
         return float("nan") if value is None else float(value)
@@ -175,6 +175,6 @@ MEASURES: Final = {each.key: each for each in _ALL}
 """Figures of candidates, by name."""
 
 
-def measured(candidate: Candidate, keys: Iterable[str]) -> dict[str, float]:
+def measured(candidate: DesignCandidate, keys: Iterable[str]) -> dict[str, float]:
     """Return figures of a candidate by name. Raises what their analyses raise."""
     return {key: MEASURES[key].of(candidate) for key in keys}

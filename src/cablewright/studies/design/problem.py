@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Final
@@ -18,7 +18,7 @@ from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, require_different, with_box_inertia
 from cablewright.robot.symmetry import SymmetricChange
-from cablewright.studies.design.measures import MEASURES, Candidate, Measure
+from cablewright.studies.design.measures import MEASURES, DesignCandidate, Measure
 from cablewright.studies.job_poses import poses_at
 from cablewright.studies.trade import TradeSettings
 
@@ -68,7 +68,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Constraint:
+class DesignConstraint:
     """A bound of a figure, SI: at least ``bound`` where it is ``lower``, else at most."""
 
     key: str
@@ -85,7 +85,7 @@ class Constraint:
         return max(0.0, self.bound - value if self.lower else value - self.bound)
 
     @classmethod
-    def read(cls, text: str) -> Constraint:
+    def read(cls, text: str) -> DesignConstraint:
         """Return the constraint of ``FIGURE>=VALUE`` or ``FIGURE<=VALUE``. Raises `InputError`."""
         match = _CONSTRAINT.fullmatch(text.strip())
         try:
@@ -105,7 +105,7 @@ def measure(key: str) -> Measure:
 
 
 @dataclass(frozen=True)
-class Design:
+class DesignProblem:
     """A robot to change, what may vary, and what the robot is to be good for.
 
     ``job``: without its G-code, of which ``places`` (k, 3), m, are the part's. Raises `InputError` for contradictions.
@@ -114,7 +114,7 @@ class Design:
     robot: Robot
     variables: tuple[Variable, ...]
     objectives: tuple[str, ...]
-    constraints: tuple[Constraint, ...] = ()
+    constraints: tuple[DesignConstraint, ...] = ()
     job: Job | None = None
     places: tuple[tuple[float, float, float], ...] = ()
     workspace: TradeSettings = field(default_factory=lambda: default_workspace())
@@ -151,12 +151,17 @@ class Design:
             robot = variable.change.on(robot, value)
         return with_box_inertia(robot) if self.workspace.inertia == "box" else robot
 
-    def candidate(self, values: Sequence[float]) -> Candidate:
+    def worth(self, figures: Mapping[str, float]) -> Array:
+        """Return the objectives (n,) of a candidate by its *figures*, which are to be small; NaN for one it lacks."""
+        signs = [-1.0 if measure(key).higher else 1.0 for key in self.objectives]
+        return np.array([figures.get(key, math.nan) for key in self.objectives]) * signs
+
+    def candidate(self, values: Sequence[float]) -> DesignCandidate:
         """Return the robot with these values, at the places of the part. Raises `InputError`."""
         robot, poses, retraction = self.made(values), None, None
         if self.job is not None:
             poses, retraction = poses_at(robot, self.job, np.array(self.places))
-        return Candidate(robot, poses, retraction, self.workspace, self.seed)
+        return DesignCandidate(robot, poses, retraction, self.workspace, self.seed)
 
 
 def default_workspace() -> TradeSettings:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +13,7 @@ from cablewright.arrays import Array
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.studies.design.measures import MEASURES
-from cablewright.studies.design.problem import Design
+from cablewright.studies.design.problem import DesignProblem
 
 SHOWN: Final = 3
 """Candidates that are written and looked at."""
@@ -81,7 +80,7 @@ class Designed(Pictured):
     )  # fmt: skip
     HEADLINES: ClassVar = ("status", "robot", "evaluations", "holding")
 
-    what: Design
+    what: DesignProblem
     method: str
     population: int
     original: Tried
@@ -90,7 +89,7 @@ class Designed(Pictured):
     @cached_property
     def holding(self) -> tuple[Tried, ...]:
         """Candidates that meet everything and have all objectives."""
-        return tuple(each for each in self.tried if each.holds and np.isfinite(self.worth(each)).all())
+        return tuple(each for each in self.tried if each.holds and np.isfinite(self.what.worth(each.figures)).all())
 
     @property
     def status(self) -> str:
@@ -119,17 +118,12 @@ class Designed(Pictured):
             if each.missed_by(nearest.figures[each.key]) > 0.0
         ]
 
-    def worth(self, tried: Tried) -> Array:
-        """Return the objectives (n,) of a candidate, which are to be small."""
-        signs = [-1.0 if MEASURES[key].higher else 1.0 for key in self.what.objectives]
-        return np.array([tried.figures.get(key, math.nan) for key in self.what.objectives]) * signs
-
     @cached_property
     def front(self) -> tuple[Tried, ...]:
         """Candidates that are not dominated, sorted by the first objective; each set of figures once."""
         if not self.holding:
             return ()
-        worth = np.array([self.worth(each) for each in self.holding])
+        worth = np.array([self.what.worth(each.figures) for each in self.holding])
         _, first = np.unique(worth, axis=0, return_index=True)
         rows = worth[first]
         beaten = [((rows <= row).all(axis=1) & (rows < row).any(axis=1)).any() for row in rows]
@@ -141,13 +135,13 @@ class Designed(Pictured):
         if not self.front:
             return ()
         if len(self.what.objectives) > 1:
-            worth = np.array([self.worth(each) for each in self.front])
+            worth = np.array([self.what.worth(each.figures) for each in self.front])
             low, span = worth.min(axis=0), np.maximum(np.ptp(worth, axis=0), 1e-300)
             balanced = int(np.linalg.norm((worth - low) / span, axis=1).argmin())
             ends = [int(column.argmin()) for column in worth.T]
             return tuple(self.front[k] for k in dict.fromkeys([balanced, *ends]))[:SHOWN]
         found: list[Tried] = []
-        for each in sorted(self.holding, key=lambda each: float(self.worth(each)[0])):
+        for each in sorted(self.holding, key=lambda each: float(self.what.worth(each.figures)[0])):
             if all(self._apart(each, other) >= APART for other in found):
                 found.append(each)
             if len(found) == SHOWN:

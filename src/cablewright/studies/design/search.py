@@ -16,7 +16,7 @@ from cablewright.progress import Progress, silent
 from cablewright.robot import Robot, load
 from cablewright.studies.design.measures import MEASURES, measured
 from cablewright.studies.design.optimisers import OPTIMISERS, Budget
-from cablewright.studies.design.problem import Constraint, Design, Variable, default_workspace, places_of
+from cablewright.studies.design.problem import DesignConstraint, DesignProblem, Variable, default_workspace, places_of
 from cablewright.studies.design.result import Designed, Tried
 from cablewright.studies.executors.executor import Executor, Serial
 from cablewright.studies.executors.kept import KeptResults, kept_in
@@ -35,7 +35,7 @@ def design(
     job: Job | str | Path | None,
     vary: Sequence[Variable | str],
     objectives: Sequence[str],
-    constraints: Sequence[Constraint | str] = (),
+    constraints: Sequence[DesignConstraint | str] = (),
     *,
     symmetry: Sequence[str] = (),
     method: str | None = None,
@@ -58,7 +58,7 @@ def design(
     """
     mirrors = tuple(symmetry)
     variables = tuple(each if isinstance(each, Variable) else Variable.read(each, mirrors) for each in vary)
-    bounds = tuple(each if isinstance(each, Constraint) else Constraint.read(each) for each in constraints)
+    bounds = tuple(each if isinstance(each, DesignConstraint) else DesignConstraint.read(each) for each in constraints)
     what = _what(robot, job, variables, tuple(objectives), bounds, workspace, seed)
     name = method or ("de" if len(what.objectives) == 1 else "nsga2")
     if name not in OPTIMISERS:
@@ -76,20 +76,20 @@ def _what(
     job: Job | str | Path | None,
     variables: tuple[Variable, ...],
     objectives: tuple[str, ...],
-    constraints: tuple[Constraint, ...],
+    constraints: tuple[DesignConstraint, ...],
     workspace: TradeSettings | None,
     seed: int,
-) -> Design:
+) -> DesignProblem:
     """Return what is to be designed, with the places of the part. Raises `InputError`."""
     described = robot if isinstance(robot, Robot) else load(str(robot))
     found = workspace or default_workspace()
     if job is None:
-        return Design(described, variables, objectives, constraints, workspace=found, seed=seed)
+        return DesignProblem(described, variables, objectives, constraints, workspace=found, seed=seed)
     loaded = job if isinstance(job, Job) else load_job(job)
     samples, _ = sampled(described, loaded, loaded.toolpath())
     places = places_of(samples)
     without = loaded.model_copy(update={"gcode": None})  # no worker reads it
-    return Design(described, variables, objectives, constraints, without, places, found, seed)
+    return DesignProblem(described, variables, objectives, constraints, without, places, found, seed)
 
 
 def _budget(variables: int, evaluations: int, population: int | None, seed: int) -> Budget:
@@ -106,7 +106,7 @@ def _budget(variables: int, evaluations: int, population: int | None, seed: int)
     return Budget(evaluations, size, seed)
 
 
-def judged(shared: Design, values: tuple[float, ...]) -> dict[str, Any]:
+def judged(shared: DesignProblem, values: tuple[float, ...]) -> dict[str, Any]:
     """Return figures and shortfalls of the candidate with these *values*; none: of the robot as it is."""
     candidate = shared.candidate(values)
     return {"shortfalls": candidate.shortfalls, "figures": measured(candidate, shared.keys)}
@@ -115,12 +115,13 @@ def judged(shared: Design, values: tuple[float, ...]) -> dict[str, Any]:
 class _Search:
     """Answers the batches of an optimiser, and keeps every candidate."""
 
-    def __init__(self, what: Design, budget: Budget, executor: Executor, kept: KeptResults, report: Progress) -> None:
+    def __init__(
+        self, what: DesignProblem, budget: Budget, executor: Executor, kept: KeptResults, report: Progress
+    ) -> None:
         self._what, self._budget, self._executor, self._kept, self._report = what, budget, executor, kept, report
         self._task = Task(judged, what, "candidate")
         self._low = np.array([each.low for each in what.variables])
         self._span = np.array([each.high - each.low for each in what.variables])
-        self._signs = np.array([-1.0 if MEASURES[key].higher else 1.0 for key in what.objectives])
         self.tried: list[Tried] = []
 
     def original(self) -> Tried:
@@ -144,8 +145,7 @@ class _Search:
         self.tried += new
         if not before:
             self._require_values(new)
-        found = np.array([[each.figures.get(key, math.nan) for key in self._what.objectives] for each in new])
-        return found * self._signs, np.array([each.violation for each in new])
+        return np.array([self._what.worth(each.figures) for each in new]), np.array([each.violation for each in new])
 
     def _told(self, values: tuple[float, ...], outcome: Outcome) -> Tried:
         if outcome.fault:

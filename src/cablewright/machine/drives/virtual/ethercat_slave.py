@@ -10,7 +10,7 @@ from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.cia402 import ENERGISED
 from cablewright.machine.drives.virtual import slave_memory as m
 from cablewright.machine.drives.virtual.dictionary import Dictionary, Entry
-from cablewright.machine.drives.virtual.slave_memory import SlaveMemory, Window
+from cablewright.machine.drives.virtual.slave_memory import MemoryWindow, SlaveMemory
 from cablewright.machine.drives.virtual.virtual_drive import NO_COMMAND, VirtualDrive
 
 INIT, PREOP, SAFEOP, OP = 1, 2, 4, 8
@@ -68,7 +68,7 @@ class EthercatSlave:
                 self._command(now)
         return True
 
-    def windows(self) -> list[Window]:
+    def windows(self) -> list[MemoryWindow]:
         """Where process data stand, once it has them."""
         return self.memory.windows() if self.state >= SAFEOP else []
 

@@ -17,7 +17,6 @@ from cablewright.arrays import Array
 from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import BusError, Frame, Port
 from cablewright.machine.drives.objects import SYNC
-from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -67,7 +66,6 @@ class VirtualRig:
         self._valve = drives.valve
         for drive in self.drives:
             drive.keeps_outputs = drives.valve is not None and not drives.valve.closes_alone
-        self._radii = np.array([scale.radii[0] for scale in scales_of(robot, owner)])
         self._axial = np.array([line.cable.stiffness for line in robot.lines])
         self._base = np.zeros(len(self.drives))
         self._turned = np.zeros(len(self.drives))

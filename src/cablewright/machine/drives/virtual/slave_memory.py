@@ -31,7 +31,7 @@ class SyncManager(NamedTuple):
     active: bool
 
 
-class Window(NamedTuple):
+class MemoryWindow(NamedTuple):
     """Bytes of the ring's logical memory that are some of the slave's."""
 
     logical: int
@@ -71,13 +71,13 @@ class SlaveMemory:
         """Whether the mailbox of a sync manager holds a message."""
         self.bytes[SYNC_MANAGERS + 8 * k + 5] = FULL if full else 0
 
-    def windows(self) -> list[Window]:
+    def windows(self) -> list[MemoryWindow]:
         """Those in use."""
         found = []
         for at in range(WINDOWS, WINDOWS + 16 * 8, 16):
             logical, size, _, _, physical, _, kind, active = struct.unpack_from("<IHBBHBBB", self.bytes, at)
             if active & 1 and size:
-                found.append(Window(logical, size, physical, kind == 2))
+                found.append(MemoryWindow(logical, size, physical, kind == 2))
         return found
 
     def read(self, at: int, size: int) -> bytes | None:
