@@ -155,7 +155,13 @@ def test_a_command_that_is_interrupted_brakes_all_first(watched: Watched, number
     file = tmp_path / "machine.toml"
     file.write_text(text.replace('"43113"', f'"{watched.channel}"'), encoding="utf-8")
     command = [sys.executable, "-m", "cablewright", "drives", "enable", "merlet2023", "--machine", str(file)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored in the background of a shell
+    )
     watched.wait("ENABLED", 30.0)
     time.sleep(0.5)
     process.send_signal(getattr(signal, number))
