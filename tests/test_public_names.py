@@ -72,6 +72,20 @@ def test_the_package_says_that_it_is_typed() -> None:
     assert (resources.files("cablewright") / "py.typed").is_file()
 
 
+def test_a_kernel_is_loaded_without_what_it_does_not_need() -> None:
+    code = """
+import sys, numba, numpy as np
+from cablewright import Model, inverse, load
+inverse(Model(load("merlet2023")), (0.0, 0.0, 1.0))
+assert not {"scipy.linalg", "matplotlib", "pyarrow", "cablewright.solvers.pose_hull"} & set(sys.modules)
+own = numba.njit(lambda a, b: (np.dot(a, b), np.convolve(a[0], b[0]), np.linalg.solve(a, b)))
+a, b = np.array([[2.0, 1.0], [0.5, 3.0]]), np.array([[1.0, -1.0], [4.0, 0.25]])
+for found, right in zip(own(a, b), (a @ b, np.convolve(a[0], b[0]), np.linalg.solve(a, b)), strict=True):
+    assert np.allclose(found, right, rtol=1e-14)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 @pytest.mark.parametrize(
     ("statement", "allowed"),
     [

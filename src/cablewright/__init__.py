@@ -82,7 +82,8 @@ if TYPE_CHECKING:
     from cablewright.solvers.forward import forward
     from cablewright.solvers.inverse import inverse
     from cablewright.solvers.linearise import Linearisation, linearise
-    from cablewright.solvers.pose_hull import PoseBox, enclose_poses
+    from cablewright.solvers.pose_box import PoseBox
+    from cablewright.solvers.pose_hull import enclose_poses
     from cablewright.solvers.slack import SlackSet, excess_lengths, let_out, slack_sets, solve_with_slack
     from cablewright.solvers.tension import (
         Capacity,
@@ -319,7 +320,8 @@ _HOMES = {
         "solvers.forward": "forward",
         "solvers.inverse": "inverse",
         "solvers.linearise": "Linearisation linearise",
-        "solvers.pose_hull": "PoseBox enclose_poses",
+        "solvers.pose_box": "PoseBox",
+        "solvers.pose_hull": "enclose_poses",
         "solvers.slack": "SlackSet excess_lengths let_out slack_sets solve_with_slack",
         "solvers.tension": "Capacity Distribution Quadratic capacity tension_distribution wrench_closure",
         "studies.accuracy": "AccuracyStudy accuracy",

@@ -18,7 +18,8 @@ from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Eyelet, load
 from cablewright.solvers.forward import solve_again, solve_forward
-from cablewright.solvers.pose_hull import PoseBox, enclose_poses
+from cablewright.solvers.pose_box import PoseBox
+from cablewright.solvers.pose_hull import enclose_poses
 from solvers.test_certify import Exact
 
 BUILT = {robot.name: Model(robot) for robot in cases.robots()}

@@ -16,6 +16,7 @@ from cablewright.studies.drives.actions import enable, home, jog_platform, jog_w
 from cablewright.studies.drives.printing import PersonOperator, print_on_drives
 from cablewright.studies.prints.loop import Printer
 from cablewright.studies.prints.print_job import PrintedJob
+from cablewright.studies.serve.station import DriveStation
 from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
 
 
@@ -102,6 +103,18 @@ def test_a_print_pours_where_the_file_names_a_valve_and_says_where_it_cannot(tmp
     flow = found.twin.owner.point_drum.flow
     assert poured[0] == 0.0
     assert poured[1] == pytest.approx(flow * duration, rel=0.05)  # on while it prints, with ramps laid to half
+
+
+def test_a_page_tells_the_same_of_the_valve(tmp_path: Path) -> None:
+    for valve, says in ((None, "nothing is laid"), ({"line": "north-east", "bit": 17, "closes_alone": False}, "false")):
+        found = bench(valve=valve)
+        own = found.twin.owner.drives
+        station = DriveStation(found.robot, found.twin.owner, tmp_path / "machine", lambda here=found: here.port)
+        assert station.sitting(None).notes == ()  # by hand nothing is laid
+        assert own is not None and station.sitting(RING).notes == own.valve_notes
+        assert says in own.valve_notes[0]
+    closes = bench(valve={"line": "north-east", "bit": 17, "closes_alone": True}).twin.owner.drives
+    assert closes is not None and closes.valve_notes == ()
 
 
 def test_without_homing_nothing_moves(tmp_path: Path) -> None:

@@ -20,6 +20,8 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +34,7 @@ from numba.core.compiler import CompileResult
 from numba.core.errors import NumbaWarning
 from numba.core.serialize import dumps
 from numba.misc.appdirs import AppDirs
+from numba.np import linalg
 
 from cablewright.kernels.carried import carried, tell_unused
 from cablewright.kernels.compiler import KernelCompiler, Part
@@ -82,6 +85,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
     def load_overload(self, signature: Any, target: Any) -> CompileResult | None:
         """Return the kernel compiled for *signature* by an earlier process; None if there is no valid one."""
+        _load_array_functions()
         target.refresh()
         if KernelCompiler.depth:  # a part: the folder has none
             return None
@@ -132,6 +136,20 @@ class KernelCache(NullCache):  # type: ignore[misc]
 
     def _file(self, key: tuple[Any, ...]) -> Path:
         return Path(self._folder, hashlib.sha256(repr(key).encode()).hexdigest()[:32])
+
+
+@cache
+def _load_array_functions() -> None:
+    """Import Numba's array functions without SciPy's BLAS, which they load, for 0.15 s, to see whether it is there.
+
+    It is: SciPy is a requirement. Whatever needs it, such as a compiled `numpy.dot`, loads it then.
+    """
+    found = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = found
 
 
 def open_folder() -> Path | None:

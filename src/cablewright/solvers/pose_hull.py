@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,9 +14,9 @@ from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.models.statics import Equilibrium
 from cablewright.progress import Progress
-from cablewright.results import Figure, Result
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
+from cablewright.solvers.pose_box import PoseBox
 from cablewright.solvers.tension import self_stresses
 
 BUDGET = 20_000  # default limit on the number of leaves, parts of the lengths: some seconds
@@ -37,39 +36,6 @@ REASONS = {
     kernel.UNCERTIFIED: "no box: the equilibrium itself cannot be certified",
     kernel.HALF_TURN: "no box: rotation vectors come near half a turn",
 }
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class PoseBox(Result):
-    """Enclosure of the pose for lengths known to some error.
-
-    If `complete`, for all combinations of lengths within the error, the equilibrium that is reached continuously from
-    the solved one has its pose between `low` and `high` (n,): m, and for a body the components of its rotation vector,
-    rad. It is the only equilibrium if `only_one`. Otherwise both are NaN, and `reason` states why.
-    """
-
-    FIGURES: ClassVar = (
-        Figure("low", "m, rad", "Min of each pose coordinate, for all lengths within the error.", digits=7, outward=-1),
-        Figure("high", "m, rad", "Max of each pose coordinate.", digits=7, outward=1),
-        Figure("certified", "", "Whether the box is proved.", "complete"),
-        Figure("unique", "", "Whether the equilibrium is the only one, globally or locally.", "_unique"),
-        Figure("leaves", "1", "Number of parts of the lengths that were examined."),
-        Figure("reason", "", "What is proved, or why there is no box."),
-    )
-    HEADLINES: ClassVar = ("certified", "unique", "leaves")
-
-    low: Array
-    high: Array
-    complete: bool
-    only_one: bool
-    leaves: int
-    tests: int
-    reason: str
-
-    def _unique(self) -> str | None:
-        if not self.complete:
-            return None
-        return "globally" if self.only_one else "locally"
 
 
 def enclose_poses(

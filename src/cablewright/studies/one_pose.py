@@ -13,7 +13,7 @@ from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result, figures_dict
 from cablewright.solvers.certify import Certificate
-from cablewright.solvers.pose_hull import PoseBox
+from cablewright.solvers.pose_box import PoseBox
 from cablewright.solvers.slack import SlackSet, excess_lengths
 from cablewright.solvers.uniqueness import EVERYWHERE, unique_among
 

@@ -17,7 +17,7 @@ from cablewright.models.fidelity import CableLaw
 if TYPE_CHECKING:
     from cablewright.models.statics import Equilibrium, Model
     from cablewright.results import Result
-    from cablewright.solvers.pose_hull import PoseBox
+    from cablewright.solvers.pose_box import PoseBox
 
 
 @dataclass(frozen=True, kw_only=True)

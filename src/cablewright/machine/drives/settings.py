@@ -103,6 +103,16 @@ class DriveSettings(Description):
         return speed / self.deceleration + self.brake_time + self.answer_timeout + _MARGIN
 
     @property
+    def valve_notes(self) -> tuple[str, ...]:
+        """What is to be said to whoever starts a print: what the file does not promise of the valve."""
+        if self.valve is None:
+            return ("drives.valve: is not named: the platform moves, but no valve opens: nothing is laid",)
+        if self.valve.closes_alone:
+            return ()
+        why = "its drive leaves it open in a fault, and when this computer is lost"
+        return (f"drives.valve.closes_alone = false: {why}: the emergency-stop chain has to shut it",)
+
+    @property
     def jog_deceleration(self) -> float:
         """Deceleration of a jog that is let go, m/s^2: that of a stop, unless it would make the load swing."""
         return min(self.deceleration, _GENTLE)

@@ -143,7 +143,9 @@ def print_on_drives(
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""
     require_folder(folder, manifest, option)
-    _tell_valve(owner, say)
+    assert owner.drives is not None
+    for note in owner.drives.valve_notes:
+        say(note)
     signature(b"")  # a key that cannot be had is said before the work
     procedures: dict[PrintState, Procedure] = {
         PrintState.TENSIONING: taking_up(machine),
@@ -167,17 +169,6 @@ def print_on_drives(
             say(machine.bus_machine.left)
         record, log = finish(folder, path.track, path.print_speed, None, progress)
         return PrintedJob("encoders", run, record, log).written()
-
-
-def _tell_valve(settings: MachineSettings, say: Callable[[str], None]) -> None:
-    """Say what the file does not promise of the valve."""
-    assert settings.drives is not None
-    valve = settings.drives.valve
-    if valve is None:
-        say("drives.valve: is not named: the platform moves, but no valve opens: nothing is laid")
-    elif not valve.closes_alone:
-        why = "its drive leaves it open in a fault, and when this computer is lost"
-        say(f"drives.valve.closes_alone = false: {why}: the emergency-stop chain has to shut it")
 
 
 def _run(

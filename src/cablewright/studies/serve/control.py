@@ -101,6 +101,8 @@ class Control:
             self.link.sitting.write(told_sitting(self.number, sitting, wanted, run))
             if run is not None:
                 self._events.tell("run", f"run {run} begins")
+            for note in sitting.notes:
+                self._events.tell("notice", note)
             self._refuse_all("the machine was closed")
             if run is not None:
                 stack.callback(self._end, sitting, run, timing)

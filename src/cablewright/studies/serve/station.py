@@ -40,7 +40,11 @@ _BY_HAND: Final = Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2)  #
 
 @dataclass(eq=False)
 class Sitting:
-    """One run of the loop. ``refill``: fills the drum where the machine is simulated. ``lateness``: s, of its steps."""
+    """One run of the loop.
+
+    ``refill``: fills the drum where the machine is simulated. ``lateness``: s, of its steps. ``notes``: what whoever
+    starts it has to know of the machine.
+    """
 
     printer: Printer
     path: TimedPath
@@ -50,6 +54,8 @@ class Sitting:
     lateness: Callable[[], list[float]] = list
     home_at: Callable[[Array | None], None] = lambda _place: None
     """Takes where a person has measured the platform, (3,) m, before an order to home; None: nobody has."""
+
+    notes: tuple[str, ...] = ()
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -166,4 +172,6 @@ class DriveStation:
         printer = machine.printer(path, "model", procedures)
         epoch = datetime.now(UTC).replace(microsecond=0)
         head = LogHead(self.robot, owner, owner.period, kind="real", epoch=epoch)
-        return Sitting(printer, path, head, job, lateness=lambda: list(paced.lateness), home_at=home_at)
+        assert owner.drives is not None
+        notes = () if job is None else owner.drives.valve_notes
+        return Sitting(printer, path, head, job, lateness=lambda: list(paced.lateness), home_at=home_at, notes=notes)
