@@ -29,9 +29,14 @@ RING = Job(
 ON = (Order(OrderKind.RESET), Order(OrderKind.ENABLE))
 
 
-def virtual_twin(name: str = "merlet2023", **changes: Any) -> TwinSettings:
-    """A machine of the library whose winches are on virtual drives; half of them turn the other way."""
+def virtual_twin(name: str = "merlet2023", flow: float | None = None, **changes: Any) -> TwinSettings:
+    """A machine of the library whose winches are on virtual drives; half of them turn the other way.
+
+    *flow*: kg/s of powder in place of its own.
+    """
     robot, twin = load(name), load_twin(name)
+    if flow is not None:
+        twin = twin.with_owner(drum=twin.owner.point_drum.model_copy(update={"flow": flow}))
     nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "rated_torque": RATED[name], "tension": 30.0}
     gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier"))

@@ -52,10 +52,13 @@ class ForceBalance:
         return f"{what} the lines pull by {ways} N, {size:.0f} N; {allowed}: place, load or a tension is wrong"
 
 
-def balance(model: Model, place: Array, tensions: Array, share: float) -> ForceBalance:
-    """Judge *tensions* (m,), N, at the sheaves, with the platform at *place* (3,), m; *share*: of its weight."""
-    weight = weight_of(model)
-    off = excess(model, place, tensions)
+def balance(model: Model, place: Array, tensions: Array, share: float, laid: float = 0.0) -> ForceBalance:
+    """Judge *tensions* (m,), N, at the sheaves, with the platform at *place* (3,), m; *share*: of its weight.
+
+    *laid*: kg that have left the model's platform.
+    """
+    weight = weight_of(model, laid)
+    off = excess(model, place, tensions, laid)
     ways = np.eye(3) * _STEP
     slope = np.column_stack(
         [(_force(model, place + way, tensions) - _force(model, place - way, tensions)) / (2.0 * _STEP) for way in ways]
@@ -65,14 +68,14 @@ def balance(model: Model, place: Array, tensions: Array, share: float) -> ForceB
     return ForceBalance(place, off, weight, limit, 2.0 * limit / softest if softest > 0.0 else np.inf)
 
 
-def weight_of(model: Model) -> float:
-    """Weight of the platform, N."""
-    return float(model.robot.scene.gravity * model.robot.platform.mass)
+def weight_of(model: Model, laid: float = 0.0) -> float:
+    """Weight of the platform, N, from which *laid* kg have left."""
+    return float(model.robot.scene.gravity * (model.robot.platform.mass - laid))
 
 
-def excess(model: Model, place: Array, tensions: Array) -> Array:
-    """What the lines carry beyond the platform's weight, (3,) N."""
-    return np.asarray(_force(model, place, tensions) - np.array([0.0, 0.0, weight_of(model)]))
+def excess(model: Model, place: Array, tensions: Array, laid: float = 0.0) -> Array:
+    """What the lines carry beyond the weight, (3,) N, of the platform from which *laid* kg have left."""
+    return np.asarray(_force(model, place, tensions) - np.array([0.0, 0.0, weight_of(model, laid)]))
 
 
 @dataclass(eq=False)
@@ -93,17 +96,15 @@ class CarriedWatch:
         """Whether it is time to judge again: every reading would say no more."""
         return time - self._time >= _EVERY
 
-    def judge(self, place: Array, tensions: Array, time: float) -> str:
-        """Why the platform cannot be at *place* (3,), m, at *time*, s; an empty text: it can."""
-        off = excess(self.model, place, tensions)
+    def judge(self, place: Array, tensions: Array, time: float, laid: float = 0.0) -> str:
+        """Why the platform, without *laid* kg, cannot be at *place* (3,), m, at *time*, s; an empty text: it can."""
+        weight, off = weight_of(self.model, laid), excess(self.model, place, tensions, laid)
         if self._mean is None:
             self._mean, self._since = off, time
         else:
             self._mean = self._mean + (off - self._mean) * min((time - self._time) / _MEAN, 1.0)
         self._time = time
-        found = ForceBalance(
-            place, self._mean, weight_of(self.model), _MOVING * self.share * weight_of(self.model), 0.0
-        )
+        found = ForceBalance(place, self._mean, weight, _MOVING * self.share * weight, 0.0)
         return found.sentence() if time - self._since > _MEAN and not found.holds else ""
 
 

@@ -38,6 +38,7 @@ class HomingSettings:
     ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
     ``tensions``: of readings, N, and lengths, m: with what the lines pull. ``tension_error``: share of the platform's
     weight by which that may be off. ``power_lost``: whether counters have begun anew since the lengths were saved.
+    ``laid``: kg that have left the model's platform.
     """
 
     model: Model
@@ -50,6 +51,7 @@ class HomingSettings:
     tensions: Callable[[Array, Array], Array] = lambda shown, _lengths: shown
     tension_error: float = 0.1
     power_lost: Callable[[], bool] = lambda: False
+    laid: Callable[[], float] = lambda: 0.0
 
 
 class Homing:
@@ -189,7 +191,8 @@ class Homing:
                 return (
                     f"the platform would be outside the frame: {axis} = {at:.3f} m; {least:g} to {most:g} m is allowed"
                 )
-        found = balance(self.settings.model, place, tensions, self.settings.tension_error)
+        own = self.settings
+        found = balance(own.model, place, tensions, own.tension_error, own.laid())
         if not found.holds:
             return found.sentence()
         self.notes.append(f"{unseen} by less than {found.reach:.2f} m: from there on the tensions show it")

@@ -70,7 +70,7 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
     good = balanced(equilibrium)
     if single and not good:
         raise AnswerError(equilibrium.sentence())
-    solved = _as_elastic(equilibrium) if equilibrium.model.fidelity.cable is CableLaw.RIGID else equilibrium
+    solved = as_elastic(equilibrium) if equilibrium.model.fidelity.cable is CableLaw.RIGID else equilibrium
     rows, m, n = equilibrium.code.size, equilibrium.model.m, equilibrium.model.n
     tangent, axial = np.zeros((rows, n, n)), np.zeros((rows, m))
     chords, arms = np.zeros((rows, m, 3)), np.zeros((rows, m, 3))
@@ -106,13 +106,20 @@ def _elastic_part(equilibrium: Equilibrium, chords: Array, axial: Array, arms: A
     return np.asarray(np.einsum("...m,...mi,...mj->...ij", axial, wrenches, wrenches))
 
 
-def _as_elastic(equilibrium: Equilibrium) -> Equilibrium:
-    """Return an equilibrium of rigid lines as one of elastic lines with the same tensions at the same pose."""
+def as_elastic(equilibrium: Equilibrium) -> Equilibrium:
+    """Return equilibria of rigid lines as those of elastic lines with the same tensions at the same poses.
+
+    Straight lines without weight are drawn, and balance, alike whether they stretch or not. Codes stay as they are.
+    """
     fidelity = Fidelity(CableLaw.ELASTIC, equilibrium.model.fidelity.sheave)
     model = Model(equilibrium.model.robot, fidelity, equilibrium.model.tension_limits)
     lines, states = LineNumbers(equilibrium.packed.lines.copy()), LineStates(equilibrium.states.copy())
+    before = lines.spans * states.free_length + states.dead_length
+    contact = equilibrium.lengths - before - np.where(lines.has_dead_span, 0.0, lines.dead_length)
     lines.compliances = model.lines.compliances
     states.free_length /= 1.0 + states.tension * model.lines.free_compliance
     states.dead_length /= 1.0 + states.tension * model.lines.dead_compliance
+    arc = contact * (1.0 / (1.0 + states.tension * model.lines.arc_compliance) - 1.0)
+    lengths = equilibrium.lengths + (lines.spans * states.free_length + states.dead_length - before) + arc
     packed = equilibrium.packed._replace(lines=lines.array)
-    return replace(equilibrium, model=model, packed=packed, states=states.array)
+    return replace(equilibrium, model=model, packed=packed, states=states.array, lengths=lengths)

@@ -1,4 +1,4 @@
-"""A box that contains the pose, as `cablewright.solvers.pose_hull` finds it; apart from the search, which few ask for."""
+"""A box that contains the pose, as `cablewright.solvers.pose_hull` finds it: apart from that search, which few need."""
 
 from __future__ import annotations
 

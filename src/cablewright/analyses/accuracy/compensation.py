@@ -44,9 +44,15 @@ class Compensation:
         full = held.model
         if self.fidelity == full.fidelity:
             return held.lengths
+        found = self.solved(full, poses, retraction=retraction).lengths
+        if home is None:
+            return found
+        return found + (home.lengths - self.solved(full, home.pose, path=False).checked().lengths)
+
+    def solved(self, full: Model, poses: Array, *, retraction: Array | None = None, path: bool = True) -> Equilibrium:
+        """Solve *poses* by the model of this compensation of the robot of *full*; *path*: they are neighbours."""
         model = Model(full.robot, self.fidelity, full.tension_limits)
-        found = solve_inverse(model, poses, path=True, retraction=retraction).lengths
-        return found if home is None else found + (home.lengths - solve_inverse(model, home.pose).checked().lengths)
+        return solve_inverse(model, poses, path=path, retraction=retraction)
 
 
 COMPENSATIONS: Final = {

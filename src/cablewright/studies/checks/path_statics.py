@@ -13,6 +13,7 @@ from cablewright.analyses.feasibility import LineQuantities
 from cablewright.analyses.inertia_forces import InertiaEffects
 from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium
+from cablewright.models.stiffness import as_elastic
 from cablewright.paging import let_go
 
 
@@ -42,9 +43,8 @@ class PathStatics:
         def reached(lengths: Array, near: Array) -> Array:
             return Reached.of(full, lengths, near, retraction=retraction, path=True).poses
 
-        rigid, elastic = (
-            COMPENSATIONS[name].lengths(held, poses, retraction=retraction) for name in ("none", "elastic")
-        )
+        straight = COMPENSATIONS["none"].solved(full, poses, retraction=retraction)
+        rigid, elastic = straight.lengths, as_elastic(straight).lengths
         uncompensated = reached(rigid, poses)
         start = np.where(np.isnan(uncompensated), poses, uncompensated)
         return cls(

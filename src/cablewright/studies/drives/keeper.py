@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -54,6 +55,8 @@ class LengthKeeper:
         self.machine: Remembering | None = None  # whose counts these are
         self.found: ReckoningState | None = None  # since homing has passed the lengths, in this session
         self.doubt = ""  # why they are not believed any more, until homing passes them again
+        self.laid: Callable[[], float] = lambda: 0.0
+        """Powder, kg, that has left the drum since it was filled: only a print knows it, by hand the drum is full."""
         self._saved = self._read()
 
     @property
@@ -156,7 +159,7 @@ class KeptEstimator:
             and len(pulls[-1].tensions) == len(estimate.lengths)
         ):
             tensions = keeper.tensions(pulls[-1].tensions, estimate.lengths)
-            keeper.doubt = self._carried.judge(estimate.position, tensions, frame.time)
+            keeper.doubt = self._carried.judge(estimate.position, tensions, frame.time, keeper.laid())
             if keeper.doubt:
                 keeper.found = None
                 self._carried.forget()

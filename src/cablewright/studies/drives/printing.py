@@ -153,6 +153,7 @@ def print_on_drives(
     }
     archive, epoch, begin = _taken_up(folder) if resume and not restart else (None, datetime.now(UTC), 0.0)
     printer = machine.printer(path, law, procedures, archive, begin)
+    machine.reckon_powder(printer)
     if not option:
         make_folder(folder)
     with alone_in(folder):

@@ -109,6 +109,7 @@ class RealMachine:
                 keeper.tensions,
                 self.settings.drives.tension_error,
                 lambda: self.machine.power_lost,
+                lambda: keeper.laid(),
             )
         )
 
@@ -170,6 +171,12 @@ class RealMachine:
         return Printer(
             plan, self.machine, lambda place, _radii: KeptEstimator(self.keeper, place), now=begin, archive=archive
         )
+
+    def reckon_powder(self, printer: Printer) -> None:
+        """From now on the drum has lost what *printer*, which prints, reckons; without a valve nothing leaves it."""
+        assert self.settings.drives is not None
+        if self.settings.drives.valve is not None and printer.plan.flow > 0.0:
+            self.keeper.laid = lambda: printer.plan.powder - printer.powder
 
     def _require_torque(self, path: TimedPath) -> None:
         """Raise `InputError` where the drives cannot hold the platform on a path."""

@@ -170,6 +170,8 @@ class DriveStation:
         if self.port is not None:  # virtual time
             machine.machine = paced  # type: ignore[assignment]
         printer = machine.printer(path, "model", procedures)
+        if job is not None:
+            machine.reckon_powder(printer)
         epoch = datetime.now(UTC).replace(microsecond=0)
         head = LogHead(self.robot, owner, owner.period, kind="real", epoch=epoch)
         assert owner.drives is not None
