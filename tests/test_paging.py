@@ -12,7 +12,7 @@ import pytest
 
 from cablewright import paging
 from cablewright.arrays import Array
-from cablewright.paging import Room, let_go
+from cablewright.paging import Room, blocks, in_room, let_go, taken
 
 SHAPE = (1 << 14, 4)
 in_files = pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="no promise of room in a file")
@@ -65,3 +65,28 @@ def test_a_small_array_and_one_without_a_folder_are_in_memory(room: Room) -> Non
     values[:] = 1.0
     let_go(values)
     assert (values == 1.0).all()
+
+
+@pytest.mark.parametrize("folder", [False, pytest.param(True, marks=in_files)])
+def test_rows_that_are_taken_are_those_rows(folder: bool, tmp_path: Path) -> None:
+    values = Room(tmp_path if folder else None).empty((1 << 16, 3))
+    values[:] = np.random.default_rng(5).normal(size=values.shape)
+    rows = np.flatnonzero(np.random.default_rng(6).random(len(values)) < 0.4)
+    assert np.array_equal(taken(values, rows), values[rows])
+    assert np.array_equal(taken(values[:, 1], rows), values[rows, 1])
+    assert taken(values, rows[:0]).shape == (0, 3)
+
+
+@in_files
+def test_a_dataclass_moves_into_a_room_as_it_is(tmp_path: Path) -> None:
+    pair = Pair(np.arange(1 << 16, dtype=float), np.zeros((0, 2)))
+    moved = in_room(pair, Room(tmp_path))
+    assert np.array_equal(moved.one, pair.one)
+    assert moved.other.shape == (0, 2)
+    assert moved.one is not pair.one
+    assert not moved.one.flags.writeable
+
+
+@pytest.mark.parametrize(("rows", "size", "wanted"), [(0, 3, []), (3, 3, [(0, 3)]), (7, 3, [(0, 3), (3, 6), (6, 7)])])
+def test_blocks_cover_all_rows_once(rows: int, size: int, wanted: list[tuple[int, int]]) -> None:
+    assert [(at.start, at.stop) for at in blocks(rows, size)] == wanted

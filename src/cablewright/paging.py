@@ -4,15 +4,25 @@ from __future__ import annotations
 
 import mmap
 import os
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from cablewright.arrays import Indices
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
+
 SMALL: Final = 1 << 18  # bytes, of an array that memory has room for
+BLOCK: Final = 1 << 16  # rows of large arrays that are worked on at a time
+_TAKEN: Final = 1 << 13  # rows that are taken at a time: those between them are read too
 
 
 @dataclass(frozen=True)
@@ -35,14 +45,52 @@ class Room:
         return np.frombuffer(mapped, dtype).reshape(shape)
 
 
+MEMORY: Final = Room()
+"""Room in memory."""
+
+
+def blocks(rows: int, size: int | None = None) -> Iterator[slice]:
+    """Slices of so many *rows*, in order, each of *size* rows at most, by default `BLOCK`."""
+    size = size or BLOCK
+    for first in range(0, rows, size):
+        yield slice(first, min(first + size, rows))
+
+
+def taken(values: NDArray[Any], rows: Indices) -> NDArray[Any]:
+    """Return the *rows* (r,), rising, of a large array (k, ...), read some at a time."""
+    found = np.empty((len(rows), *values.shape[1:]), values.dtype)
+    for at in blocks(len(rows), _TAKEN):
+        found[at] = values[rows[at]]
+        let_go(values)
+    return found
+
+
+def in_room(values: T, room: Room) -> T:
+    """Return a dataclass whose arrays are those of *values*, read-only, but in a *room*."""
+    return replace(values, **{each.name: _moved(getattr(values, each.name), room) for each in fields(values)})
+
+
+def _moved(value: Any, room: Room) -> Any:
+    if not isinstance(value, np.ndarray):
+        return value
+    moved = room.empty(value.shape, value.dtype)
+    moved[:] = value
+    moved.setflags(write=False)
+    let_go(moved)
+    return moved
+
+
 def let_go(values: Any) -> None:
-    """Let memory drop what it holds of an array in a file, or of those in a dataclass; it is read again when used."""
+    """Let memory drop what it holds of an array in a file, or of those in a dataclass or tuple; it is read again."""
     if isinstance(values, np.ndarray):
         base: Any = values
         while isinstance(base, np.ndarray | memoryview):
             base = base.base if isinstance(base, np.ndarray) else base.obj
         if isinstance(base, mmap.mmap) and hasattr(base, "madvise"):
             base.madvise(mmap.MADV_DONTNEED)
+    elif isinstance(values, tuple):
+        for each in values:
+            let_go(each)
     elif is_dataclass(values):
         for each in fields(values):
             let_go(getattr(values, each.name))

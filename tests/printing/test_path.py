@@ -87,7 +87,7 @@ def test_nothing_left_or_too_far(read):
 
 
 def test_too_fine_a_step(read, monkeypatch):
-    with pytest.raises(InputError, match="step = 1e-12 m: more than 5000000 samples"):
+    with pytest.raises(InputError, match="step = 1e-12 m: more than 20000000 samples"):
         sample(read(SQUARE), step=1e-12)
     with pytest.raises(InputError, match="step"):
         sample(read(SQUARE), step=1e-320)

@@ -8,7 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cablewright import paging
 from cablewright.printing.job import Job
+from cablewright.printing.layers import layer_table
 from cablewright.printing.path import Samples, sample
 from cablewright.printing.timing import accelerations, corner_speeds, time_law
 
@@ -195,3 +197,23 @@ def test_a_reversal_stops_with_the_limit_and_no_more(read) -> None:
     law = time_law(samples, 0.5)
     found = accelerations(samples, law, corner_speeds(samples, 0.5, 0.005), 0.5, slice(0, None))
     assert np.linalg.norm(found, axis=2).max() == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("jerk", [None, 2.0])
+@pytest.mark.parametrize("size", [1, 2, 7])
+@given(legs=PATHS, step=STEPS, acceleration=ACCELERATIONS)
+def test_a_path_in_blocks_is_the_same_path(read, size: int, jerk: float | None, legs, step, acceleration) -> None:
+    def all_of() -> list[np.ndarray]:
+        samples = samples_of(read, legs, step)
+        law = time_law(samples, acceleration, jerk=jerk)
+        layers = layer_table(samples, law)
+        own = [*vars(samples).values(), *vars(law).values(), corner_speeds(samples, acceleration, 5e-3)]
+        lengths = [layers.extruded_length, layers.travel_length, layers.duration]
+        exact = [layers.number, layers.z, layers.first, layers.stop]
+        return [*map(np.asarray, own), *exact, np.round(np.stack(lengths), 9)]
+
+    whole = all_of()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(paging, "BLOCK", size)
+        for one, other in zip(whole, all_of(), strict=True):
+            np.testing.assert_array_equal(one, other)

@@ -116,8 +116,9 @@ class TestNo:
             assert name in no.verdict
 
     def test_a_path_that_the_model_does_not_meet_is_no_yes(self, found: Check) -> None:
-        off = dataclasses.replace(found.statics, compensated=found.statics.compensated + 1e-3)
-        no = dataclasses.replace(found, statics=off)
+        no = dataclasses.replace(
+            found, errors=dataclasses.replace(found.errors, compensated=found.errors.compensated + 1e-3)
+        )
         assert not no.feasible
         says = "house-printer cannot be shown to print square: the compensated path is not met at"
         assert verdict(no, 0).startswith(f"{says} {len(found.samples)} samples, first in layer 1, G-code line ")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array, Mask
 from cablewright.errors import Status
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import let_go
+from cablewright.paging import blocks, let_go
 from cablewright.results import Figure
 from cablewright.robot import Line, Robot
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
@@ -146,7 +146,6 @@ def judge(
     findings = [_frame(robot, positions)]
     for limit in LIMITS:
         findings += _worst_line(limit, limit.values(lines), robot)
-        let_go(limit.values(lines))
     findings += _statics(codes, violations)
     return ranked(findings)
 
@@ -200,13 +199,20 @@ _ROUNDING = 1e-9
 def _worst_line(limit: Limit, values: Array, robot: Robot) -> list[Finding]:
     """The finding of the line with the smallest margin; none where no line has this limit."""
     allowed = limit.allowed(robot.lines)
-    margins = np.minimum(values - allowed[:, 0], allowed[:, 1] - values).T  # (m, k)
-    margins[np.isnan(margins)] = np.inf
-    if not np.isfinite(margins.min(initial=np.inf)):
+    least, rows, violations = np.full(len(allowed), np.inf), np.zeros(len(allowed), dtype=np.int64), 0
+    for block in blocks(len(values)):
+        own = values[block]
+        margins = np.minimum(own - allowed[:, 0], allowed[:, 1] - own)
+        margins[np.isnan(margins)] = np.inf
+        at = margins.argmin(axis=0)
+        smaller = margins.min(axis=0) < least
+        least, rows = np.where(smaller, margins.min(axis=0), least), np.where(smaller, block.start + at, rows)
+        violations += int(_beyond(own, allowed).any(axis=1).sum())
+        let_go(values)
+    if not np.isfinite(least.min(initial=np.inf)):
         return []
-    i, at = (int(index) for index in np.unravel_index(margins.argmin(), margins.shape))
-    violations = int(_beyond(values, allowed).any(axis=1).sum())
-    smallest = float(margins[i, at]) if violations else max(float(margins[i, at]), 0.0)
+    i = int(least.argmin())
+    at, smallest = int(rows[i]), float(least[i]) if violations else max(float(least[i]), 0.0)
     bounds = float(allowed[i, 0]), float(allowed[i, 1])
     return [
         Finding(limit.name, limit.unit, smallest, float(values[at, i]), bounds, robot.lines[i].name, at, violations)
@@ -216,13 +222,16 @@ def _worst_line(limit: Limit, values: Array, robot: Robot) -> list[Finding]:
 def _frame(robot: Robot, positions: Array) -> Finding:
     """The finding of the frame: the coordinate with the smallest margin."""
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
-    margins = np.minimum(positions - low, high - positions)
-    at = int(np.argmin(margins.min(axis=1)))
-    axis = int(np.argmin(margins[at]))
-    violations = int((margins.min(axis=1) < 0.0).sum())
-    allowed = (float(low[axis]), float(high[axis]))
-    name = f"frame, {'xyz'[axis]}"
-    return Finding(name, "m", float(margins[at, axis]), float(positions[at, axis]), allowed, None, at, violations)
+    at, least, violations = 0, np.inf, 0
+    for block in blocks(len(positions)):
+        margins = np.minimum(positions[block] - low, high - positions[block]).min(axis=1)
+        if margins.min() < least:
+            at, least = block.start + int(margins.argmin()), margins.min()
+        violations += int((margins < 0.0).sum())
+    margins = np.minimum(positions[at] - low, high - positions[at])
+    axis = int(np.argmin(margins))
+    allowed, name = (float(low[axis]), float(high[axis])), f"frame, {'xyz'[axis]}"
+    return Finding(name, "m", float(margins[axis]), float(positions[at, axis]), allowed, None, at, violations)
 
 
 def _statics(codes: NDArray[np.int64], violations: Array) -> list[Finding]:

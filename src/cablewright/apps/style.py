@@ -28,7 +28,7 @@ from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array, Indices
+from cablewright.arrays import Array
 
 # The palette of Okabe and Ito.
 BLUE: Final = "#0072b2"
@@ -175,9 +175,9 @@ def cells(axes: Axes, across: Array, up: Array, values: Array, colours: ScalarMa
     return axes.pcolormesh(across, up, shown, shading="nearest", cmap=colours.get_cmap(), norm=norm, **options)
 
 
-def pieces(axes: Axes, flat: Array, begin: Indices, end: Indices, values: Array, **look: Any) -> LineCollection:
-    """Draw pieces of a path, from rows *begin* to rows *end* of its points *flat* (k, 2), coloured by *values*."""
-    ends = np.stack([flat[begin], flat[end]], axis=1)
+def pieces(axes: Axes, begin: Array, end: Array, values: Array, **look: Any) -> LineCollection:
+    """Draw straight pieces from points *begin* (p, 2) to points *end* (p, 2), coloured by *values* (p,)."""
+    ends = np.stack([begin, end], axis=1)
     bundle = LineCollection(ends, array=values, capstyle="round", **look)  # type: ignore[arg-type]  # (p, 2, 2) is one
     axes.add_collection(bundle)
     return bundle

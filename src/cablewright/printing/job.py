@@ -15,6 +15,7 @@ from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError
+from cablewright.paging import MEMORY, Room
 from cablewright.printing.gcode import SHORTEST_ARC_STEP, SMALLEST_ARC_ERROR, parse
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.numeric_path import Helix, RandomCurve
@@ -132,17 +133,17 @@ class Job(FileDescription):
             return parse(self.path, step, progress, arc_error=error, material=self.material)
         return self.path.toolpath()
 
-    def samples(self, toolpath: Toolpath, step: float = DEFAULT_STEP) -> Samples:
+    def samples(self, toolpath: Toolpath, step: float = DEFAULT_STEP, room: Room = MEMORY) -> Samples:
         """Sample the toolpath in machine coordinates, by the step of `sampling` or else *step*, m.
 
-        Raises `InputError`.
+        *room*: for the samples. Raises `InputError`.
         """
         speeds = self.motion.print_speed, self.motion.travel_speed
-        return sample(toolpath, self.scale, self.origin, self.sampling.step or step, *speeds)
+        return sample(toolpath, self.scale, self.origin, self.sampling.step or step, *speeds, room)
 
-    def time_law(self, samples: Samples) -> TimeLaw:
-        """Return the time law of the samples under the limits of motion."""
-        return time_law(samples, self.motion.acceleration, self.motion.corner_deviation, self.motion.jerk)
+    def time_law(self, samples: Samples, room: Room = MEMORY) -> TimeLaw:
+        """Return the time law of the samples under the limits of motion. *room*: for it, where jerk has no limit."""
+        return time_law(samples, self.motion.acceleration, self.motion.corner_deviation, self.motion.jerk, room)
 
 
 def load_job(path: str | Path) -> Job:

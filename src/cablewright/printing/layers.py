@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
+from cablewright.paging import blocks, let_go
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 
@@ -35,24 +36,37 @@ class LayerTable:
 
 def layer_table(samples: Samples, law: TimeLaw) -> LayerTable:
     """Return the sums over each layer of ``samples`` timed by ``law``. The segment before a sample is of its layer."""
-    changes = np.flatnonzero(np.diff(samples.layer)) + 1
-    first = np.concatenate([np.zeros(1, dtype=np.int64), changes])
-    stop = np.append(changes, len(samples))
-    length = np.diff(samples.distance, prepend=0.0)
-    left = law.time + samples.dwell  # when each sample is left
-    spent = np.diff(left, prepend=0.0)
-    height = np.where(samples.extruding, samples.positions[:, 2], -np.inf)
-    z = np.maximum.reduceat(height, first)
-    columns = (
-        samples.layer[first],
-        np.where(np.isfinite(z), z, np.nan),
-        np.add.reduceat(np.where(samples.extruding, length, 0.0), first),
-        np.add.reduceat(np.where(samples.extruding, 0.0, length), first),
-        np.add.reduceat(spent, first),
-        first,
-        stop,
-    )
-    kept = [column[samples.layer[first] > 0] for column in columns]
+    first = np.concatenate([np.zeros(1, dtype=np.int64), _changes(samples.layer)])
+    stop = np.append(first[1:], len(samples))
+    z = np.full(len(first), -np.inf)
+    extruded, travelled, spent = np.zeros((3, len(first)))
+    for at in blocks(len(samples)):
+        visits = np.arange(np.searchsorted(first, at.start, side="right") - 1, np.searchsorted(first, at.stop))
+        begin = np.maximum(first[visits], at.start) - at.start  # of each visit, in this block
+        laid, ends = samples.extruding[at], slice(max(at.start - 1, 0), at.stop)
+        height = np.where(laid, samples.positions[at, 2], -np.inf)
+        z[visits] = np.maximum(z[visits], np.maximum.reduceat(height, begin))
+        length, duration = (
+            _gained(each, at) for each in (samples.distance[ends], law.time[ends] + samples.dwell[ends])
+        )
+        extruded[visits] += np.add.reduceat(np.where(laid, length, 0.0), begin)
+        travelled[visits] += np.add.reduceat(np.where(laid, 0.0, length), begin)
+        spent[visits] += np.add.reduceat(duration, begin)
+        let_go((samples, law))
+    number = samples.layer[first]
+    columns = (number, np.where(np.isfinite(z), z, np.nan), extruded, travelled, spent, first, stop)
+    kept = [column[number > 0] for column in columns]
     for column in kept:
         column.setflags(write=False)
     return LayerTable(*kept)
+
+
+def _changes(layer: NDArray[np.int32]) -> NDArray[np.int64]:
+    """The samples whose layer is not that of the one before, in order."""
+    changed = [np.flatnonzero(np.diff(layer[at.start : at.stop + 1])) + at.start for at in blocks(len(layer) - 1)]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *changed]) + 1
+
+
+def _gained(reached: Array, at: slice) -> Array:
+    """What each sample of a block adds; *reached* until each, and until the one before the block where there is one."""
+    return np.diff(reached, prepend=0.0) if at.start == 0 else np.diff(reached)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Final
+from dataclasses import dataclass, fields
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
+from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.toolpath import Toolpath
 
-MAX_SAMPLES: Final = 5_000_000  # about 1 GB while they are computed
+MAX_SAMPLES: Final = 20_000_000  # 1.4 GB, on the disk where there is room for them
 _SHORTEST_MOVE: Final = 1e-9  # m, shorter moves are rounding
 
 
@@ -46,12 +47,20 @@ class Samples:
     @property
     def extruded_length(self) -> float:
         """Length (m) with extrusion."""
-        return float(np.diff(self.distance)[self.extruding[1:]].sum())
+        return self._length(laid=True)
 
     @property
     def travel_length(self) -> float:
         """Length (m) without extrusion."""
-        return float(np.diff(self.distance)[~self.extruding[1:]].sum())
+        return self._length(laid=False)
+
+    def _length(self, *, laid: bool) -> float:
+        found = 0.0
+        for at in blocks(len(self) - 1):
+            pieces = np.diff(self.distance[at.start : at.stop + 1])
+            found += float(pieces[self.extruding[at.start + 1 : at.stop + 1] == laid].sum())
+            let_go((self.distance, self.extruding))
+        return found
 
 
 def sample(
@@ -61,20 +70,24 @@ def sample(
     step: float = 0.05,
     print_speed: float = float("inf"),
     travel_speed: float = float("inf"),
+    room: Room = MEMORY,
 ) -> Samples:
     """Sample ``toolpath`` at the end of every move and in steps of at most ``step`` (m, machine).
 
     Lengths of the file are multiplied by ``scale``, then shifted by ``origin`` (m, machine). A move's speed limit is
     its feed times ``scale``, but at most ``print_speed`` where it extrudes and ``travel_speed`` where not (m/s). Moves
-    of zero length (a nanometre or less) give no sample; their dwell is that of the last sample before.
+    of zero length (a nanometre or less) give no sample; their dwell is that of the last sample before. ``room``: for
+    the samples.
 
     Raises `InputError` for more than `MAX_SAMPLES`, a path beyond `MAX_COORDINATE`, or one without length.
     """
-    start = toolpath.start * scale + origin
-    end = toolpath.end * scale + origin
-    if not max(np.abs(start).max(), np.abs(end).max()) <= MAX_COORDINATE:
-        raise InputError(f"the scaled path leaves the {MAX_COORDINATE:.0f} m about the machine's zero")
-    length = np.linalg.norm(end - start, axis=1)
+    length = np.empty(len(toolpath.start))
+    for at in blocks(len(length)):
+        start, end = toolpath.start[at] * scale + origin, toolpath.end[at] * scale + origin
+        if not max(np.abs(start).max(), np.abs(end).max()) <= MAX_COORDINATE:
+            raise InputError(f"the scaled path leaves the {MAX_COORDINATE:.0f} m about the machine's zero")
+        length[at] = np.linalg.norm(end - start, axis=1)
+        let_go(toolpath)
     moves = np.flatnonzero(length > _SHORTEST_MOVE)
     if len(moves) == 0:
         raise InputError(f"the scaled path has no move longer than {_SHORTEST_MOVE} m")
@@ -84,36 +97,54 @@ def sample(
         raise InputError(f"step = {step:g} m: more than {MAX_SAMPLES} samples; give a longer step")
     count = pieces.astype(np.int64)
     last = np.cumsum(count)  # the sample at the end of each move that has a length
-    move = np.repeat(moves, count)
+    samples = _empty(int(last[-1]) + 1, room)
+    speeds = scale, print_speed, travel_speed
+    _write(samples, slice(0, 1), toolpath, moves[:1], speeds)
+    samples.positions[0], samples.distance[0] = toolpath.start[moves[0]] * scale + origin, 0.0
+    samples.extruding[0] = False
+    for at in blocks(int(last[-1])):
+        rows = np.arange(at.start, at.stop)
+        own = np.searchsorted(last, rows, side="right")  # of `moves`: where each sample is
+        move, into = moves[own], slice(at.start + 1, at.stop + 1)
+        _write(samples, into, toolpath, move, speeds)
+        start, end = toolpath.start[move] * scale + origin, toolpath.end[move] * scale + origin
+        fraction = (rows - (last - count)[own] + 1) / count[own]
+        ends = rows + 1 == last[own]
+        samples.positions[into] = start + fraction[:, None] * (end - start)
+        samples.positions[into][ends] = end[ends]  # exactly, without rounding of the fractions
+        steps = length[move] / count[own]
+        samples.distance[into] = np.cumsum(np.concatenate([samples.distance[at.start : at.start + 1], steps]))[1:]
+        let_go((samples, toolpath))
+    waits = np.flatnonzero(toolpath.dwell)
+    before = np.searchsorted(moves, waits, side="right")  # moves with a length until each that waits
+    np.add.at(samples.dwell, np.concatenate([[0], last])[before], toolpath.dwell[waits])
+    for each in fields(samples):
+        getattr(samples, each.name).setflags(write=False)
+    return samples
 
-    fraction = (np.arange(len(move)) - np.repeat(last - count, count) + 1) / np.repeat(count, count)
-    positions = np.empty((len(move) + 1, 3))
-    positions[0] = start[moves[0]]
-    positions[1:] = start[move] + fraction[:, None] * (end - start)[move]
-    positions[last] = end[moves]  # exactly, without rounding of the fractions
 
-    reached = np.zeros(len(length) + 1, dtype=np.int64)  # last sample after each move, of zero length or not
-    reached[moves + 1] = count
-    dwell = np.bincount(np.cumsum(reached)[1:], weights=toolpath.dwell, minlength=len(positions))
-    extruding = toolpath.extruding
-    limit = np.minimum(toolpath.feed * scale, np.where(extruding, print_speed, travel_speed))
-    with_first = np.concatenate([move[:1], move])
-    laying = extruding[with_first]
-    laying[0] = False
-    return _frozen(
-        positions=positions,
-        distance=np.concatenate([[0.0], np.cumsum(np.repeat(length[moves] / count, count))]),
-        speed_limit=limit[with_first],
-        dwell=dwell,
-        move=with_first,
-        extruding=laying,
-        layer=toolpath.layer[with_first],
-        line=toolpath.line[with_first],
+def _write(
+    samples: Samples, at: slice, toolpath: Toolpath, move: NDArray[np.int64], speeds: tuple[float, float, float]
+) -> None:
+    """Write what samples have of their *move* (b,); *speeds*: scale of the feed, most while printing and between."""
+    scale, printing, travelling = speeds
+    samples.move[at], samples.layer[at], samples.line[at] = move, toolpath.layer[move], toolpath.line[move]
+    samples.extruding[at] = toolpath.extruding[move]
+    samples.speed_limit[at] = np.minimum(
+        toolpath.feed[move] * scale, np.where(samples.extruding[at], printing, travelling)
     )
+    samples.dwell[at] = 0.0
 
 
-def _frozen(**columns: NDArray[Any]) -> Samples:
-    """Build `Samples` of read-only arrays."""
-    for column in columns.values():
-        column.setflags(write=False)
-    return Samples(**columns)
+def _empty(rows: int, room: Room) -> Samples:
+    """Samples without numbers."""
+    return Samples(
+        positions=room.empty((rows, 3)),
+        distance=room.empty((rows,)),
+        speed_limit=room.empty((rows,)),
+        dwell=room.empty((rows,)),
+        move=room.empty((rows,), np.int64),
+        extruding=room.empty((rows,), np.bool_),
+        layer=room.empty((rows,), np.int32),
+        line=room.empty((rows,), np.int32),
+    )

@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array
+from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.jerk import Knots, averaged, extreme_accelerations, refined, widened
 from cablewright.printing.path import Samples
 
@@ -31,24 +33,67 @@ class TimeLaw:
 
 
 def time_law(
-    samples: Samples, acceleration: float, corner_deviation: float = 5e-3, jerk: float | None = None
+    samples: Samples,
+    acceleration: float,
+    corner_deviation: float = 5e-3,
+    jerk: float | None = None,
+    room: Room = MEMORY,
 ) -> TimeLaw:
     """Return the fastest time law from rest to rest.
 
     ``acceleration`` (m/s^2) limits the change of speed along the path and, with ``corner_deviation`` (m), the speed at
     corners. Between two samples the speed may rise above both and fall again, but never above the segment's limit.
-    ``jerk`` (m/s^3) limits the change of acceleration along the path: see `printing/jerk.py`.
+    ``jerk`` (m/s^3) limits the change of acceleration along the path: see `printing/jerk.py`; such a law is computed
+    in memory. ``room``: for any other law.
     """
     limit = samples.speed_limit[1:]  # (k - 1,)
-    corner = corner_speeds(samples, acceleration, corner_deviation)
+    corner = corner_speeds(samples, acceleration, corner_deviation, room)
     corner[0] = corner[-1] = 0.0
-    corner[samples.dwell > 0] = 0.0
+    for at in blocks(len(samples)):
+        corner[at][samples.dwell[at] > 0] = 0.0
     if jerk is not None:
         return _smooth(samples, limit, corner, acceleration, 2.0 * acceleration / jerk)
-    ride = _ride(samples.distance, limit, corner, acceleration)
-    time = np.zeros(len(samples))
-    np.cumsum(ride.spent + samples.dwell[:-1], out=time[1:])
-    return _frozen(time, ride.speed, _extremes(ride, acceleration), samples.dwell[-1])
+    time, speed = room.empty((len(samples),)), room.empty((len(samples),))
+    extremes = room.empty((len(samples) - 1, 2))
+    _square_speeds(samples.distance, limit, corner, acceleration, speed)
+    time[0] = 0.0
+    for at in blocks(len(extremes)):
+        ends = slice(at.start, at.stop + 1)
+        ride = _ride(samples.distance[ends], limit[at], speed[ends], acceleration)
+        speed[at] = ride.speed[:-1]
+        extremes[at] = _extremes(ride, acceleration)
+        time[ends] = np.cumsum(np.concatenate([time[at.start : at.start + 1], ride.spent + samples.dwell[at]]))
+        let_go((samples, corner, time, speed, extremes))
+    speed[-1] = np.sqrt(speed[-1])
+    return _frozen(time, speed, extremes, samples.dwell[-1])
+
+
+def _square_speeds(distance: Array, limit: Array, corner: Array, acceleration: float, found: Array) -> None:
+    """Write to *found* (k,), m^2/s^2, the greatest squares of speeds at *distance* (k,), m, within all limits.
+
+    These are *limit* (k - 1,) of segments and *corner* (k,) of places, m/s, and a rise and a fall by 2 a per metre.
+    """
+    least = np.inf
+    for at in blocks(len(distance)):
+        allowed, slope = _allowed(limit, corner, at), 2 * acceleration * distance[at]
+        rising = np.minimum.accumulate(np.minimum(allowed - slope, least))
+        found[at], least = rising + slope, rising[-1]
+        let_go((distance, limit, corner, found))
+    least = np.inf
+    for at in reversed(tuple(blocks(len(distance)))):
+        allowed, slope = _allowed(limit, corner, at), 2 * acceleration * distance[at]
+        falling = np.minimum.accumulate(np.minimum(allowed + slope, least)[::-1])[::-1]
+        found[at], least = np.clip(np.minimum(found[at], falling - slope), 0.0, allowed), falling[0]
+        let_go((distance, limit, corner, found))
+
+
+def _allowed(limit: Array, corner: Array, at: slice) -> Array:
+    """The greatest squares of speeds (b,) at places, by their corners and the segments about them."""
+    allowed = np.asarray(corner[at] ** 2)
+    near, first = limit[max(at.start - 1, 0) : at.stop], int(at.start == 0)
+    inside = allowed[first : first + len(near) - 1]  # all but the ends of the path
+    np.minimum(inside, np.minimum(near[:-1], near[1:]) ** 2, out=inside)
+    return allowed
 
 
 class _Ride(NamedTuple):
@@ -60,18 +105,9 @@ class _Ride(NamedTuple):
     spent: Array  # (k - 1,) s on each segment
 
 
-def _ride(distance: Array, limit: Array, corner: Array, acceleration: float) -> _Ride:
-    """Return the speeds at *distance* (k,), m, by *limit* (k - 1,) of segments and *corner* (k,) of places, m/s."""
-    segment = np.diff(distance)
-    allowed = corner**2
-    allowed[1:-1] = np.minimum(allowed[1:-1], np.minimum(limit[:-1], limit[1:]) ** 2)
-    # The squared speed may rise and fall by 2 a per metre: the greatest such curve below `allowed`.
-    slope = 2 * acceleration * distance
-    rising = np.minimum.accumulate(allowed - slope) + slope
-    falling = np.minimum.accumulate((allowed + slope)[::-1])[::-1] - slope
-    squared = np.clip(np.minimum(rising, falling), 0.0, allowed)
-    speed = np.sqrt(squared)
-
+def _ride(distance: Array, limit: Array, squared: Array, acceleration: float) -> _Ride:
+    """Return the speeds by `_square_speeds` (k,), at *distance* (k,), m, and within *limit* (k - 1,), m/s, between."""
+    segment, speed = np.diff(distance), np.sqrt(squared)
     begin, end = speed[:-1], speed[1:]
     mean_square = (squared[:-1] + squared[1:]) / 2
     peak = np.sqrt(np.minimum(limit**2, acceleration * segment + mean_square))
@@ -96,7 +132,9 @@ def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, 
     corners = np.full(len(places), np.inf)
     corners[own] = corner
     limits, corners = widened(places, limits, corners, window)
-    ride = _ride(places, limits, corners, acceleration)
+    squared = np.empty(len(places))
+    _square_speeds(places, limits, corners, acceleration, squared)
+    ride = _ride(places, limits, squared, acceleration)
     pause = np.zeros(len(places))
     pause[own] = np.where(corner == 0.0, window + samples.dwell, 0.0)
     pause[0] = samples.dwell[0]
@@ -159,24 +197,35 @@ def accelerations(samples: Samples, law: TimeLaw, corner: Array, acceleration: f
     return found
 
 
-def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float) -> Array:
+def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float, room: Room = MEMORY) -> Array:
     """Return the maximum speed (k,), m/s, at each sample by the corner there; inf within a move."""
-    speeds = np.full(len(samples), np.inf)
-    at = np.flatnonzero(np.diff(samples.move[1:])) + 1  # samples between two moves
-    if len(at) == 0:
-        return speeds
-    before = _direction(samples.positions[at] - samples.positions[at - 1])
-    after = _direction(samples.positions[at + 1] - samples.positions[at])
-    bounds = samples.distance[np.concatenate([[0], at, [len(samples) - 1]])]
-    shorter = np.minimum(np.diff(bounds)[:-1], np.diff(bounds)[1:])  # of the two moves, m
-
-    sine = np.linalg.norm(after - before, axis=1) / 2  # of half the turning angle
-    cosine = np.linalg.norm(after + before, axis=1) / 2
-    with np.errstate(divide="ignore"):
-        by_deviation = corner_deviation * cosine * (1 + cosine) / sine**2  # radius, m
-        by_length = shorter / 2 * cosine / sine
-    speeds[at] = np.sqrt(acceleration * np.minimum(by_deviation, by_length))
+    speeds = room.empty((len(samples),))
+    speeds[:] = np.inf
+    let_go(speeds)
+    corners = _corners(samples.move)
+    bounds = samples.distance[np.concatenate([[0], corners, [len(samples) - 1]])]
+    for some in blocks(len(corners)):
+        at, moves = corners[some], np.diff(bounds[some.start : some.stop + 2])
+        before = _direction(samples.positions[at] - samples.positions[at - 1])
+        after = _direction(samples.positions[at + 1] - samples.positions[at])
+        shorter = np.minimum(moves[:-1], moves[1:])  # of the two moves, m
+        sine = np.linalg.norm(after - before, axis=1) / 2  # of half the turning angle
+        cosine = np.linalg.norm(after + before, axis=1) / 2
+        with np.errstate(divide="ignore"):
+            by_deviation = corner_deviation * cosine * (1 + cosine) / sine**2  # radius, m
+            by_length = shorter / 2 * cosine / sine
+        speeds[at] = np.sqrt(acceleration * np.minimum(by_deviation, by_length))
+        let_go((samples, speeds))
     return speeds
+
+
+def _corners(move: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The samples between two moves, in order; *move* (k,): of each sample."""
+    found = []
+    for at in blocks(len(move) - 2):
+        found.append(at.start + 1 + np.flatnonzero(np.diff(move[at.start + 1 : at.stop + 2])))
+        let_go(move)
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
 def _direction(vectors: Array) -> Array:

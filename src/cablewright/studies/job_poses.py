@@ -9,6 +9,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
+from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.job import DEFAULT_STEP, Job
 from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule
@@ -21,20 +22,20 @@ INTERPOLATED: Final = 2e-5
 SHORTEST_STEP: Final = 5e-3  # m
 
 
-def sampled(robot: Robot, job: Job, toolpath: Toolpath) -> tuple[Samples, float]:
-    """Return the samples of *job*, and the maximum distance between them, m.
+def sampled(robot: Robot, job: Job, toolpath: Toolpath, room: Room = MEMORY) -> tuple[Samples, float]:
+    """Return the samples of *job*, and the maximum distance between them, m. *room*: for the samples.
 
     Where the job does not give it, it follows from the shortest line l that the path allows: a length interpolated over
     a step h is off by h^2 / (8 l) at most, here `INTERPOLATED`. Raises `InputError` for a path that cannot be sampled.
     """
     step = job.sampling.step or _step(robot, job, toolpath)
-    return job.samples(toolpath, step), step
+    return job.samples(toolpath, step, room), step
 
 
 def path_box(job: Job, toolpath: Toolpath) -> tuple[Array, Array]:
     """Return the lowest and the highest corner (3,) of the path, m, machine coordinates."""
-    ends = np.concatenate([toolpath.start[:1], toolpath.end]) * job.scale + job.origin
-    return ends.min(axis=0), ends.max(axis=0)
+    low = np.minimum(toolpath.start[0], toolpath.end.min(axis=0)) * job.scale + job.origin
+    return low, np.maximum(toolpath.start[0], toolpath.end.max(axis=0)) * job.scale + job.origin
 
 
 def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
@@ -52,12 +53,21 @@ def require_lines(robot: Robot, where: str) -> None:
         raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.freedoms} freedoms {where}")
 
 
-def along(robot: Robot, job: Job, samples: Samples) -> tuple[Array, Array | None]:
+def along(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> tuple[Array, Array | None]:
     """Return poses (k, n), m and rad, that bring the nozzle to the k samples, and retraction lengths (k,), m, or None.
 
-    As `poses_at`, which says what it raises.
+    *room*: for the poses. As `poses_at`, which says what it raises.
     """
-    return poses_at(robot, job, samples.positions)
+    _, drawn = poses_at(robot, job, samples.positions[:1])
+    if robot.n == 3 and drawn is None:
+        return samples.positions, None
+    poses, retraction = room.empty((len(samples), robot.n)), None if drawn is None else room.empty((len(samples),))
+    for at in blocks(len(samples)):
+        poses[at], drawn = poses_at(robot, job, samples.positions[at])
+        if retraction is not None and drawn is not None:
+            retraction[at] = drawn
+        let_go((samples.positions, poses))
+    return poses, retraction
 
 
 def poses_at(robot: Robot, job: Job, positions: Array) -> tuple[Array, Array | None]:

@@ -24,7 +24,7 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 from cablewright.models.coil import TURN
 from cablewright.models.drum import drum_of
-from cablewright.paging import let_go
+from cablewright.paging import blocks, let_go
 from cablewright.printing.job import Job
 from cablewright.robot import library_names, library_text
 from cablewright.studies.accuracy import AccuracyStudy
@@ -125,21 +125,25 @@ def write_check(
     write_manifest(folder, "check", inputs, options or {})
 
 
-def _turns(check: Check) -> dict[str, Array]:
+def _turns(check: Check, at: slice) -> dict[str, Array]:
     """Return the turns of each drum since the first sample, positive as it pays out, where its radius is known."""
     found = {}
-    for line, lengths in zip(check.robot.lines, check.lengths.T, strict=True):
+    for i, line in enumerate(check.robot.lines):
         drum = drum_of(line)
         if drum is not None:
-            angles = drum.angles(lengths)
-            found[f"turns {line.name}"] = np.round((angles - angles[0]) / TURN, 9)
+            begin = drum.angles(check.lengths[:1, i])
+            found[f"turns {line.name}"] = np.round((drum.angles(check.lengths[at, i]) - begin) / TURN, 9)
     return found
 
 
-def _laid(check: Check) -> Array:
-    """Return the length of strand (k,), m, laid until each sample."""
-    pieces = np.diff(check.samples.distance) * check.samples.extruding[1:]
-    return np.concatenate([[0.0], np.cumsum(pieces)])
+def _laid(check: Check, at: slice, before: float) -> Array:
+    """Return the length of strand (b,), m, laid until each of some samples; *before*: until the one before these."""
+    samples = check.samples
+    if at.start == 0:
+        pieces = np.diff(samples.distance[at]) * samples.extruding[at][1:]
+        return np.cumsum(np.concatenate([[before], pieces]))
+    pieces = np.diff(samples.distance[at.start - 1 : at.stop]) * samples.extruding[at]
+    return np.cumsum(np.concatenate([[before], pieces]))[1:]
 
 
 def _write_samples(check: Check, names: list[str], file: Path) -> None:
@@ -153,27 +157,26 @@ def _write_samples(check: Check, names: list[str], file: Path) -> None:
             sink, schema, compression="zstd", use_dictionary=whole, use_byte_stream_split=floats
         ) as out,
     ):
-        for at in _groups(check):
+        for at in blocks(len(check.samples), GROUP):
             out.write_table(_table(check, names, at))
-            let_go(check.statics)
+            let_go((check.statics, check.samples, check.law, check.poses))
 
 
 def _write_lengths(check: Check, names: list[str], file: Path) -> None:
     """Write what the winches pay out over time, some samples at a time."""
-    columns: dict[str, NDArray[Any]] = {"time": np.round(check.law.time, 6)}
-    columns |= {f"length {name}": np.round(check.lengths[:, i], 9) for i, name in enumerate(names)}
-    columns |= _turns(check)
-    columns |= {"laid": np.round(_laid(check), 6), "layer": check.samples.layer}
-    schema = pa.table({name: values[:1] for name, values in columns.items()}).schema
-    with pa.csv.CSVWriter(str(file), schema) as out:
-        for at in _groups(check):
-            out.write_table(pa.table({name: values[at] for name, values in columns.items()}, schema=schema))
 
+    def table(at: slice, laid: Array) -> pa.Table:
+        columns: dict[str, NDArray[Any]] = {"time": np.round(check.law.time[at], 6)}
+        columns |= {f"length {name}": np.round(check.lengths[at, i], 9) for i, name in enumerate(names)}
+        columns |= _turns(check, at) | {"laid": np.round(laid, 6), "layer": check.samples.layer[at]}
+        return pa.table(columns)
 
-def _groups(check: Check) -> Iterator[slice]:
-    """Rows of the files of a check that are made at a time."""
-    for first in range(0, len(check.samples), GROUP):
-        yield slice(first, first + GROUP)
+    laid = np.zeros(1)
+    with pa.csv.CSVWriter(str(file), table(slice(0, 1), laid).schema) as out:
+        for at in blocks(len(check.samples), GROUP):
+            laid = _laid(check, at, float(laid[-1]))
+            out.write_table(table(at, laid))
+            let_go((check.statics, check.samples, check.law))
 
 
 def job_hashes(path: Path, job: Job) -> dict[str, str]:

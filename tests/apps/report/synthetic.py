@@ -15,6 +15,7 @@ from cablewright.printing.layers import LayerTable, layer_table
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot, load, loads
 from cablewright.robot.uncertainty import ASSUMED, assumed_uncertainty
+from cablewright.studies.checks.path_errors import PathErrors
 from cablewright.studies.checks.path_statics import PathStatics
 from cablewright.studies.checks.result import Check
 
@@ -98,6 +99,27 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
     rate = np.gradient(span, axis=0) / np.maximum(np.gradient(law.time), 1e-6)[:, None] if k > 1 else 0 * span
     unknown = np.full((k, m), np.nan)
     findings = tuple(_findings(robot, samples, tensions))
+    statics = PathStatics(
+        codes=np.zeros(k, dtype=np.int64) if feasible else np.where(tensions[:, 0] <= np.median(tensions[:, 0]), 7, 0),
+        violations=np.zeros(k),
+        tensions=tensions,
+        displacement=np.full(k, 2e-3),
+        lines=LineQuantities(
+            lowest_tension=tensions - 4.0,
+            highest_tension=tensions + 0.5,
+            cable_length=span + 1e-3,
+            swing=swing if getattr(robot.lines[0].sheave, "swing", None) else unknown,
+            lever=-np.arctan2(drop, span) if getattr(robot.lines[0].sheave, "lever_range", None) else unknown,
+            winch_speed=np.clip(np.abs(rate), 0.0, 0.5),
+            winch_torque=tensions * winch.drum_radius if winch.drum_radius else unknown,
+            sheave_clearance=unknown,
+        ),
+        rigid_lengths=span,
+        lengths=span + 1e-3,
+        uncompensated=positions + sag[:, None] * down,
+        elastic_only=positions + 0.0003 * (1 + positions[:, 2:3] / 3) * down,
+        compensated=positions + wobble * down,
+    )
     check = Check(
         robot=robot,
         job=job,
@@ -105,29 +127,8 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         law=law,
         poses=positions,
         retraction=None,
-        statics=PathStatics(
-            codes=np.zeros(k, dtype=np.int64)
-            if feasible
-            else np.where(tensions[:, 0] <= np.median(tensions[:, 0]), 7, 0),
-            violations=np.zeros(k),
-            tensions=tensions,
-            displacement=np.full(k, 2e-3),
-            lines=LineQuantities(
-                lowest_tension=tensions - 4.0,
-                highest_tension=tensions + 0.5,
-                cable_length=span + 1e-3,
-                swing=swing if getattr(robot.lines[0].sheave, "swing", None) else unknown,
-                lever=-np.arctan2(drop, span) if getattr(robot.lines[0].sheave, "lever_range", None) else unknown,
-                winch_speed=np.clip(np.abs(rate), 0.0, 0.5),
-                winch_torque=tensions * winch.drum_radius if winch.drum_radius else unknown,
-                sheave_clearance=unknown,
-            ),
-            rigid_lengths=span,
-            lengths=span + 1e-3,
-            uncompensated=positions + sag[:, None] * down,
-            elastic_only=positions + 0.0003 * (1 + positions[:, 2:3] / 3) * down,
-            compensated=positions + wobble * down,
-        ),
+        statics=statics,
+        errors=PathErrors.of(robot, samples, positions, statics),
         findings=findings,
         toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
         expected=_expected(robot, samples),
@@ -153,7 +154,10 @@ def changed(check: Check, arrays: dict[str, np.ndarray], **fields) -> Check:
     lines = dataclasses.replace(
         check.statics.lines, **{name: values for name, values in arrays.items() if name not in ours}
     )
-    return dataclasses.replace(check, statics=dataclasses.replace(check.statics, lines=lines, **ours), **fields)
+    statics = dataclasses.replace(check.statics, lines=lines, **ours)
+    samples, poses = fields.get("samples", check.samples), fields.get("poses", check.poses)
+    errors = PathErrors.of(check.robot, samples, poses, statics)
+    return dataclasses.replace(check, statics=statics, errors=errors, **fields)
 
 
 def first_sample(check: Check, layers: LayerTable) -> tuple[Check, LayerTable]:

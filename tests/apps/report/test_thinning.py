@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from apps.report.synthetic import EXAMPLES
+from cablewright import paging
+from cablewright.apps.report import thinning
 from cablewright.apps.report.thinning import coarse_corners, worst_of_each_place
 from cablewright.printing.job import load_job
 
@@ -51,3 +53,23 @@ def test_nothing(house):
     none = np.empty(0, dtype=np.intp)
     assert len(coarse_corners(house, none, 10, 10)) == 0
     assert len(worst_of_each_place(house, none, np.zeros(len(house)), 10)) == 0
+
+
+@pytest.mark.parametrize("size", [97, 4096])
+def test_pieces_are_the_same_in_smaller_blocks(house, monkeypatch, size):
+    known = np.flatnonzero(house.extruding)[:60_000]
+    error = np.round(np.random.default_rng(2).random(len(house)), 2)  # with equals
+    wholes = worst_of_each_place(house, known, error, 3000), coarse_corners(house, known, 9000, 4)
+    monkeypatch.setattr(paging, "BLOCK", size)
+    monkeypatch.setattr(thinning, "BLOCK", size)
+    parts = worst_of_each_place(house, known, error, 3000), coarse_corners(house, known, 9000, 4)
+    for whole, part in zip(wholes, parts, strict=True):
+        np.testing.assert_array_equal(whole.begin, part.begin)
+        np.testing.assert_array_equal(whole.end, part.end)
+
+
+def test_a_place_shows_the_first_of_equal_errors(house):
+    known = np.flatnonzero(house.extruding)[:500]
+    once = worst_of_each_place(house, known, np.zeros(len(house)), 10**6)
+    twice = worst_of_each_place(house, np.concatenate([known, known]), np.zeros(len(house)), 10**6)
+    np.testing.assert_array_equal(once.end, twice.end)

@@ -5,6 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from cablewright import paging
+from cablewright.apps.web import path_scene
 from cablewright.apps.web.levels import LEFT_OUT, levels
 from cablewright.apps.web.packing import packed, unpacked
 from cablewright.apps.web.path_scene import PathScene, Quantity
@@ -89,3 +91,21 @@ def test_arrays_come_back(kind, top, delta):
 def test_a_number_that_does_not_fit_is_refused():
     with pytest.raises(OverflowError, match="u16"):
         packed(np.array([70_000]), "u16")
+
+
+def test_a_long_path_in_pieces_has_the_levels_of_the_whole(monkeypatch, wander):
+    def levels_of() -> np.ndarray:
+        laid, layer = np.arange(len(wander)) % 700 > 5, np.arange(len(wander)) // 900
+        places = wander.copy()
+        places[1000:1003] = np.nan
+        colour = Quantity.of("error", "error", "m", np.abs(wander[:, 0]))
+        path = PathScene(places, laid, layer, 300.0, (colour,), worst=1234)
+        np.testing.assert_array_equal(path.bounds, [np.nanmin(places, axis=0), np.nanmax(places, axis=0)])
+        return path.level
+
+    monkeypatch.setattr(path_scene, "PIECE", 512)
+    monkeypatch.setattr(paging, "BLOCK", 100)
+    pieces = levels_of()
+    monkeypatch.undo()
+    np.testing.assert_array_equal(levels_of(), pieces)
+    assert len(np.unique(pieces)) > 4

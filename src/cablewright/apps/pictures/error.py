@@ -36,7 +36,7 @@ def error_by_height(digest: Digest) -> Figure | None:
     if check.expected is not None and check.expected.sample is not None:
         kinds.append((f"expected {COMPENSATIONS['full'].words} (rms)", check.expected.rms, style.BLUE))
     for words, error, colour in kinds:
-        found = heights.band(error * 1e3)
+        found = Band(*(1e3 * part for part in heights.band(error)))
         if words == without:
             _draw(plain, heights.z, found, colour, words)
             plain.set_title(words)

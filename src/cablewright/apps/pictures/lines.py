@@ -12,10 +12,11 @@ from matplotlib.figure import Figure
 from cablewright.analyses.feasibility import LIMITS
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
-from cablewright.apps.report.digest import Digest, band
+from cablewright.apps.report.digest import Digest, grouped
 from cablewright.arrays import Array
-from cablewright.paging import let_go
 from cablewright.robot import Line
+from cablewright.studies.checks.path_statics import extreme, median
+from cablewright.studies.checks.result import LARGEST, SMALLEST
 
 MAX_LINES: Final = 8
 """Lines that one picture shows; where there are more, those nearest to their limits."""
@@ -47,16 +48,16 @@ def tensions(digest: Digest) -> Figure | None:
     Nothing is drawn where no tension is known.
     """
     check = digest.check
-    if np.isnan(check.statics.tensions).all():
+    if math.isnan(extreme(np.fmax, check.statics.tensions)):
         return None
     lines = digest.nearest_lines(MAX_LINES)
     drawn, panels, columns = style.panels(len(lines), 1.9, spare=0.7, sharex=True, sharey=True)
     starts = digest.stretches
     seconds, unit = style.time_unit(check.law.duration)
     time = np.append(check.law.time[starts], check.law.duration) / seconds
-    low = np.fmin.reduceat(check.statics.lines.lowest_tension, starts)
-    middle = band(check.statics.tensions, starts).middle
-    high = np.fmax.reduceat(check.statics.lines.highest_tension, starts)
+    low = grouped(SMALLEST, check.statics.lines.lowest_tension, starts)
+    middle = grouped(median, check.statics.tensions, starts)
+    high = grouped(LARGEST, check.statics.lines.highest_tension, starts)
     top = float(np.nanmax(high[:, lines], initial=0.0))
     for i, axes in zip(lines, panels, strict=True):
         axes.fill_between(time, _held(low[:, i]), _held(high[:, i]), step="post", color=style.BLUE, alpha=0.3, lw=0)
@@ -94,8 +95,7 @@ def uses(digest: Digest) -> list[Use]:
         if limit.name in _USED:
             title, unit, factor = _USED[limit.name]
             values = limit.values(digest.check.statics.lines)
-            low, high = np.fmin.reduce(values, axis=0) * factor, np.fmax.reduce(values, axis=0) * factor
-            let_go(values)
+            low, high = SMALLEST(values) * factor, LARGEST(values) * factor
             if np.isfinite(high).any():
                 known.append(Use(title, unit, low, high, limit.allowed(lines) * factor))
     return known

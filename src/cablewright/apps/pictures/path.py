@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -16,7 +17,11 @@ from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
 from cablewright.apps.space_axes import as_seen, box_edges, towards_eye
 from cablewright.arrays import Array
+from cablewright.paging import blocks, let_go, taken
 from cablewright.robot import Robot
+
+View = Callable[[Array], Array]
+"""Projects points (k, 3) on the plane of a picture, (k, 2)."""
 
 _MAX_PLAN: Final = 30_000
 _MAX_SIDE: Final = 40_000
@@ -27,7 +32,7 @@ MAX_NAMES: Final = 12
 
 def error_scale(digest: Digest) -> style.ErrorScale:
     """Return the colour scale, mm, of the uncompensated error of what is extruded."""
-    return style.scale_of(digest.check.error_uncompensated[digest.extruding] * 1e3)
+    return style.scale_of(taken(digest.check.error_uncompensated, digest.extruding) * 1e3)
 
 
 def plan(digest: Digest) -> Figure:
@@ -38,12 +43,11 @@ def plan(digest: Digest) -> Figure:
     low, high = robot.scene.frame_min, robot.scene.frame_max
     style.rectangle(axes, low, high, linewidth=1.4)
     pieces = worst_of_each_place(samples, digest.extruding, digest.check.error_uncompensated, _MAX_PLAN)
-    flat = samples.positions[:, :2]
     exits = np.array([line.exit_point for line in robot.lines])
     extent = max(float(np.ptp([*exits[:, :2], low[:2], high[:2]], axis=0).max()), 1e-3)
     width = float(np.clip(digest.check.job.bead.width / extent * 5.5 * 72, 1.0, 4.0))  # points: as wide as the bead
-    _draw_pieces(drawn, axes, flat, pieces, digest, width)
-    _mark_worst(axes, flat, digest)
+    _draw_pieces(drawn, axes, _from_above, pieces, digest, width)
+    _mark_worst(axes, _from_above, digest)
     _plan_exits(axes, robot, exits)
     axes.margins(0.09)
     axes.autoscale_view()
@@ -58,15 +62,14 @@ def side_view(digest: Digest) -> Figure:
     axes.set_axis_off()
     _draw_box(axes, robot)
     pieces = coarse_corners(samples, digest.extruding, _MAX_SIDE, _SIDE_SPAN)
-    flat = as_seen(samples.positions)
     nearest_last = np.argsort(samples.positions[pieces.end] @ towards_eye(), kind="stable")
-    _draw_pieces(drawn, axes, flat, Pieces(pieces.begin[nearest_last], pieces.end[nearest_last]), digest, 1.4)
+    _draw_pieces(drawn, axes, as_seen, Pieces(pieces.begin[nearest_last], pieces.end[nearest_last]), digest, 1.4)
     exits = as_seen(np.array([line.exit_point for line in robot.lines]))
     if digest.worst is not None:
         tied = as_seen(digest.line_ends)
         for i in digest.nearest_lines(MAX_NAMES):
             axes.plot(*zip(exits[i], tied[i], strict=True), color=style.INK, linewidth=0.8, alpha=0.75)
-    _mark_worst(axes, flat, digest)
+    _mark_worst(axes, as_seen, digest)
     axes.plot(*exits.T, "o", color=style.INK, markersize=4.5)
     if robot.m <= MAX_NAMES:
         for line, end in zip(robot.lines, exits, strict=True):
@@ -91,7 +94,12 @@ def _draw_box(axes: Axes, robot: Robot) -> None:
         _text(axes, as_seen(edge).mean(axis=0), offset, f"{name}: {size:.3g} m", "center")
 
 
-def _draw_pieces(drawn: Figure, axes: Axes, flat: Array, pieces: Pieces, digest: Digest, width: float) -> None:
+def _from_above(points: Array) -> Array:
+    """Project *points* (k, 3) on the plan, (k, 2)."""
+    return points[:, :2]
+
+
+def _draw_pieces(drawn: Figure, axes: Axes, view: View, pieces: Pieces, digest: Digest, width: float) -> None:
     """Draw pieces of the path in the colours of their error, with the scale beside them."""
     if len(pieces) == 0:
         axes.set_title(digest.nothing_drawn)
@@ -99,20 +107,32 @@ def _draw_pieces(drawn: Figure, axes: Axes, flat: Array, pieces: Pieces, digest:
     scale = error_scale(digest)
     values = digest.check.error_uncompensated[pieces.end] * 1e3
     look = {"cmap": style.error_colours(), "norm": Normalize(scale.low, scale.high), "linewidths": width, "zorder": 2}
-    bundle = style.pieces(axes, flat, pieces.begin, pieces.end, values, **look)
+    begin, end = (view(digest.check.samples.positions[rows]) for rows in (pieces.begin, pieces.end))
+    bundle = style.pieces(axes, begin, end, values, **look)
     style.colour_bar(drawn, axes, bundle, "error without compensation in mm", extend=scale.extend)
 
 
-def _mark_worst(axes: Axes, flat: Array, digest: Digest) -> None:
+def _mark_worst(axes: Axes, view: View, digest: Digest) -> None:
     """Ring the place with the largest error and write it on the side away from the part."""
     at = digest.worst
     if at is None:
         return
     worst = quantity(float(digest.check.error_uncompensated[at]), "m")
-    axes.plot(*flat[at], zorder=5, markeredgewidth=1.6, **style.RING)
-    drawn = flat[digest.extruding] if len(digest.extruding) else flat
-    left = bool(flat[at, 0] < (drawn[:, 0].min() + drawn[:, 0].max()) / 2)
-    _text(axes, flat[at], (-11 if left else 11, -13), f"largest: {worst}", "right" if left else "left")
+    place = view(digest.check.samples.positions[at : at + 1])[0]
+    axes.plot(*place, zorder=5, markeredgewidth=1.6, **style.RING)
+    left = bool(place[0] < _middle(view, digest))
+    _text(axes, place, (-11 if left else 11, -13), f"largest: {worst}", "right" if left else "left")
+
+
+def _middle(view: View, digest: Digest) -> float:
+    """Half-way across what is extruded, or else the whole path."""
+    positions, rows = digest.check.samples.positions, digest.extruding
+    low, high = np.inf, -np.inf
+    for at in blocks(len(rows) or len(positions)):
+        across = view(positions[rows[at] if len(rows) else at])[:, 0]
+        low, high = min(low, float(across.min())), max(high, float(across.max()))
+        let_go(positions)
+    return (low + high) / 2
 
 
 def _plan_exits(axes: Axes, robot: Robot, exits: Array) -> None:

@@ -53,7 +53,7 @@ def path_picture(found: PrintRecord) -> Figure | None:
     for each, (title, places, values, worst) in zip(axes, panels, strict=True):
         joined = np.flatnonzero(np.isfinite(values[1:]) & np.isfinite(values[:-1]))
         joined = joined[np.argsort(np.abs(values[joined + 1]), kind="stable")]  # the largest errors on top
-        bundle = style.pieces(each, places, joined, joined + 1, values[joined + 1], **look)
+        bundle = style.pieces(each, places[joined], places[joined + 1], values[joined + 1], **look)
         if worst is not None:
             title += style.minus(f"; largest, in the ring: {1e3 * worst.value:+.1f} mm")
             each.plot(*worst.place, zorder=5, **style.RING)

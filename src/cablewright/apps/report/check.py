@@ -41,6 +41,7 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
     """
     digest = Digest(check, layers)
     pictures = _pictures(digest)
+    let_go(check)
     for name, png in pictures.items():
         write_whole(folder / f"{name}.png", png)
     title = f"Check of {check.job.name} on {check.robot.name}"
@@ -57,7 +58,7 @@ def _pictures(digest: Digest) -> Pictures:
             figure = draw(digest)
             if figure is not None:
                 drawn[name] = style.png(figure)
-            let_go(digest.check.statics)
+            let_go(digest.check)
     return drawn
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple
@@ -11,10 +11,10 @@ import numpy as np
 
 from cablewright.arrays import Array, Indices
 from cablewright.models.rotation import placed
-from cablewright.paging import let_go
+from cablewright.paging import let_go, taken
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.checks.path_statics import median
-from cablewright.studies.checks.result import Check
+from cablewright.studies.checks.result import LARGEST, SMALLEST, Check
 
 _MAX_STRETCHES: Final = 300
 _FEWEST_STRETCHES: Final = 20
@@ -39,7 +39,9 @@ class Heights(NamedTuple):
 
     def band(self, values: Array) -> Band:
         """Return the band of ``values`` (k,) over each height."""
-        return band(values[self.order], self.starts)
+        ordered = values[self.order]
+        let_go(values)
+        return band(ordered, self.starts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +80,7 @@ class Digest:
         """The extruding sample with the largest uncompensated error, or of all where none is extruded."""
         error = self.check.error_uncompensated
         candidates = self.extruding if len(self.extruding) else np.flatnonzero(np.isfinite(error))
-        return int(candidates[np.argmax(error[candidates])]) if len(candidates) else None
+        return int(candidates[np.argmax(taken(error, candidates))]) if len(candidates) else None
 
     @cached_property
     def line_ends(self) -> Array:
@@ -92,23 +94,22 @@ class Digest:
     @cached_property
     def heights(self) -> Heights:
         """The extruding samples by height; by equal slices where there are too many heights."""
-        z = self.check.samples.positions[self.extruding, 2]
+        z = taken(self.check.samples.positions[:, 2], self.extruding)
         grain = _HEIGHT_GRAIN
-        keys = np.round(z / grain)
-        levels, inverse = np.unique(keys, return_inverse=True)
+        levels = np.unique(np.round(z / grain))
         if len(levels) > _MAX_HEIGHTS:
             grain = float(np.ptp(z)) / (_MAX_HEIGHTS // 2)
-            levels, inverse = np.unique(np.round(z / grain), return_inverse=True)
-        order = np.argsort(inverse, kind="stable")
-        starts = np.searchsorted(inverse[order], np.arange(len(levels)))
+            levels = np.unique(np.round(z / grain))
+        own = np.searchsorted(levels, np.round(z / grain)).astype(np.int16)
+        order = np.argsort(own, kind="stable")
+        starts = np.searchsorted(own[order], np.arange(len(levels)))
         return Heights(levels * grain, self.extruding[order], starts)
 
     def nearest_lines(self, count: int) -> list[int]:
         """Return ``count`` lines in the robot's order: those whose tension comes nearest to its limits, or beyond."""
         limit = np.array([line.tension_limits for line in self.check.robot.lines])
-        lowest = np.fmin.reduce(self.check.statics.lines.lowest_tension, axis=0)
-        highest = np.fmax.reduce(self.check.statics.lines.highest_tension, axis=0)
-        let_go(self.check.statics)
+        lowest = SMALLEST(self.check.statics.lines.lowest_tension)
+        highest = LARGEST(self.check.statics.lines.highest_tension)
         room = np.fmin(lowest - limit[:, 0], limit[:, 1] - highest) / np.ptp(limit, axis=1)
         return sorted(int(i) for i in np.argsort(room, kind="stable")[:count])
 
@@ -122,9 +123,12 @@ class Digest:
 
 def band(values: Array, starts: Indices) -> Band:
     """Return the band of ``values`` (k,) or (k, m) over the groups that begin at ``starts``; NaN is no number."""
+    return Band(*(grouped(choose, values, starts) for choose in (SMALLEST, median, LARGEST)))
+
+
+def grouped(choose: Callable[[Array], Array], values: Array, starts: Indices) -> Array:
+    """Return what is chosen of ``values`` (k,) or (k, m), (g,) or (g, m), of each of g groups from ``starts`` on."""
     if len(starts) == 0:
-        empty = np.empty((0, *values.shape[1:]))
-        return Band(empty, empty, empty)
+        return np.empty((0, *values.shape[1:]))
     bounds = zip(starts, [*starts[1:], len(values)], strict=True)
-    middle = np.stack([median(values[first:stop]) for first, stop in bounds])
-    return Band(np.fmin.reduceat(values, starts), middle, np.fmax.reduceat(values, starts))
+    return np.stack([choose(values[first:stop]) for first, stop in bounds])

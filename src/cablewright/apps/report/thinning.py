@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Indices
+from cablewright.paging import BLOCK, blocks, let_go
 from cablewright.printing.path import Samples
+
+_CELLS: Final = 1024  # along the plan, of the smallest places
 
 
 class Pieces:
@@ -28,19 +34,43 @@ def worst_of_each_place(samples: Samples, known: Indices, error: Array, limit: i
     """
     if len(known) == 0:
         return Pieces(known, known)
-    order = known[np.argsort(-error[known], kind="stable")]
-    plan = (samples.positions[order, :2] + samples.positions[order - 1, :2]) / 2
-    corner, extent = plan.min(axis=0), max(float(np.ptp(plan, axis=0).max()), 1e-9)
-    chosen = order
-    cells = 1024
-    while cells > 1:
-        keys = ((plan - corner) * (cells / extent)).astype(np.int64) @ np.array([1, 2 * cells])
-        first = np.unique(keys, return_index=True)[1]
-        chosen = order[np.sort(first)[::-1]]
-        if len(chosen) <= limit:
-            break
+    corner, extent = _box(samples, known)
+    chosen, place, worst = np.zeros(0, dtype=np.intp), np.zeros((0, 2), dtype=np.int64), np.zeros(0)
+    for at in blocks(len(known), 4 * BLOCK):
+        rows = known[at]
+        own = ((_middles(samples, rows) - corner) * (_CELLS / extent)).astype(np.int64)
+        chosen, place = np.concatenate([chosen, rows]), np.concatenate([place, own])
+        worst = np.concatenate([worst, error[rows]])
+        kept = np.sort(_worst_of_each(place, worst))
+        chosen, place, worst = chosen[kept], place[kept], worst[kept]
+        let_go((samples, error))
+    cells, kept = _CELLS, _worst_of_each(place, worst)
+    while len(kept) > limit and cells > 2:
         cells //= 2
-    return Pieces(chosen - 1, chosen)
+        kept = _worst_of_each(place // (_CELLS // cells), worst)
+    return Pieces(chosen[kept] - 1, chosen[kept])
+
+
+def _middles(samples: Samples, rows: Indices) -> Array:
+    """Middles (r, 2), m, in plan, of the segments that end at some samples."""
+    return np.asarray((samples.positions[rows, :2] + samples.positions[rows - 1, :2]) / 2)
+
+
+def _box(samples: Samples, known: Indices) -> tuple[Array, float]:
+    """The lowest corner (2,) of those middles, and the longer side about them, m."""
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for at in blocks(len(known)):
+        plan = _middles(samples, known[at])
+        low, high = np.minimum(low, plan.min(axis=0)), np.maximum(high, plan.max(axis=0))
+        let_go(samples.positions)
+    return low, max(float((high - low).max()), 1e-9)
+
+
+def _worst_of_each(place: NDArray[np.int64], error: Array) -> Indices:
+    """The rows with the largest error of each place (k, 2), by rising error."""
+    order = np.argsort(-error, kind="stable")
+    first = np.unique(place[order] @ np.array([1, 2 * _CELLS]), return_index=True)[1]
+    return np.asarray(order[np.sort(first)[::-1]])
 
 
 def coarse_corners(samples: Samples, known: Indices, limit: int, span: int) -> Pieces:
@@ -64,14 +94,18 @@ def coarse_corners(samples: Samples, known: Indices, limit: int, span: int) -> P
 
 def _corner_to_corner(samples: Samples, known: Indices, span: int) -> Pieces:
     """Return pieces that end where a move does, where the known path does, and every ``span`` samples."""
-    if len(known) == 0:
-        return Pieces(known, known)
-    moves = samples.move[known]
-    broken = np.flatnonzero((np.diff(known) > 1) | (np.diff(moves) != 0))  # a piece ends at these of the known
-    firsts = np.concatenate([[0], broken + 1])
-    lengths = np.diff(np.append(firsts, len(known)))
-    place = np.arange(len(known)) - np.repeat(firsts, lengths)  # within the run
-    last = place == np.repeat(lengths, lengths) - 1
-    at = np.flatnonzero(last | ((place + 1) % span == 0))
-    begin = known[at] - (place[at] % span) - 1
-    return Pieces(begin, known[at])
+    begin, end = [known[:0]], [known[:0]]
+    closed, begun = True, 0  # whether a run ended before this block, and the place where the last one began
+    for at in blocks(len(known)):
+        rows, index = known[at], np.arange(at.start, at.stop)
+        moves = samples.move[known[at.start : at.stop + 1]]
+        last = np.ones(len(rows), dtype=np.bool_)  # of a run
+        last[: len(moves) - 1] = (np.diff(known[at.start : at.stop + 1]) > 1) | (np.diff(moves) != 0)
+        since = np.maximum.accumulate(np.where(np.concatenate([[closed], last[:-1]]), index, begun))
+        closed, begun = bool(last[-1]), int(since[-1])
+        place = index - since
+        ends = np.flatnonzero(last | ((place + 1) % span == 0))
+        begin.append(rows[ends] - place[ends] % span - 1)
+        end.append(rows[ends])
+        let_go(samples.move)
+    return Pieces(np.concatenate(begin), np.concatenate(end))

@@ -15,6 +15,8 @@ from cablewright.arrays import Array, Indices, Mask
 LEFT_OUT: Final = 255
 _AT_ONCE: Final = 1 << 16  # points whose distances are in memory
 _BREAK: Final = 512  # vertices after which one is kept in any case, which keeps pieces short
+PIECE: Final = 128 * _BREAK
+"""Vertices after which a long path may be cut, with the next one in both: the levels are the same."""
 
 
 def levels(points: Array, fixed: Mask, tolerances: Array) -> NDArray[np.uint8]:

@@ -10,9 +10,10 @@ from typing import Any, Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.apps.web.levels import LEFT_OUT, levels
+from cablewright.apps.web.levels import LEFT_OUT, PIECE, levels
 from cablewright.apps.web.packing import packed
 from cablewright.arrays import Array, Indices, Mask
+from cablewright.paging import blocks, let_go, taken
 
 LIFTED, LAID, TRAVEL = 0, 1, 2  # what the piece that ends at a vertex is
 _UNKNOWN: Final = 255
@@ -41,7 +42,7 @@ class Quantity:
     @classmethod
     def of(cls, key: str, label: str, unit: str, values: Array, **more: Any) -> Quantity:
         """With a scale from the smallest to the largest value; few outliers do not stretch it, and the note says so."""
-        known = values[np.isfinite(values)]
+        known = _finite(values)
         if not len(known):
             return cls(key, label, unit, values, 0.0, 1.0, **more)
         low, high = float(known.min()), float(known.max())
@@ -53,12 +54,12 @@ class Quantity:
             high = low + max(abs(low) * 0.05, 1e-9)
         return cls(key, label, unit, values, low, high, **more)
 
-    @property
-    def steps(self) -> NDArray[np.uint8]:
-        """Values as steps of the colour scale (k,); `_UNKNOWN` where there is none."""
-        share = (self.values - self.low) / (self.high - self.low)
+    def steps(self, rows: Indices) -> NDArray[np.uint8]:
+        """Values at some rows as steps of the colour scale (r,); `_UNKNOWN` where there is none."""
+        values = taken(self.values, rows)
+        share = (values - self.low) / (self.high - self.low)
         scaled = np.clip(np.round(np.nan_to_num(share) * (_COLOURS - 1)), 0, _COLOURS - 1)
-        return np.where(np.isfinite(self.values), scaled, _UNKNOWN).astype(np.uint8)
+        return np.where(np.isfinite(values), scaled, _UNKNOWN).astype(np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +80,24 @@ class PathScene:
     @property
     def bounds(self) -> Array:
         """Lowest and highest corner (2, 3), m."""
-        known = self.positions[np.isfinite(self.positions).all(axis=1)]
-        return np.stack([known.min(axis=0), known.max(axis=0)]) if len(known) else np.zeros((0, 3))
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for at in blocks(len(self.positions)):
+            known = self.positions[at][self.known[at]]
+            low, high = (
+                np.minimum(low, known.min(axis=0, initial=np.inf)),
+                np.maximum(high, known.max(axis=0, initial=-np.inf)),
+            )
+            let_go(self.positions)
+        return np.stack([low, high]) if (low <= high).all() else np.zeros((0, 3))
+
+    @cached_property
+    def known(self) -> Mask:
+        """(k,) whether each point is known."""
+        known = np.empty(len(self.positions), dtype=np.bool_)
+        for at in blocks(len(known)):
+            known[at] = np.isfinite(self.positions[at]).all(axis=1)
+            let_go(self.positions)
+        return known
 
     @cached_property
     def tolerances(self) -> Array:
@@ -95,7 +112,7 @@ class PathScene:
     @cached_property
     def kind(self) -> NDArray[np.uint8]:
         """(k,) what the piece that ends at each point is; lifted at the first, and where a point is not known."""
-        known: Mask = np.asarray(np.isfinite(self.positions).all(axis=1))
+        known = self.known
         made = np.where(self.extruding, LAID, TRAVEL).astype(np.uint8)
         made[:1] = LIFTED
         made[~known] = LIFTED
@@ -105,17 +122,27 @@ class PathScene:
     @cached_property
     def level(self) -> NDArray[np.uint8]:
         """(k,) the first level that has each point."""
-        known: Mask = np.asarray(np.isfinite(self.positions).all(axis=1))
+        known = self.known
         fixed: Mask = np.asarray(~known)
         fixed[:-1] |= (self.kind[1:] != self.kind[:-1]) | (self.layer[1:] != self.layer[:-1]) | ~known[1:]
         fixed[1:] |= ~known[:-1]
         if self.worst is not None:
             fixed[max(0, self.worst - 1) : self.worst + 1] = True
-        columns = [np.nan_to_num(self.positions)]
+        found = np.empty(len(known), dtype=np.uint8)
+        for at in blocks(len(known), PIECE):  # pieces are apart: each begins where one before ends
+            ends = slice(at.start, at.stop + 1)
+            found[ends] = levels(self._points(ends), fixed[ends], self.tolerances)
+        return found
+
+    def _points(self, at: slice) -> Array:
+        """Points of the path (b, 3 or 4) whose distances are what one sees: in space, and by their first colour."""
+        columns = [np.nan_to_num(self.positions[at])]
         for each in self.quantities[:1]:  # the one that is shown first
-            share = np.nan_to_num((each.values - each.low) / (each.high - each.low))
+            share = np.nan_to_num((each.values[at] - each.low) / (each.high - each.low))
             columns.append(np.clip(share, 0.0, 1.0)[:, None] * (self.tolerances[_COARSER] / _SEEN))
-        return levels(np.concatenate(columns, axis=1), fixed, self.tolerances)
+            let_go(each.values)
+        let_go(self.positions)
+        return np.concatenate(columns, axis=1)
 
     @cached_property
     def kept(self) -> Indices:
@@ -127,21 +154,22 @@ class PathScene:
         kept = self.kept
         low, high = self.bounds if len(self.bounds) else np.zeros((2, 3))
         step = max(float((high - low).max()), 1e-9) / _STEPS
-        grid = np.clip(np.round((np.nan_to_num(self.positions[kept], nan=0.0) - low) / step), 0, _STEPS)
-        numbers, layer = np.unique(self.layer, return_inverse=True)
+        grid = np.clip(np.round((np.nan_to_num(taken(self.positions, kept), nan=0.0) - low) / step), 0, _STEPS)
+        numbers = np.unique(self.layer)
+        layer = np.searchsorted(numbers, taken(self.layer, kept))
         group = -(-len(numbers) // _STEPS)  # layers that share a step of the slider
         return {
             "origin": low.tolist(),
             "step": step,
             "places": packed(grid, "u16", delta=True),
-            "layer": packed(layer[kept] // group, "u16", delta=True),
+            "layer": packed(layer // group, "u16", delta=True),
             "layers": numbers[::group].tolist(),
             "kind": packed(self.kind[kept], "u8"),
             "level": packed(self.level[kept], "u8"),
             "tolerances": self.tolerances.tolist(),
             "sample": packed(kept, "u32", delta=True),
-            "time": None if self.time is None else packed(np.round(1e3 * self.time[kept]), "u32", delta=True),
-            "line": None if self.line is None else packed(self.line[kept], "u32", delta=True),
+            "time": None if self.time is None else packed(np.round(1e3 * taken(self.time, kept)), "u32", delta=True),
+            "line": None if self.line is None else packed(taken(self.line, kept), "u32", delta=True),
             "line_name": self.line_name,
             "quantities": [
                 {
@@ -152,9 +180,18 @@ class PathScene:
                     "high": each.high,
                     "colours": each.colours,
                     "note": each.note,
-                    "values": packed(each.steps[kept], "u8"),
+                    "values": packed(each.steps(kept), "u8"),
                 }
                 for each in self.quantities
             ],
             "bead": self.bead,
         }
+
+
+def _finite(values: Array) -> Array:
+    """What is a number of *values* (k,), in order."""
+    found = [np.zeros(0)]
+    for at in blocks(len(values)):
+        found.append(values[at][np.isfinite(values[at])])
+        let_go(values)
+    return np.concatenate(found)

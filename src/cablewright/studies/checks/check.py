@@ -14,7 +14,7 @@ from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_
 from cablewright.analyses.interference import too_near
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
-from cablewright.paging import Room
+from cablewright.paging import Room, in_room
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.schedule import Schedule
 from cablewright.printing.toolpath import Toolpath
@@ -24,6 +24,7 @@ from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertai
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.interpolation import interpolation_error
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
+from cablewright.studies.checks.path_errors import PathErrors
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
@@ -76,12 +77,13 @@ def check(
     full = Model.full(robot, tension_limits=tension_limits)
     robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
     job = job if isinstance(job, Job) else load_job(job)
-    toolpath = job.toolpath(report)
+    kept = Room(room)
+    toolpath = in_room(job.toolpath(report), kept)
     _require_scale(robot, job, toolpath)
-    samples, step = sampled(robot, job, toolpath)
+    samples, step = sampled(robot, job, toolpath, kept)
     require_for_samples(len(samples), bytes_each(robot), "a check")
     source, uncertain = _uncertainty(robot, uncertainty)
-    path = JobPath(job, samples, job.time_law(samples), *along(robot, job, samples), Room(room))
+    path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_expected(expected, job.allowed_error))
@@ -94,6 +96,7 @@ def check(
         poses=path.poses,
         retraction=path.retraction,
         statics=walked.statics,
+        errors=PathErrors.of(robot, samples, path.poses, walked.statics, kept),
         findings=findings,
         verdict="",
         toolpath=toolpath,

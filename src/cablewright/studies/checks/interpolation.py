@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.models.statics import Model
-from cablewright.paging import let_go
+from cablewright.paging import blocks, let_go
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
@@ -22,12 +23,7 @@ def interpolation_error(robot: Robot, poses: Array, lengths: Array, retraction: 
     Poses go linearly between samples too. The error of a straight line of length l is step^2 / (8 l) at most: segments
     are measured in the order of that, under all physics.
     """
-    step = np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1)
-    shortest = np.minimum(lengths[1:], lengths[:-1]).min(axis=1)
-    let_go(lengths)
-    bound = np.where(np.isfinite(shortest) & (step > 0.0), step**2 / shortest, -1.0)
-    worst = np.argsort(-bound, kind="stable")[:MEASURED]
-    worst = worst[bound[worst] > 0.0]
+    worst = _worst(poses, lengths)
     if not len(worst):
         return None
     middle = 0.5 * (poses[worst] + poses[worst + 1])
@@ -36,3 +32,18 @@ def interpolation_error(robot: Robot, poses: Array, lengths: Array, retraction: 
     between = 0.5 * (lengths[worst] + lengths[worst + 1])
     off = np.abs(held.lengths - between)[held.ok]
     return float(np.nanmax(off)) if off.size else None
+
+
+def _worst(poses: Array, lengths: Array) -> NDArray[np.int64]:
+    """The segments, by the sample at their begin, where a straight line may be off most: those first."""
+    worst, bound = np.zeros(0, dtype=np.int64), np.zeros(0)
+    for at in blocks(len(poses) - 1):
+        ends = slice(at.start, at.stop + 1)
+        step = np.linalg.norm(np.diff(poses[ends, :3], axis=0), axis=1)
+        shortest = np.minimum(lengths[ends][1:], lengths[ends][:-1]).min(axis=1)
+        let_go((poses, lengths))
+        own = np.where(np.isfinite(shortest) & (step > 0.0), step**2 / shortest, -1.0)
+        worst, bound = np.concatenate([worst, np.arange(at.start, at.stop)]), np.concatenate([bound, own])
+        kept = np.argsort(-bound, kind="stable")[:MEASURED]
+        worst, bound = worst[kept], bound[kept]
+    return worst[bound > 0.0]

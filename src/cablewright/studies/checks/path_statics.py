@@ -14,7 +14,7 @@ from cablewright.analyses.inertia_forces import InertiaEffects
 from cablewright.arrays import Array
 from cablewright.models.statics import Equilibrium
 from cablewright.models.stiffness import as_elastic
-from cablewright.paging import let_go
+from cablewright.paging import blocks, let_go
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,15 +77,28 @@ class PathStatics:
 
 def extreme(choose: np.ufunc, values: Array) -> float:
     """The smallest or largest of *values*, by ``np.fmin`` or ``np.fmax``; NaN where none is a number."""
-    found = float(choose.reduce(values, axis=None, initial=np.nan))
-    let_go(values)
+    return float(choose.reduce(extremes(choose, values), axis=None, initial=np.nan))
+
+
+def extremes(choose: np.ufunc, values: Array) -> Array:
+    """The same along the first axis, (...); it has at least one row."""
+    found = np.full(values.shape[1:], np.nan)
+    for at in blocks(len(values)):
+        found = choose(found, choose.reduce(values[at], axis=0))
+        let_go(values)
     return found
 
 
 def median(values: Array) -> Array:
-    """The lower median along the first axis of what is not NaN; NaN where that is nothing."""
-    ranked = np.sort(values, axis=0)  # NaN comes last
-    let_go(values)
-    known = np.count_nonzero(~np.isnan(ranked), axis=0)
-    at = np.maximum(known - 1, 0) // 2
-    return np.asarray(np.take_along_axis(ranked, np.asarray(at)[None], axis=0)[0])
+    """The lower median along the first axis of what is not NaN; NaN where that is nothing. Of (k,) or (k, m)."""
+    return np.array([_median(each) for each in values.T]) if values.ndim > 1 else np.asarray(_median(values))
+
+
+def _median(values: Array) -> float:
+    ranked = np.empty(len(values))
+    for at in blocks(len(values)):
+        ranked[at] = values[at]
+        let_go(values)
+    ranked.sort()  # NaN comes last
+    known = int(np.count_nonzero(~np.isnan(ranked)))
+    return float(ranked[max(known - 1, 0) // 2])

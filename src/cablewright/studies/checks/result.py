@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, ClassVar, Final, NamedTuple
@@ -17,18 +17,21 @@ from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
 from cablewright.analyses.feasibility import Finding
 from cablewright.analyses.interference import Contact
 from cablewright.arrays import Array, Mask
-from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
-from cablewright.paging import let_go
+from cablewright.paging import blocks, let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.studies.checks.path_statics import PathStatics, extreme, median
+from cablewright.studies.checks.path_errors import PathErrors
+from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.interference import Clearances
 from cablewright.units import spell_length
+
+SMALLEST: Final = partial(extremes, np.fmin)
+LARGEST: Final = partial(extremes, np.fmax)
 
 MET: Final = 1e-6
 """Largest error (m, and rad) of the full model on the compensated path that counts as none."""
@@ -70,17 +73,10 @@ def _extreme_of(key: str, unit: str, meaning: str, choose: np.ufunc, array: str,
 
 
 def _of_lines(
-    key: str, unit: str, meaning: str, name: str, array: str, choose: Callable[[Array], Array] = np.fmax.reduce
+    key: str, unit: str, meaning: str, name: str, array: str, choose: Callable[[Array], Array] = LARGEST
 ) -> Figure:
     """One value of each line, of an array (k, m) of the check."""
-
-    def chosen(found: Check) -> Array:
-        values = attrgetter(array)(found)
-        of_lines = choose(values)
-        let_go(values)
-        return of_lines
-
-    return Figure(key, unit, meaning, chosen, name, along="line")
+    return Figure(key, unit, meaning, lambda found: choose(attrgetter(array)(found)), name, along="line")
 
 
 def _errors() -> tuple[Figure, ...]:
@@ -156,7 +152,7 @@ class Check(Result):
         Figure("lines", "", "Names of the lines.", lambda found: [line.name for line in found.robot.lines], "line",
                along="line"),
         _of_lines("line_min_tension", "N", "Smallest tension of each line.", "min tension",
-                  "statics.lines.lowest_tension", np.fmin.reduce),
+                  "statics.lines.lowest_tension", SMALLEST),
         _of_lines("line_median_tension", "N", "Median tension of each line at its sheave.", "median tension",
                   "statics.tensions", median),
         _of_lines("line_max_tension", "N", "Largest tension of each line.", "max tension",
@@ -169,11 +165,11 @@ class Check(Result):
         _of_lines("line_max_winch_torque", "N m", "Largest torque of each drum; null where not known.", "max torque",
                   "statics.lines.winch_torque"),
         _of_lines("line_min_swing", "rad", "Min azimuth of each sheave from where its mounting faces.", "min swing",
-                  "statics.lines.swing", np.fmin.reduce),
+                  "statics.lines.swing", SMALLEST),
         _of_lines("line_max_swing", "rad", "Max azimuth of each sheave from where its mounting faces.", "max swing",
                   "statics.lines.swing"),
         _of_lines("line_min_lever", "rad", "Min angle of each lever above the horizontal.", "min lever",
-                  "statics.lines.lever", np.fmin.reduce),
+                  "statics.lines.lever", SMALLEST),
         _of_lines("line_max_lever", "rad", "Max angle of each lever above the horizontal.", "max lever",
                   "statics.lines.lever"),
         Figure("findings", "", "Every limit, those that are broken first.", "placed_findings", "limits of the robot",
@@ -190,6 +186,7 @@ class Check(Result):
     poses: Array  # (k, n) intended, of the platform's origin
     retraction: Array | None  # (k,) m, None where the job does not set it
     statics: PathStatics
+    errors: PathErrors
     findings: tuple[Finding, ...]
     verdict: str
     expected: ExpectedError | None  # None where it was not asked for
@@ -209,7 +206,12 @@ class Check(Result):
     @cached_property
     def missed(self) -> Mask:
         """(k,) whether the full model, with the compensated lengths, does not meet a path that can be held."""
-        return np.asarray(~(self.error_compensated + self.turn_compensated <= MET) & (self.codes == 0))
+        missed = np.empty(len(self.samples), dtype=np.bool_)
+        for at in blocks(len(missed)):
+            met = self.error_compensated[at] + self.turn_compensated[at] <= MET
+            missed[at] = ~met & (self.codes[at] == 0)
+            let_go((self.errors, self.codes))
+        return missed
 
     @property
     def nearest(self) -> Contact | None:
@@ -226,46 +228,34 @@ class Check(Result):
         """(k, m) m, compensated: what the winches should pay out."""
         return self.statics.lengths
 
-    @cached_property
+    @property
     def error_uncompensated(self) -> Array:
         """(k,) m, of the nozzle."""
-        return self._error(self.statics.uncompensated)
+        return self.errors.uncompensated
 
-    @cached_property
+    @property
     def error_compensated(self) -> Array:
         """(k,) m, of the nozzle."""
-        return self._error(self.statics.compensated)
+        return self.errors.compensated
 
-    @cached_property
+    @property
     def error_elastic_only(self) -> Array:
         """(k,) m, of the nozzle."""
-        return self._error(self.statics.elastic_only)
+        return self.errors.elastic_only
 
-    @cached_property
+    @property
     def turn_uncompensated(self) -> Array:
         """(k,) rad, rotation of the platform from the intended one; 0 for a point."""
-        return self._turn(self.statics.uncompensated)
+        return self.errors.turn_uncompensated
 
-    @cached_property
+    @property
     def turn_compensated(self) -> Array:
         """(k,) rad."""
-        return self._turn(self.statics.compensated)
+        return self.errors.turn_compensated
 
     def nozzle(self, poses: Array) -> Array:
         """Positions of the nozzle, (k, 3) m, at *poses* (k, n) of the platform, m and rad."""
         return Model(self.robot).nozzle(poses)
-
-    def _error(self, poses: Array) -> Array:
-        error = np.asarray(np.linalg.norm(self.nozzle(poses) - self.samples.positions, axis=1))
-        let_go(poses)
-        return error
-
-    def _turn(self, poses: Array) -> Array:
-        if poses.shape[1] == 3:
-            turn = np.where(np.isnan(poses[:, 0]), np.nan, 0.0)
-            let_go(poses)
-            return turn
-        return angle_between(poses[:, 3:], self.poses[:, 3:])
 
     @property
     def placed_findings(self) -> tuple[PlacedFinding, ...]:
@@ -277,7 +267,7 @@ class Check(Result):
         """What was guessed of the G-code, and what to know of the expected error."""
         found = self.toolpath.layers_by == BY_HEIGHT and isinstance(self.job.path, Path)
         notes = ["layers are found by height: the file has no layer markers"] if found else []
-        part = float(np.ptp(self.samples.positions, axis=0).max())
+        part = float((LARGEST(self.samples.positions) - SMALLEST(self.samples.positions)).max())
         frame = float(np.subtract(self.robot.scene.frame_max, self.robot.scene.frame_min).max())
         if frame > WRONG_UNIT * part:
             notes.append(

@@ -13,7 +13,7 @@ from cablewright.analyses.feasibility import Finding, judge
 from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
 from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import Room, let_go
+from cablewright.paging import Room, blocks, let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw, accelerations, corner_speeds
@@ -61,7 +61,7 @@ class JobPath:
         distances = None if "interference" in skip else JobDistances.of(self.job, self.samples, room=self.room)
         search = None if "expected-error" in skip else ExpectedErrorSearch(ranges, self.samples, seed)
         motion, rows = self.job.motion, len(self.poses)
-        corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation)
+        corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation, self.room)
         solved: PathStatics | None = None
         drop, rise = np.zeros(full.m), np.zeros(full.m)
         for first in range(0, rows, BLOCK):
@@ -75,7 +75,7 @@ class JobPath:
             found = PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, drum_arms(held))
             solved = _room(found, rows, self.room) if solved is None else solved
             _write(found, solved, first)
-            let_go(solved)
+            let_go((solved, self.samples, self.law, self.poses, corner))
             drop, rise = _largest(drop, rise, effects)
             if distances is not None:
                 distances.take(held, first)
@@ -137,14 +137,12 @@ def _write(block: Any, room: Any, first: int) -> None:
 
 def _add_speeds(speeds: Array, lengths: Array, samples: Samples, law: TimeLaw) -> None:
     """Write the speed of each cable (k, m), m/s: its change of length per length of path, times that along the path."""
-    distance = np.diff(samples.distance)
-    duration = np.diff(law.time) - samples.dwell[:-1]
-    fastest = np.maximum(np.maximum(law.speed[1:], law.speed[:-1]), distance / duration)
-    pace = fastest / distance
     speeds[0] = 0.0
-    for first in range(0, len(distance), BLOCK):
-        block = slice(first, first + BLOCK)
-        changes = np.abs(np.diff(lengths[first : first + BLOCK + 1], axis=0))
-        speeds[1:][block] = changes * pace[block, None]
-        let_go(speeds)
-        let_go(lengths)
+    for block in blocks(len(samples) - 1):
+        ends = slice(block.start, block.stop + 1)
+        distance, speed = np.diff(samples.distance[ends]), law.speed[ends]
+        duration = np.diff(law.time[ends]) - samples.dwell[block]
+        fastest = np.maximum(np.maximum(speed[1:], speed[:-1]), distance / duration)
+        changes = np.abs(np.diff(lengths[ends], axis=0))
+        speeds[1:][block] = changes * (fastest / distance)[:, None]
+        let_go((speeds, lengths, samples, law))
