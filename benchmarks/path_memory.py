@@ -1,14 +1,17 @@
-"""Memory of `check`, `accuracy` and `interference` for each sample: the constants by which too much is refused.
+"""Memory of `check`, `accuracy` and `interference` of long paths.
 
-    python -m benchmarks.path_memory
+    python -m benchmarks.path_memory          # for each sample in memory: the constants by which too much is refused
+    python -m benchmarks.path_memory long     # the most of whole commands, which keep samples in their run folders
 
-Each size runs in a process of its own; the slope between the two is printed.
+Each size runs in a process of its own. A command's paths are 2 million short moves, and 10 million samples of straight
+moves; the latter takes some 10 GB of the disk of the temporary folder, and a quarter of an hour.
 """
 
 from __future__ import annotations
 
 import math
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import cablewright as cw
+from benchmarks.processes import alone
 from cablewright.studies import accuracy, interference
 from cablewright.studies.checks import check
 
@@ -29,6 +33,43 @@ STUDIES: dict[str, tuple[Callable[..., Any], Callable[[cw.Robot], float]]] = {
     "interference": (cw.interference, interference.bytes_each),
 }
 """By name: the study of a robot and a job, and the bytes that it reckons with for a sample."""
+
+
+def long() -> None:
+    """Print the most memory of `cablewright check` of long paths, without and with all that is on by default."""
+    house = Path(__file__).parents[1] / "examples" / "house.toml"
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        moves = _rings(folder / "moves.gcode", 2_000_000)
+        straight = folder / "straight.toml"
+        _beams(folder / "straight.gcode")
+        straight.write_text('gcode = "straight.gcode"\n[sampling]\nstep = "2 mm"\n')
+        less = ("--no-interference", "--no-expected-error")
+        for job, options in ((house, less), (house, ()), (moves, less), (moves, ()), (straight, less)):
+            command = ["check", "house-printer", str(job), *options, "--out", str(folder / "run"), "--json"]
+            _, seconds, peak = alone(["-m", "cablewright", *command])
+            shutil.rmtree(folder / "run")
+            rest = " ".join(options) or "nothing left out"
+            print(f"check {job.stem}, {rest}: {peak / 1e9:.3f} GB, {seconds:.0f} s", flush=True)
+
+
+def _rings(file: Path, moves: int) -> Path:
+    """Write a helix of so many moves of 0.1 mm, 300 mm from its axis."""
+    turns = (2.0 * math.pi * k / TURN for k in range(moves))
+    places = (f"G1 X{300 * math.cos(turn):.3f} Y{300 * math.sin(turn):.3f} Z{500 + turn:.3f} E1\n" for turn in turns)
+    with file.open("w", encoding="utf-8") as out:
+        out.write("G21\nG90\nM83\nG0 X300 Y0 Z500\n")
+        out.writelines(places)
+    return file
+
+
+def _beams(file: Path) -> None:
+    """Write squares of 4 m, one above the other: 20 km, which are 10 million samples of 2 mm."""
+    corners = ((2000, -2000), (2000, 2000), (-2000, 2000), (-2000, -2000))
+    with file.open("w", encoding="utf-8") as out:
+        out.write("G21\nG90\nM83\nG0 X-2000 Y-2000 Z500\n")
+        for layer in range(1250):
+            out.writelines(f"G1 X{x} Y{y} Z{500 + layer} E1\n" for x, y in corners)
 
 
 def main() -> None:
@@ -48,13 +89,15 @@ def _measured(study: str, name: str, moves: int) -> float:
 
 def _run(study: str, name: str, moves: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "part.gcode"
-        turns = (2.0 * math.pi * k / TURN for k in range(moves))
-        places = (f"G1 X{300 * math.cos(turn):.3f} Y{300 * math.sin(turn):.3f} Z500 E1" for turn in turns)
-        file.write_text("\n".join(["G21", "G90", "M83", "G0 X300 Y0 Z500", *places, ""]))
+        file = _rings(Path(folder) / "part.gcode", moves)
         STUDIES[study][0](cw.load(name), cw.load_job(file))
     print(1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 if __name__ == "__main__":
-    _run(sys.argv[1], sys.argv[2], int(sys.argv[3])) if len(sys.argv) == 4 else main()
+    if len(sys.argv) == 4:
+        _run(sys.argv[1], sys.argv[2], int(sys.argv[3]))
+    elif sys.argv[1:] == ["long"]:
+        long()
+    else:
+        main()

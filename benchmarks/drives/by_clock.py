@@ -13,6 +13,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,9 +45,10 @@ Array = NDArray[np.float64]
 
 
 class Orders(PersonOperator):
-    """Whoever types the orders of a print."""
+    """Whoever types the orders of a print, and fills the drum of the virtual drives, whose input is *beside* it."""
 
-    def __init__(self) -> None:
+    def __init__(self, beside: IO[str]) -> None:
+        self.beside = beside
         self.line: list[str] = []
         self.steps, self.homed = 0, False
         super().__init__(lambda: self.line, lambda: False, lambda _said: None)
@@ -58,6 +60,9 @@ class Orders(PersonOperator):
         self.homed |= state is PrintState.HOMING
         word = "start" if state is PrintState.IDLE and self.homed else ORDERS.get(state)
         self.line = [word] if word is not None and self.steps % 50 == 0 else []
+        if state is PrintState.REFILLING and self.steps % 50 == 25:
+            self.beside.write("refill\n")
+            self.beside.flush()
         return super().orders(printer, now)
 
 
@@ -93,14 +98,16 @@ def run(cycles: int) -> tuple[PrintedJob, Array]:
         file.write_text(EXAMPLE.read_text(encoding="utf-8").replace('"43113"', f'"{free_port()}"'), encoding="utf-8")
         at = ",".join(map(str, BEGIN))
         command = [sys.executable, "-m", "cablewright", "drives", "--virtual", str(file), "--at", at]
-        drives = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        drives = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
+            assert drives.stdin is not None
             assert drives.stderr is not None
             drives.stderr.readline()
             robot, settings = load("merlet2023"), load_machine(file)
             homed = home(robot, settings, folder / "machine", np.array(BEGIN))
             assert not homed.reason, homed.reason
-            found = print_on_drives(robot, job, folder / "run", settings, folder / "machine", Orders(), inputs={})
+            orders = Orders(drives.stdin)
+            found = print_on_drives(robot, job, folder / "run", settings, folder / "machine", orders, inputs={})
             assert found.finished, found.run.reason
             machine = found.run.machine.machine  # type: ignore[attr-defined]  # the drives behind the counts
             return found, np.array(machine.drives.statistics.lateness, dtype=np.float64)

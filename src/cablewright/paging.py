@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from cablewright.arrays import Indices
-
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
@@ -56,7 +54,7 @@ def blocks(rows: int, size: int | None = None) -> Iterator[slice]:
         yield slice(first, min(first + size, rows))
 
 
-def taken(values: NDArray[Any], rows: Indices) -> NDArray[Any]:
+def taken(values: NDArray[Any], rows: NDArray[np.intp]) -> NDArray[Any]:
     """Return the *rows* (r,), rising, of a large array (k, ...), read some at a time."""
     found = np.empty((len(rows), *values.shape[1:]), values.dtype)
     for at in blocks(len(rows), _TAKEN):

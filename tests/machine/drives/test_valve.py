@@ -132,3 +132,15 @@ def test_the_machine_knows_no_valve_that_the_file_does_not_name() -> None:
     found.step(WinchMode.VELOCITY, SPEEDS, 20, valve=1.0)
     assert not found.rig.valve_open
     assert [each.dictionary[o.OUTPUTS] for each in found.rig.drives] == [0] * 4
+
+
+def test_a_person_beside_the_drives_fills_the_drum() -> None:
+    found = pouring()
+    full, plant = found.twin.owner.carrier.powder, found.rig.plant
+    found.step(WinchMode.VELOCITY, SPEEDS, 100, valve=1.0)
+    emptier, loads = plant.truth.powder, [drive.load for drive in found.rig.drives]
+    assert emptier < full
+    found.rig.refill()
+    assert plant.truth.powder == pytest.approx(full, rel=0.05)  # as weighed
+    found.step(WinchMode.VELOCITY, SPEEDS, 2)
+    assert sum(map(abs, (drive.load for drive in found.rig.drives))) > sum(map(abs, loads))

@@ -32,14 +32,17 @@ from cablewright.studies.interference import Clearances
 from cablewright.studies.job_poses import along, path_box, sampled
 from cablewright.studies.memory import require_for_samples
 
+IN_ROOM: Final = 300.0
+"""Memory, bytes, for each sample of a path whose arrays are in files."""
+
 PLACES: Final = 7  # along each side of the frame, tried where no sample can be held
 TOO_LARGE: Final = 5.0
 """A path that is so many times as large as the frame has a wrong scale."""
 
 
-def bytes_each(robot: Robot) -> float:
-    """Return the memory of a check for each sample: benchmarks/path_memory.py."""
-    return 420.0 + 260.0 * robot.m
+def bytes_each(robot: Robot, room: Path | None = None) -> float:
+    """Return the memory of a check for each sample, whose arrays have a *room*: benchmarks/path_memory.py."""
+    return 420.0 + 260.0 * robot.m if room is None else IN_ROOM
 
 
 def check(
@@ -81,7 +84,7 @@ def check(
     toolpath = in_room(job.toolpath(report), kept)
     _require_scale(robot, job, toolpath)
     samples, step = sampled(robot, job, toolpath, kept)
-    require_for_samples(len(samples), bytes_each(robot), "a check")
+    require_for_samples(len(samples), bytes_each(robot, room), "a check")
     source, uncertain = _uncertainty(robot, uncertainty)
     path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))

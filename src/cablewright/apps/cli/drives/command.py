@@ -160,7 +160,8 @@ class DrivesCommand:
         return actions.jog_platform(robot, settings, state, velocity, held.held, held.ended)
 
     def _be_virtual(self, file: Path) -> int:
-        """Simulate the drives until interrupted. Raises `InputError`, `EnvironmentFault`."""
+        """Simulate the drives, and a person beside them, until interrupted. Raises `InputError`, `EnvironmentFault`."""
+        from cablewright.apps.cli.drives.orders import REFILL, person_beside
         from cablewright.machine.drives.loopback import Hub
         from cablewright.machine.drives.virtual.ethercat_ring import VirtualRing, run_ring
         from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
@@ -183,11 +184,12 @@ class DrivesCommand:
 
         def ready() -> None:
             tell(f"virtual drives of {twin.owner.name} at {where} m on {bus} {drives.channel}; Ctrl-C ends them")
+            tell(f"{REFILL}, typed here, fills the drum")
 
         if twin.owner.kind == "ethercat":
-            run_ring(VirtualRing(rig), drives.channel, ready=ready)
+            run_ring(VirtualRing(rig), drives.channel, person_beside(rig), ready)
             return 0
         with closing(Hub(int(drives.channel))) as hub:
             ready()
-            run_rig(rig, hub)
+            run_rig(rig, hub, person_beside(rig))
         return 0

@@ -115,6 +115,11 @@ class VirtualRig:
             self.plant.step(Command(self.plant.time, np.zeros(len(self.drives))))
         self._load()
 
+    def refill(self) -> None:
+        """Fill the drum to its initial level."""
+        self.plant.refill(self.plant.settings.carrier.powder)
+        self._load()
+
     def turn_by_hand(self, line: str, length: float) -> None:
         """Pay out *length* (m) of a line as somebody would who turns its drum while nothing has power."""
         i, steps = self.names.index(line), 50
