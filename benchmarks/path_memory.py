@@ -54,9 +54,9 @@ def long() -> None:
 
 
 def _rings(file: Path, moves: int) -> Path:
-    """Write a helix of so many moves of 0.1 mm, 300 mm from its axis."""
-    turns = (2.0 * math.pi * k / TURN for k in range(moves))
-    places = (f"G1 X{300 * math.cos(turn):.3f} Y{300 * math.sin(turn):.3f} Z{500 + turn:.3f} E1\n" for turn in turns)
+    """Write rings one above the other, of so many moves of 0.1 mm in all."""
+    turns = ((2.0 * math.pi * k / TURN, k // TURN) for k in range(moves))
+    places = (f"G1 X{300 * math.cos(a):.3f} Y{300 * math.sin(a):.3f} Z{500 + layer} E1\n" for a, layer in turns)
     with file.open("w", encoding="utf-8") as out:
         out.write("G21\nG90\nM83\nG0 X300 Y0 Z500\n")
         out.writelines(places)

@@ -1,11 +1,14 @@
 """The path on the machine: scaled, placed, sampled."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
+from cablewright.paging import Room
 from cablewright.printing import path as path_module
 from cablewright.printing.path import sample
 
@@ -87,10 +90,21 @@ def test_nothing_left_or_too_far(read):
 
 
 def test_too_fine_a_step(read, monkeypatch):
-    with pytest.raises(InputError, match="step = 1e-12 m: more than 20000000 samples"):
+    with pytest.raises(InputError, match="step = 1e-12 m: more than 5000000 samples"):
         sample(read(SQUARE), step=1e-12)
     with pytest.raises(InputError, match="step"):
         sample(read(SQUARE), step=1e-320)
     monkeypatch.setattr(path_module, "MAX_SAMPLES", 5)
     with pytest.raises(InputError, match="step"):
         sample(read(SQUARE), step=0.05)
+
+
+def test_room_in_files_has_more_samples_which_are_the_same(read, monkeypatch, tmp_path):
+    within = sample(read(SQUARE), step=1e-5)
+    monkeypatch.setattr(path_module, "MAX_SAMPLES", 5)
+    in_files = sample(read(SQUARE), step=1e-5, room=Room(tmp_path))
+    for field in dataclasses.fields(within):
+        np.testing.assert_array_equal(getattr(within, field.name), getattr(in_files, field.name))
+    monkeypatch.setattr(path_module, "MAX_IN_FILES", 5)
+    with pytest.raises(InputError, match="more than 5 samples"):
+        sample(read(SQUARE), step=1e-5, room=Room(tmp_path))

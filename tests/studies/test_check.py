@@ -72,6 +72,10 @@ def test_what_lies_in_files_is_the_same(found: Check, tmp_path, monkeypatch) -> 
     again = check(found.robot, found.job, room=tmp_path)
     for name, values in arrays(found).items():
         assert np.array_equal(values, arrays(again)[name], equal_nan=True), name
+    for ours, theirs in ((found.samples, again.samples), (found.law, again.law), (found.errors, again.errors)):
+        for name, values in vars(ours).items():
+            assert np.array_equal(values, getattr(theirs, name), equal_nan=True), name
+    assert np.array_equal(found.poses, again.poses)
     assert again.findings == found.findings
     assert again.to_dict() == found.to_dict()
     assert not list(tmp_path.iterdir())

@@ -14,7 +14,8 @@ from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.toolpath import Toolpath
 
-MAX_SAMPLES: Final = 20_000_000  # 1.4 GB, on the disk where there is room for them
+MAX_SAMPLES: Final = 5_000_000  # 0.4 GB, in memory
+MAX_IN_FILES: Final = 20_000_000
 _SHORTEST_MOVE: Final = 1e-9  # m, shorter moves are rounding
 
 
@@ -79,7 +80,8 @@ def sample(
     of zero length (a nanometre or less) give no sample; their dwell is that of the last sample before. ``room``: for
     the samples.
 
-    Raises `InputError` for more than `MAX_SAMPLES`, a path beyond `MAX_COORDINATE`, or one without length.
+    Raises `InputError` for more than `MAX_SAMPLES`, or with room in files `MAX_IN_FILES`, for a path beyond
+    `MAX_COORDINATE`, or for one without length.
     """
     length = np.empty(len(toolpath.start))
     for at in blocks(len(length)):
@@ -93,8 +95,9 @@ def sample(
         raise InputError(f"the scaled path has no move longer than {_SHORTEST_MOVE} m")
     with np.errstate(over="ignore"):
         pieces = np.maximum(1.0, np.ceil(length[moves] / step - 1e-9))
-    if not pieces.sum() < MAX_SAMPLES:
-        raise InputError(f"step = {step:g} m: more than {MAX_SAMPLES} samples; give a longer step")
+    most = MAX_SAMPLES if room.folder is None else MAX_IN_FILES
+    if not pieces.sum() < most:
+        raise InputError(f"step = {step:g} m: more than {most} samples; give a longer step")
     count = pieces.astype(np.int64)
     last = np.cumsum(count)  # the sample at the end of each move that has a length
     samples = _empty(int(last[-1]) + 1, room)

@@ -27,10 +27,9 @@ def drives(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     file = tmp_path / "machine.toml"
     file.write_text(EXAMPLE.read_text("utf-8").replace('"43113"', f'"{free_channel()}"'), encoding="utf-8")
     command = [sys.executable, "-m", "cablewright", "drives", "--virtual", str(file), "--at", "0.7,-0.5,1"]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    yield process
-    process.kill()
-    process.communicate()
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        yield process
+        process.kill()
 
 
 def test_refill_fills_the_drum_and_the_end_of_the_input_ends_nothing(drives: subprocess.Popen[str]) -> None:

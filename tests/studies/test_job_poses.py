@@ -1,0 +1,48 @@
+"""Poses that bring the nozzle along a job's path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright import paging
+from cablewright.models.statics import Model
+from cablewright.paging import Room
+from cablewright.printing.job import Job
+from cablewright.printing.numeric_path import Helix
+from cablewright.robot import load
+from cablewright.studies.job_poses import along, path_box, poses_at
+
+HELIX = Helix(radius=0.5, layers=3, layer_height=0.2, first_height=0.3)
+SCHEDULES = {
+    "cogiro": ({"z": 0.3, "rotation": (0.0, 0.0, 0.0)}, {"z": 0.9, "rotation": (0.1, 0.05, -0.3)}),
+    "jung2020": ({"z": 0.3, "retraction": 1.3}, {"z": 0.9, "retraction": 1.8}),
+    "house-printer": (),
+}
+
+
+@pytest.mark.parametrize("name", SCHEDULES)
+def test_poses_in_blocks_and_files_are_the_same(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, job = load(name), Job(name="helix", helix=HELIX, schedule=SCHEDULES[name])
+    samples = job.samples(job.toolpath())
+    poses, retraction = poses_at(robot, job, samples.positions)
+    monkeypatch.setattr(paging, "BLOCK", 7)
+    monkeypatch.setattr(paging, "SMALL", 1)
+    found, drawn = along(robot, job, samples, Room(tmp_path))
+    np.testing.assert_array_equal(found, poses)
+    if drawn is None:
+        np.testing.assert_allclose(Model(robot).nozzle(found), samples.positions, atol=1e-12)
+    assert (drawn is None) == (retraction is None) == (name != "jung2020")
+    if retraction is not None:
+        np.testing.assert_array_equal(drawn, retraction)
+
+
+def test_the_box_of_a_path_holds_its_samples() -> None:
+    job = Job(name="helix", helix=HELIX, scale=2.0, origin=(1.0, -2.0, 0.5))
+    toolpath = job.toolpath()
+    low, high = path_box(job, toolpath)
+    places = job.samples(toolpath).positions
+    np.testing.assert_allclose(low, places.min(axis=0), atol=1e-12)
+    np.testing.assert_allclose(high, places.max(axis=0), atol=1e-12)
