@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Indices
 from cablewright.kernels.collision.clearance import BEADS, PIECE, TRIANGLES, PartTree
+from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.deposit import Deposit
 from cablewright.triangle_mesh import TriangleMesh
 
@@ -35,48 +37,78 @@ class Obstacle:
 
 def nothing() -> Obstacle:
     """Return a part without pieces."""
-    none = np.empty((0, PIECE))
-    return Obstacle(*_tree(BEADS, none, np.empty(0), np.empty((0, 3)), np.empty((0, 3))), 0.0)
+    return _obstacle(
+        BEADS, lambda rows: np.empty((len(rows), PIECE)), np.empty(0), _Bounds.empty(0, MEMORY), 0.0, MEMORY
+    )
 
 
-def of_beads(deposit: Deposit) -> Obstacle:
-    """Return the strands of a deposit; the time is the number of the sample."""
-    a, b, half = deposit.along, deposit.across, deposit.half
-    reach = np.abs(a) * half[:, :1] + np.abs(b) * half[:, 1:2] + np.abs(np.cross(a, b)) * half[:, 2:]
-    pieces = np.concatenate([deposit.centre, a, b, half], axis=1)
+def of_beads(deposit: Deposit, room: Room = MEMORY) -> Obstacle:
+    """Return the strands of a deposit; the time is the number of the sample. *room*: for them."""
+
+    def pieces(rows: Indices) -> Array:
+        taken = [column[rows] for column in (deposit.centre, deposit.along, deposit.across, deposit.half)]
+        let_go(deposit)
+        return np.concatenate(taken, axis=1)
+
+    bounds = _Bounds.empty(len(deposit), room)
+    for at in blocks(len(deposit)):
+        a, b, half, centre = deposit.along[at], deposit.across[at], deposit.half[at], deposit.centre[at]
+        reach = np.abs(a) * half[:, :1] + np.abs(b) * half[:, 1:2] + np.abs(np.cross(a, b)) * half[:, 2:]
+        bounds.low[at], bounds.high[at] = centre - reach, centre + reach
+        let_go((deposit, bounds))
     births = deposit.sample.astype(np.float64)
-    tree = _tree(BEADS, pieces, births, deposit.centre - reach, deposit.centre + reach)
-    return Obstacle(*tree, float(births.max(initial=0.0)))
+    return _obstacle(BEADS, pieces, births, bounds, float(births.max(initial=0.0)), room)
 
 
 def of_mesh(mesh: TriangleMesh) -> Obstacle:
     """Return the triangles of a mesh; the time is the height (m) up to which the part exists."""
     corners = mesh.corners
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    pieces = np.zeros((len(low), PIECE))
+    bounds = _Bounds(corners.min(axis=1), corners.max(axis=1))
+    pieces = np.zeros((len(corners), PIECE))
     pieces[:, :9] = corners.reshape(-1, 9)
-    return Obstacle(*_tree(TRIANGLES, pieces, low[:, 2], low, high), float(high[:, 2].max()))
+    whole = float(bounds.high[:, 2].max())
+    return _obstacle(TRIANGLES, pieces.__getitem__, bounds.low[:, 2], bounds, whole, MEMORY)
 
 
-def _tree(kind: int, pieces: Array, births: Array, low: Array, high: Array) -> tuple[PartTree, NDArray[np.int64]]:
-    """Return the tree of pieces with bounds *low* to *high* (P, 3), and the order of the pieces in it.
+class _Bounds(NamedTuple):
+    """Lowest and highest corners (P, 3) of pieces, m."""
+
+    low: Array
+    high: Array
+
+    @classmethod
+    def empty(cls, count: int, room: Room) -> Self:
+        return cls(room.empty((count, 3)), room.empty((count, 3)))
+
+
+def _obstacle(
+    kind: int, pieces: Callable[[Indices], Array], births: Array, bounds: _Bounds, whole: float, room: Room
+) -> Obstacle:
+    """Return the tree of *pieces*, which says those of some rows, with their *births* (P,) and *bounds*.
 
     Level by level, each node's pieces are sorted along the longest side of the box of their centres and halved.
     """
-    count = len(pieces)
+    count = len(births)
     levels = max(0, int(np.ceil(np.log2(max(count, 1) / _LEAF))))
-    order, middle = np.arange(count), 0.5 * (low + high)
-    boxes, since = np.zeros(((2 << levels) - 1, 6)), np.full((2 << levels) - 1, np.inf)
+    order, middle = np.arange(count), 0.5 * (bounds.low + bounds.high)
+    boxes, since = room.empty(((2 << levels) - 1, 6)), room.empty(((2 << levels) - 1,))
+    boxes[:], since[:] = 0.0, np.inf
     for level in range(levels + 1 if count else 0):
         nodes = slice((1 << level) - 1, (2 << level) - 1)
         starts = np.arange(1 << level) * count >> level
-        lowest, highest = np.minimum.reduceat(low[order], starts), np.maximum.reduceat(high[order], starts)
+        lowest = np.minimum.reduceat(bounds.low[order], starts)
+        highest = np.maximum.reduceat(bounds.high[order], starts)
         boxes[nodes] = np.concatenate([0.5 * (lowest + highest), 0.5 * (highest - lowest)], axis=1)
         since[nodes] = np.minimum.reduceat(births[order], starts)
+        let_go((bounds, boxes, since))
         if level < levels:
             node = np.repeat(np.arange(1 << level), np.diff(np.append(starts, count)))
             own = middle[order]
             extent = np.maximum.reduceat(own, starts) - np.minimum.reduceat(own, starts)
             order = order[np.lexsort((own[np.arange(count), extent.argmax(axis=1)[node]], node))]
     ranges = (np.arange((1 << levels) + 1) * count >> levels).astype(np.int64)
-    return PartTree(kind, np.ascontiguousarray(pieces[order]), births[order], boxes, since, ranges), order
+    ordered = room.empty((count, PIECE))
+    for at in blocks(count):
+        ordered[at] = pieces(order[at])
+        let_go(ordered)
+    return Obstacle(PartTree(kind, ordered, births[order], boxes, since, ranges), order, whole)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
+from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.job import Bead
 from cablewright.printing.path import Samples
 
@@ -38,10 +39,10 @@ class Deposit:
         return len(self.sample)
 
 
-def deposit(samples: Samples, bead: Bead) -> Deposit:
+def deposit(samples: Samples, bead: Bead, room: Room = MEMORY) -> Deposit:
     """Return the material of extruding moves, in pieces of about `PIECE_LENGTH` or shorter.
 
-    A piece exists from the sample at its end on, not while it is being printed.
+    A piece exists from the sample at its end on, not while it is being printed. *room*: for the pieces.
     """
     laid = np.flatnonzero(samples.extruding)
     move, begins = samples.move[laid], samples.distance[laid - 1]
@@ -52,11 +53,23 @@ def deposit(samples: Samples, bead: Bead) -> Deposit:
     fresh[1:] |= np.diff(bucket) != 0
     first = np.flatnonzero(fresh)
     last = np.append(first[1:], len(laid)) - 1
-    start, end = samples.positions[laid[first] - 1], samples.positions[laid[last]]
-    return _boxes(start, end, bead, laid[last], samples.layer[laid[last]])
+    before, ends = laid[first] - 1, laid[last]
+    count = len(ends)
+    columns = (
+        *(room.empty((count, 3)) for _ in range(4)), room.empty((count,), np.int64), room.empty((count,), np.int32)
+    )  # fmt: skip
+    for at in blocks(count):
+        boxes = _boxes(samples.positions[before[at]], samples.positions[ends[at]], bead)
+        for column, values in zip(columns, (*boxes, ends[at], samples.layer[ends[at]]), strict=True):
+            column[at] = values
+        let_go((samples, columns))
+    for column in columns:
+        column.setflags(write=False)
+    return Deposit(*columns)
 
 
-def _boxes(start: Array, end: Array, bead: Bead, sample: NDArray[np.int64], layer: NDArray[np.int32]) -> Deposit:
+def _boxes(start: Array, end: Array, bead: Bead) -> tuple[Array, Array, Array, Array]:
+    """Centre, directions along and across, and half sides (b, 3) of straight pieces from *start* to *end* (b, 3)."""
     way = end - start
     length = np.linalg.norm(way, axis=1)
     along = way / length[:, None]
@@ -69,7 +82,4 @@ def _boxes(start: Array, end: Array, bead: Bead, sample: NDArray[np.int64], laye
     drop = np.where(upright, 0.0, 0.5 * bead.height)
     centre = 0.5 * (start + end) - drop[:, None] * np.cross(along, across)
     half = np.stack([0.5 * (length + bead.width), np.full_like(length, 0.5 * bead.width), 0.5 * height], axis=1)
-    columns = (centre, along, across, half, sample, layer)
-    for column in columns:
-        column.setflags(write=False)
-    return Deposit(*columns)
+    return centre, along, across, half

@@ -29,7 +29,7 @@ from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.solids import Obstacle, of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import Room, let_go
+from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
@@ -252,15 +252,16 @@ class JobDistances:
         samples: Samples,
         mesh: TriangleMesh | None = None,
         settings: InterferenceSettings = DEFAULT,
-        room: Room | None = None,
+        room: Room = MEMORY,
     ) -> Self:
-        """Return it before the first block; the part is the *mesh*, or else what the job lays."""
+        """Return it before the first block; the part is the *mesh*, or else what the job lays. *room*: for all."""
         if mesh is None:
-            part, now = of_beads(deposit(samples, job.bead)), np.arange(len(samples), dtype=np.float64)
+            part, now = of_beads(deposit(samples, job.bead, room), room), np.arange(len(samples), dtype=np.float64)
         else:
             part, now = of_mesh(mesh), _grown(samples)
-        margins = (room or Room()).empty((len(samples), 4))
+        margins = room.empty((len(samples), 4))
         margins[:] = np.nan
+        let_go((margins, samples))
         return cls(part, now, settings, margins, np.zeros(len(samples), dtype=np.int64))
 
     def take(self, held: Equilibrium, first: int) -> None:
@@ -268,7 +269,7 @@ class JobDistances:
         block = slice(first, first + len(held))
         found = distances(held, part=self.part, now=self.now[block], settings=self.settings)
         self.margins[block], self.codes[block] = found.margins, held.code
-        let_go(self.margins)
+        let_go((self.margins, self.part))
         self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
         known = self.nearest
         self.contacts = NearestContacts(*map(partial(_nearer, first=first), self.contacts, found.contacts))
@@ -284,7 +285,11 @@ class JobDistances:
     @property
     def clearances(self) -> Clearances:
         """The smallest distances, without the part, which takes more memory than they."""
-        return Clearances(np.asarray(self.margins.min(axis=1)), self.nearest)
+        smallest = np.empty(len(self.margins))
+        for at in blocks(len(smallest)):
+            smallest[at] = self.margins[at].min(axis=1)
+            let_go(self.margins)
+        return Clearances(smallest, self.nearest)
 
 
 def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:
