@@ -43,7 +43,7 @@ def long() -> None:
         moves = _rings(folder / "moves.gcode", 2_000_000)
         straight = folder / "straight.toml"
         _beams(folder / "straight.gcode")
-        straight.write_text('schema = 1\ngcode = "straight.gcode"\n[sampling]\nstep = "2 mm"\n')
+        straight.write_text('schema = 1\nname = "straight"\ngcode = "straight.gcode"\n[sampling]\nstep = "2 mm"\n')
         less = ("--no-interference", "--no-expected-error")
         for job, options in ((house, less), (house, ()), (moves, less), (moves, ()), (straight, less)):
             command = ["check", "house-printer", str(job), *options, "--out", str(folder / "run"), "--json"]
