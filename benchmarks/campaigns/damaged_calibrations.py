@@ -1,11 +1,11 @@
 """Damaged data files and plans for `cablewright calibrate`: every one gets an answer or one line, never anything else.
 
-    python -m benchmarks.calibration_fuzz 20000 0    # so many files, from this seed on
+    python -m benchmarks.campaigns.damaged_calibrations 20000 0    # so many files, from this seed on
 
 Each case takes a good data file and plan, damages cells, columns, rows, headers, keys or bytes, and runs the command
 in a process that goes on to the next one. What is no answer: an exception, a warning of any library, an exit code that
 the command does not have, "cannot be computed with", an error of more than one line, or five minutes of time. Each is
-printed with its seed; `python -m benchmarks.calibration_fuzz 1 SEED` does one again and shows the files.
+printed with its seed; `python -m benchmarks.campaigns.damaged_calibrations 1 SEED` does one again and shows the files.
 """
 
 from __future__ import annotations
