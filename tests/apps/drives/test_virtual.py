@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import socket
 import subprocess
 import sys
@@ -47,7 +46,7 @@ def test_refill_fills_the_drum_and_the_end_of_the_input_ends_nothing(drives: sub
     assert len(refused) < 300
     with pytest.raises(subprocess.TimeoutExpired):
         drives.wait(timeout=0.5)
-    drives.send_signal(signal.SIGINT)
+    drives.terminate()
     assert drives.wait(timeout=20.0) == 130
 
 
