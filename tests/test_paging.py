@@ -85,6 +85,7 @@ def test_a_dataclass_moves_into_a_room_as_it_is(tmp_path: Path) -> None:
     assert moved.other.shape == (0, 2)
     assert moved.one is not pair.one
     assert not moved.one.flags.writeable
+    assert in_room(pair, Room()) is pair
 
 
 @pytest.mark.parametrize(("rows", "size", "wanted"), [(0, 3, []), (3, 3, [(0, 3)]), (7, 3, [(0, 3), (3, 6), (6, 7)])])

@@ -16,7 +16,7 @@ from numpy.typing import DTypeLike, NDArray
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-T = TypeVar("T", bound="DataclassInstance")
+_Arrays = TypeVar("_Arrays", bound="DataclassInstance")
 
 SMALL: Final = 1 << 18  # bytes, of an array that memory has room for
 BLOCK: Final = 1 << 16  # rows of large arrays that are worked on at a time
@@ -63,8 +63,19 @@ def taken(values: NDArray[Any], rows: NDArray[np.intp]) -> NDArray[Any]:
     return found
 
 
-def in_room(values: T, room: Room) -> T:
-    """Return a dataclass whose arrays are those of *values*, read-only, but in a *room*."""
+def of_rows(choose: np.ufunc, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the smallest or largest of each row (k,) of *values* (k, m), by ``np.minimum`` or ``np.maximum``."""
+    found = np.empty(len(values))
+    for at in blocks(len(values)):
+        found[at] = choose.reduce(values[at], axis=1)
+        let_go(values)
+    return found
+
+
+def in_room(values: _Arrays, room: Room) -> _Arrays:
+    """Return a dataclass whose arrays are those of *values*, read-only, but in a *room*; itself if that is memory."""
+    if room.folder is None:
+        return values
     return replace(values, **{each.name: _moved(getattr(values, each.name), room) for each in fields(values)})
 
 

@@ -204,19 +204,17 @@ def _worst_line(limit: Limit, values: Array, robot: Robot) -> list[Finding]:
         own = values[block]
         margins = np.minimum(own - allowed[:, 0], allowed[:, 1] - own)
         margins[np.isnan(margins)] = np.inf
-        at = margins.argmin(axis=0)
-        smaller = margins.min(axis=0) < least
-        least, rows = np.where(smaller, margins.min(axis=0), least), np.where(smaller, block.start + at, rows)
+        smallest = margins.min(axis=0)
+        rows = np.where(smallest < least, block.start + margins.argmin(axis=0), rows)
+        least = np.minimum(least, smallest)
         violations += int(_beyond(own, allowed).any(axis=1).sum())
         let_go(values)
     if not np.isfinite(least.min(initial=np.inf)):
         return []
     i = int(least.argmin())
-    at, smallest = int(rows[i]), float(least[i]) if violations else max(float(least[i]), 0.0)
+    at, margin = int(rows[i]), float(least[i]) if violations else max(float(least[i]), 0.0)
     bounds = float(allowed[i, 0]), float(allowed[i, 1])
-    return [
-        Finding(limit.name, limit.unit, smallest, float(values[at, i]), bounds, robot.lines[i].name, at, violations)
-    ]
+    return [Finding(limit.name, limit.unit, margin, float(values[at, i]), bounds, robot.lines[i].name, at, violations)]
 
 
 def _frame(robot: Robot, positions: Array) -> Finding:

@@ -40,18 +40,18 @@ def layer_table(samples: Samples, law: TimeLaw) -> LayerTable:
     stop = np.append(first[1:], len(samples))
     z = np.full(len(first), -np.inf)
     extruded, travelled, spent = np.zeros((3, len(first)))
+    before = 0.0  # when the sample before a block is left
     for at in blocks(len(samples)):
         visits = np.arange(np.searchsorted(first, at.start, side="right") - 1, np.searchsorted(first, at.stop))
         begin = np.maximum(first[visits], at.start) - at.start  # of each visit, in this block
-        laid, ends = samples.extruding[at], slice(max(at.start - 1, 0), at.stop)
+        laid, length = samples.extruding[at], samples.lengths(at)
         height = np.where(laid, samples.positions[at, 2], -np.inf)
         z[visits] = np.maximum(z[visits], np.maximum.reduceat(height, begin))
-        length, duration = (
-            _gained(each, at) for each in (samples.distance[ends], law.time[ends] + samples.dwell[ends])
-        )
         extruded[visits] += np.add.reduceat(np.where(laid, length, 0.0), begin)
         travelled[visits] += np.add.reduceat(np.where(laid, 0.0, length), begin)
-        spent[visits] += np.add.reduceat(duration, begin)
+        left = law.time[at] + samples.dwell[at]
+        spent[visits] += np.add.reduceat(np.diff(left, prepend=before), begin)
+        before = left[-1]
         let_go((samples, law))
     number = samples.layer[first]
     columns = (number, np.where(np.isfinite(z), z, np.nan), extruded, travelled, spent, first, stop)
@@ -65,8 +65,3 @@ def _changes(layer: NDArray[np.int32]) -> NDArray[np.int64]:
     """The samples whose layer is not that of the one before, in order."""
     changed = [np.flatnonzero(np.diff(layer[at.start : at.stop + 1])) + at.start for at in blocks(len(layer) - 1)]
     return np.concatenate([np.zeros(0, dtype=np.int64), *changed]) + 1
-
-
-def _gained(reached: Array, at: slice) -> Array:
-    """What each sample of a block adds; *reached* until each, and until the one before the block where there is one."""
-    return np.diff(reached, prepend=0.0) if at.start == 0 else np.diff(reached)

@@ -55,11 +55,15 @@ class Samples:
         """Length (m) without extrusion."""
         return self._length(laid=False)
 
+    def lengths(self, at: slice) -> Array:
+        """Lengths (b,), m, of the segments that end at a block of samples; 0 at the first of all."""
+        return np.diff(self.distance[at], prepend=self.distance[at.start - 1] if at.start else 0.0)
+
     def _length(self, *, laid: bool) -> float:
         found = 0.0
-        for at in blocks(len(self) - 1):
-            pieces = np.diff(self.distance[at.start : at.stop + 1])
-            found += float(pieces[self.extruding[at.start + 1 : at.stop + 1] == laid].sum())
+        for segments in blocks(len(self) - 1):
+            at = slice(segments.start + 1, segments.stop + 1)
+            found += float(self.lengths(at)[self.extruding[at] == laid].sum())
             let_go((self.distance, self.extruding))
         return found
 

@@ -29,7 +29,7 @@ from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.solids import Obstacle, of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import MEMORY, Room, blocks, let_go
+from cablewright.paging import MEMORY, Room, let_go, of_rows
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
@@ -285,11 +285,7 @@ class JobDistances:
     @property
     def clearances(self) -> Clearances:
         """The smallest distances, without the part, which takes more memory than they."""
-        smallest = np.empty(len(self.margins))
-        for at in blocks(len(smallest)):
-            smallest[at] = self.margins[at].min(axis=1)
-            let_go(self.margins)
-        return Clearances(smallest, self.nearest)
+        return Clearances(of_rows(np.minimum, self.margins), self.nearest)
 
 
 def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:

@@ -138,11 +138,7 @@ def _turns(check: Check, at: slice) -> dict[str, Array]:
 
 def _laid(check: Check, at: slice, before: float) -> Array:
     """Return the length of strand (b,), m, laid until each of some samples; *before*: until the one before these."""
-    samples = check.samples
-    if at.start == 0:
-        pieces = np.diff(samples.distance[at]) * samples.extruding[at][1:]
-        return np.cumsum(np.concatenate([[before], pieces]))
-    pieces = np.diff(samples.distance[at.start - 1 : at.stop]) * samples.extruding[at]
+    pieces = check.samples.lengths(at) * check.samples.extruding[at]
     return np.cumsum(np.concatenate([[before], pieces]))[1:]
 
 

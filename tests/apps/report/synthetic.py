@@ -15,9 +15,9 @@ from cablewright.printing.layers import LayerTable, layer_table
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot, load, loads
 from cablewright.robot.uncertainty import ASSUMED, assumed_uncertainty
-from cablewright.studies.checks.path_errors import PathErrors
 from cablewright.studies.checks.path_statics import PathStatics
 from cablewright.studies.checks.result import Check
+from cablewright.studies.checks.sample_errors import SampleErrors
 
 GRAVITY = 9.81
 
@@ -128,7 +128,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         poses=positions,
         retraction=None,
         statics=statics,
-        errors=PathErrors.of(robot, samples, positions, statics),
+        errors=SampleErrors.of(robot, samples, positions, statics),
         findings=findings,
         toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
         expected=_expected(robot, samples),
@@ -156,7 +156,7 @@ def changed(check: Check, arrays: dict[str, np.ndarray], **fields) -> Check:
     )
     statics = dataclasses.replace(check.statics, lines=lines, **ours)
     samples, poses = fields.get("samples", check.samples), fields.get("poses", check.poses)
-    errors = PathErrors.of(check.robot, samples, poses, statics)
+    errors = SampleErrors.of(check.robot, samples, poses, statics)
     return dataclasses.replace(check, statics=statics, errors=errors, **fields)
 
 

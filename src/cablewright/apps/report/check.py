@@ -41,7 +41,6 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
     """
     digest = Digest(check, layers)
     pictures = _pictures(digest)
-    let_go(check)
     for name, png in pictures.items():
         write_whole(folder / f"{name}.png", png)
     title = f"Check of {check.job.name} on {check.robot.name}"

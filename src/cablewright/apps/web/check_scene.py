@@ -17,7 +17,7 @@ from cablewright.apps.web.scene import Mark, SceneDescription
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
-from cablewright.paging import blocks, let_go
+from cablewright.paging import of_rows
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
 from cablewright.progress import Progress, silent
@@ -171,8 +171,8 @@ def _quantities(robot: Robot, positions: Array, columns: Mapping[str, Any]) -> l
     tensions: Array = columns["tensions"]
     made = [
         Quantity.of("error", "error without compensation", "m", columns["error"]),
-        Quantity.of("lowest", "lowest tension of a line", "N", _of_rows(np.minimum, tensions), colours="tension"),
-        Quantity.of("highest", "highest tension of a line", "N", _of_rows(np.maximum, tensions), colours="tension"),
+        Quantity.of("lowest", "lowest tension of a line", "N", of_rows(np.minimum, tensions), colours="tension"),
+        Quantity.of("highest", "highest tension of a line", "N", of_rows(np.maximum, tensions), colours="tension"),
         Quantity.of("speed", "speed", "m/s", columns["speed"]),
         Quantity.of("height", "height", "m", positions[:, 2]),
     ]
@@ -187,12 +187,3 @@ def _quantities(robot: Robot, positions: Array, columns: Mapping[str, Any]) -> l
             for k, line in enumerate(robot.lines)
         ]
     return made
-
-
-def _of_rows(choose: np.ufunc, values: Array) -> Array:
-    """The smallest or largest of each row (k,) of *values* (k, m)."""
-    found = np.empty(len(values))
-    for at in blocks(len(values)):
-        found[at] = choose.reduce(values[at], axis=1)
-        let_go(values)
-    return found

@@ -83,10 +83,8 @@ class PathScene:
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for at in blocks(len(self.positions)):
             known = self.positions[at][self.known[at]]
-            low, high = (
-                np.minimum(low, known.min(axis=0, initial=np.inf)),
-                np.maximum(high, known.max(axis=0, initial=-np.inf)),
-            )
+            low = np.minimum(low, known.min(axis=0, initial=np.inf))
+            high = np.maximum(high, known.max(axis=0, initial=-np.inf))
             let_go(self.positions)
         return np.stack([low, high]) if (low <= high).all() else np.zeros((0, 3))
 

@@ -24,8 +24,8 @@ from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertai
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.interpolation import interpolation_error
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
-from cablewright.studies.checks.path_errors import PathErrors
 from cablewright.studies.checks.result import WRONG_UNIT, Check
+from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
 from cablewright.studies.interference import Clearances
@@ -99,7 +99,7 @@ def check(
         poses=path.poses,
         retraction=path.retraction,
         statics=walked.statics,
-        errors=PathErrors.of(robot, samples, path.poses, walked.statics, kept),
+        errors=SampleErrors.of(robot, samples, path.poses, walked.statics, kept),
         findings=findings,
         verdict="",
         toolpath=toolpath,

@@ -25,8 +25,8 @@ from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.studies.checks.path_errors import PathErrors
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
+from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.interference import Clearances
 from cablewright.units import spell_length
 
@@ -186,7 +186,7 @@ class Check(Result):
     poses: Array  # (k, n) intended, of the platform's origin
     retraction: Array | None  # (k,) m, None where the job does not set it
     statics: PathStatics
-    errors: PathErrors
+    errors: SampleErrors
     findings: tuple[Finding, ...]
     verdict: str
     expected: ExpectedError | None  # None where it was not asked for

@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Final
@@ -47,10 +47,9 @@ class TypedLines:
 
     def _read(self) -> None:
         try:
-            for line in sys.stdin.buffer:
-                self._lines.put(line[:_LONGEST].decode(errors="replace"))
-        except OSError:  # of a terminal that belongs to another job
-            pass
+            with suppress(OSError):  # of a terminal that belongs to another job: nobody types
+                for line in sys.stdin.buffer:
+                    self._lines.put(line[:_LONGEST].decode(errors="replace"))
         finally:
             self._gone.set()
 

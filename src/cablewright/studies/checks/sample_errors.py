@@ -17,7 +17,7 @@ from cablewright.studies.checks.path_statics import PathStatics
 
 
 @dataclass(frozen=True, eq=False)
-class PathErrors:
+class SampleErrors:
     """Errors at k samples; NaN where it is not known where the platform hangs."""
 
     uncompensated: Array  # (k,) m, of the nozzle
