@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row, best
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import information
 from cablewright.calibration.pose_fit import NEAR, fits
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import SimulatedCalibration, aligned, measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.robot import Robot, load

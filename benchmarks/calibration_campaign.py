@@ -21,8 +21,8 @@ from scipy import stats
 
 from benchmarks.calibration import WANG
 from benchmarks.timing import interval
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point
-from cablewright.calibration.problem import Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.simulation import measure, random_poses
 from cablewright.calibration.solve import calibrate

@@ -14,8 +14,8 @@ import numpy as np
 
 from benchmarks.calibration import GROSS, NOISE, WANG
 from benchmarks.timing import interval
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.problem import Measured
 from cablewright.calibration.simulation import measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.robot import Robot, load

@@ -33,7 +33,10 @@ Rows = list[list[str]]
 CODES: Final = {0, 1, 2}  # an answer, a no, a file that cannot be used
 SLOW: Final = 300.0  # s
 CHUNK: Final = 50  # cases of a task
-SENSORS: Final = ("--tension-noise", "5"), ("--pose-noise", "1e-3"), ("--swivel-noise", "1e-3"), ()
+SENSORS: Final = (
+    ("--tension-noise", "5"), ("--pose-noise", "1e-3"), ("--swivel-noise", "1e-3"), (),
+    ("--tilt-noise", "1e-3", "--yaw-noise", "1e-2"),
+)  # fmt: skip
 ROBOTS: Final = (
     ("wang2021", ("rigid",)), ("merlet2023", ("rigid", "elastic")), ("paty2021", ("rigid", "elastic", "catenary")),
     ("cogiro", ("rigid", "elastic")),
@@ -45,6 +48,7 @@ CELLS: Final = (
 NAMES: Final = (
     "", "x", "y", "z", "dl_1", "dl_2", "dl_9", "f_1", "f_7", "swivel_1", "rx", "tilt_x", "sigma_x", "sigma_rz", "note",
     "dl_0", "dl_01", "DL_1", "x [mm]", "dl_1 (counts)", "\ufeffdl_1", "#", "dl_1;dl_2", "plane", "home",
+    "dl_1 (counts/4096)", "dl_2 (turns)", "dl_1 [deg]", "yaw",
 )  # fmt: skip
 VALUES: Final = (
     "0", "-1", "1e308", "nan", "inf", '""', '"abc"', "[]", "[[]]", "{}", "true", "[1, 2]", '"1 mm"', '"-3 kN"',
@@ -62,6 +66,7 @@ KEYS: Final = {
     "sigma.tension": ('"5 N"', "5", "1e-9", "1e300"),
     "sigma.swivel": ("0.001", "10"),
     "sigma.tilt": ("0.001", "1e-300"),
+    "sigma.yaw": ("0.01", "1e300"),
     "priors": ("[]", "1"),
 }
 """Keys of a plan, and values that they may have."""
@@ -78,6 +83,7 @@ TABLES: Final = (
 UNKNOWNS: Final = (
     "exit_point", "length_offset", "exit_point", "length_offset", "length_scale", "drum_radius", "build_up", "modulus",
     "sheave_radius", "platform_point",
+    "tension_offset", "tension_scale", "swivel_offset", "tilt_offset", "yaw_offset",
 )  # fmt: skip
 ODD: Final = ("exit_point.z", "exit_point.w", "mass", "", "EXIT_POINT")
 NUMBERS: Final = (*("0.01", "0.02", "0.5", "1.0", "2.0") * 4, "0", "-1", "1e-9", "1e9", '"1 mm"')

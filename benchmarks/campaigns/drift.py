@@ -23,8 +23,8 @@ from benchmarks.timing import interval
 from cablewright.calibration.data import write_measured
 from cablewright.calibration.drift.drift import Drift, check_drift
 from cablewright.calibration.drift.record import CalibrationRecord, record_of
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point
-from cablewright.calibration.problem import Measured
 from cablewright.calibration.simulation import measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.robot import Robot, load

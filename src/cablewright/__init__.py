@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     from cablewright.calibration.drift.drift import Drift, check_drift
     from cablewright.calibration.drift.record import CalibrationRecord
     from cablewright.calibration.guidance.guide import Guidance, guide
+    from cablewright.calibration.measured import Measured
     from cablewright.calibration.plan import CalibrationPlan, Sigmas
     from cablewright.calibration.poses import CalibrationPoses, calibration_poses
-    from cablewright.calibration.problem import Measured
     from cablewright.calibration.result import Calibration
     from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, simulate_calibration
     from cablewright.calibration.solve import calibrate
@@ -282,7 +282,7 @@ _HOMES = {
         "calibration.guidance.guide": "Guidance guide",
         "calibration.plan": "CalibrationPlan Sigmas",
         "calibration.poses": "CalibrationPoses calibration_poses",
-        "calibration.problem": "Measured",
+        "calibration.measured": "Measured",
         "calibration.result": "Calibration",
         "calibration.simulation": "SensorNoise SimulatedCalibration aligned simulate_calibration",
         "calibration.solve": "calibrate",

@@ -16,8 +16,8 @@ from cablewright.calibration.data import write_measured
 from cablewright.calibration.drift.comparison import compared
 from cablewright.calibration.drift.record import load_record, record_of, record_path, record_text
 from cablewright.calibration.drift.suspects import Evidence, Suspect
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
-from cablewright.calibration.problem import Measured
 from cablewright.calibration.simulation import SensorNoise, measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError

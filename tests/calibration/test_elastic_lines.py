@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.elastic_lines import ElasticProblem
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas
-from cablewright.calibration.problem import Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.simulation import (
     SensorNoise,

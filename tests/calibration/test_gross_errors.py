@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.gross_tests import FALSE_ALARM, Unexplained
+from cablewright.calibration.gross_errors.gross_tests import FALSE_ALARM, Unexplained
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.pose_fit import fit, refit
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.calibration.weights import evened

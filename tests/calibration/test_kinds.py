@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.kinds import idle, kind_fits, leverages
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Sigmas
 from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import measure, random_poses, simulate_calibration
 from cablewright.calibration.solve import calibrate
 from cablewright.calibration.weights import resisting

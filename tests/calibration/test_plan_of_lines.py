@@ -13,6 +13,7 @@ from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import SensorNoise, measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
+from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import load
 
 WANG = load("wang2021")
@@ -51,7 +52,7 @@ def test_a_line_beside_a_group_has_its_own_number() -> None:
     problem = CalibrationProblem.of(WANG, measured(np.ones(4)), plan)
     scales = [each.label for each in problem.unknowns if each.name == "length_scale"]
     assert scales == [f"length scale of {NAMES[0]}, {NAMES[1]}", *(f"length scale of {name}" for name in NAMES[2:])]
-    columns = problem.rows.target[:, -2]
+    columns = problem.rows.target[:, calibration_residuals.SCALE]
     assert columns[0] == columns[1] != columns[2] != columns[3]
 
 

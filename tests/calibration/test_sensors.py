@@ -11,9 +11,10 @@ from numba.core.types import unliteral
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Plane, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import random_poses, simulate_calibration
 from cablewright.calibration.solve import calibrate
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
@@ -24,7 +25,10 @@ from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
 
-ALL = ("exit_point", "length_offset", "sheave_radius", "length_scale", "build_up")
+ALL = (
+    *("exit_point", "length_offset", "sheave_radius", "length_scale", "build_up"),
+    *("tension_offset", "tension_scale", "swivel_offset"),
+)
 
 
 def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> CalibrationProblem:
@@ -34,7 +38,7 @@ def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> CalibrationP
     body = robot.n == 6
     unknowns = (*(name for name in ALL if name != "sheave_radius" or robot.lines[0].sheave.kind != "eyelet"),)
     if body:
-        unknowns = (*unknowns, "platform_point")
+        unknowns = (*unknowns, "platform_point", "tilt_offset", "yaw_offset")
     plan = CalibrationPlan(
         unknowns=unknowns,
         level=1e-3,
@@ -50,6 +54,7 @@ def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> CalibrationP
         rng.uniform(50.0, 200.0, (count, robot.m)),
         rng.uniform(-3.0, 3.0, (count, robot.m)),
         rng.uniform(-0.1, 0.1, (count, 2)) if body else None,
+        rng.uniform(-0.1, 0.1, (count, 1)) if body else None,
     )
     return CalibrationProblem.of(robot, measured, plan)
 

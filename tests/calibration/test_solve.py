@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import information
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, MeasuredRange, Plane, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import NEAR, fits
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import (
     SimulatedCalibration,
     aligned,

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.data import read_measured, write_measured
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.problem import Measured
 from cablewright.calibration.simulation import measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError

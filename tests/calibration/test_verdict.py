@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.cross_checks import predicted_halves
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas
 from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
 from cablewright.calibration.solve import calibrate

@@ -50,9 +50,12 @@ def said(robot: Robot, kind: str) -> list[float]:
         "linear_density": lambda line: line.cable.linear_density,
         "drum_radius": lambda line: line.winch.drum_radius,
         "build_up": lambda line: 0.0,
+        "tension_offset": lambda line: 0.0,
+        "tension_scale": lambda line: 1.0,
+        "swivel_offset": lambda line: 0.0,
     }
     place = {"x": 0, "y": 1, "z": 2}.get(axis)
-    if kind == "temperature":
+    if key in ("temperature", "tilt_offset", "yaw_offset"):
         return [0.0]
     if not KINDS[kind].per_line:
         value = getattr(robot.platform, key)
@@ -65,7 +68,7 @@ def has(robot: Robot, kind: str) -> bool:
         return not any(isinstance(line.sheave, Eyelet) for line in robot.lines)
     if kind == "drum_radius":
         return all(line.winch.drum_radius is not None for line in robot.lines)
-    return robot.n == 6 or not kind.startswith(("platform_point", "centre_of_mass", "moment"))
+    return robot.n == 6 or not kind.startswith(("platform_point", "centre_of_mass", "moment", "tilt", "yaw"))
 
 
 def test_the_kinds_are_listed_in_order_and_cannot_be_changed() -> None:
@@ -79,6 +82,7 @@ def test_the_kinds_are_listed_in_order_and_cannot_be_changed() -> None:
         *(f"centre_of_mass{axis}" for axis in axes),
         *(f"force{axis}" for axis in axes),
         *(f"moment{axis}" for axis in axes),
+        *("tension_offset", "tension_scale", "swivel_offset", "tilt_offset.x", "tilt_offset.y", "yaw_offset"),
     ]
     with pytest.raises(TypeError):
         KINDS["modulus"] = KINDS["mass"]  # type: ignore[index]
@@ -92,7 +96,9 @@ def test_a_kind_says_what_it_is(name: str) -> None:
     assert kind.name == name
     assert kind.meaning
     units = {
-        **dict.fromkeys(("modulus", "length_scale"), "1"),
+        **dict.fromkeys(("modulus", "length_scale", "tension_scale"), "1"),
+        **dict.fromkeys(("swivel_offset", "tilt_offset", "yaw_offset"), "rad"),
+        "tension_offset": "N",
         "linear_density": "kg/m",
         "build_up": "1/m",
         "temperature": "K",
@@ -221,7 +227,7 @@ def test_labels_tell_the_parameters_of_a_robot_apart() -> None:
 
 
 def test_what_is_physical() -> None:
-    bounded = ("modulus", "sheave_radius", "linear_density", "length_scale", "drum_radius", "mass")
+    bounded = ("modulus", "sheave_radius", "linear_density", "length_scale", "drum_radius", "mass", "tension_scale")
     for name, kind in KINDS.items():
         assert kind.allows(1e-9)
         assert kind.allows(0.0) == (name not in bounded)

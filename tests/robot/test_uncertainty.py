@@ -102,7 +102,7 @@ def test_coverage_is_2_and_matters_to_deviations_alone() -> None:
 
 
 @pytest.mark.parametrize("way", ["plus_minus", "deviation"])
-@pytest.mark.parametrize("kind", [name for name in KINDS if name not in ("drum_radius", "build_up")])
+@pytest.mark.parametrize("kind", [name for name, kind in KINDS.items() if kind.role in ("hardware", "command")])
 def test_every_kind_takes_a_width_about_its_nominal(kind: str, way: str) -> None:
     robot = load("cogiro")
     for one in entry(robot, name=kind, **{way: 1e-3}):
@@ -113,7 +113,7 @@ def test_every_kind_takes_a_width_about_its_nominal(kind: str, way: str) -> None
         assert one.low < one.nominal < one.high
 
 
-@pytest.mark.parametrize("kind", ["drum_radius", "build_up"])
+@pytest.mark.parametrize("kind", ["drum_radius", "build_up", "tension_scale", "yaw_offset"])
 def test_what_only_a_calibration_knows_is_not_uncertain(kind: str) -> None:
     with pytest.raises(ValidationError, match="name: unknown parameter"):
         entry(HOUSE, name=kind, plus_minus=1e-3)

@@ -10,6 +10,7 @@ import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.fixed import line_index
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.unknowns import Unknown
 from cablewright.errors import InputError
@@ -21,19 +22,22 @@ SHARES: Final = {
     "drum_radius": (0.9, 1.1),
     "sheave_radius": (0.5, 2.0),
     "modulus": (0.1, 10.0),
+    "tension_scale": (0.5, 2.0),
 }
 """Range of each of these over its value in the robot file, or over 1."""
 
 BUILD_UP: Final = (0.0, 0.2)  # 1/m: cable wound on a spool makes it thicker, never thinner
 AWAY: Final = 3.0  # frame diagonals: max distance of a coordinate from the file's, and a third of the longest line
+AZIMUTH: Final = 2.0 * math.pi  # rad: the zero of a sensor of azimuths may be anywhere
+TILT: Final = 0.3  # rad: a tilt that is that far off is of a sensor mounted the wrong way
 _AT: Final = 1e-9  # of the range: nearer than this is at the bound
 
 
-def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array, counted: Array) -> Array:
-    """Return the min and max (2, k) of each unknown, over its size; *counted*: (N, m) m.
+def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array, measured: Measured) -> Array:
+    """Return the min and max (2, k) of each unknown, over its size.
 
-    The length out, offset and count, is positive at every pose. Raises `InputError` for bounds in the plan that are not
-    of an unknown, or that exclude the file's value.
+    The offset of a load cell is at most its largest reading. The length out, offset and count, is positive at every
+    pose. Raises `InputError` for bounds in the plan that are not of an unknown, or that exclude the file's value.
     """
     diagonal = math.dist(robot.scene.frame_min, robot.scene.frame_max)
     found = np.zeros((2, len(unknowns)))
@@ -43,7 +47,9 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
         elif each.name == "build_up":
             found[:, at] = BUILD_UP
         elif each.name == "length_offset":
-            found[:, at] = -counted[:, lines_of(robot, each)].min(), 3.0 * AWAY * diagonal
+            found[:, at] = -measured.counted[:, lines_of(robot, each)].min(), 3.0 * AWAY * diagonal
+        elif each.entry.role == "sensor":
+            found[:, at] = np.array([-1.0, 1.0]) * _largest(robot, each, measured)
         else:
             found[:, at] = start[at] - AWAY * diagonal, start[at] + AWAY * diagonal
     for index, bound in enumerate(plan.bounds):
@@ -55,11 +61,19 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
         for at, each in enumerate(unknowns):
             if each.name == bound.name and (bound.lines is None or any(each.of_line(line) for line in bound.lines)):
                 found[:, at] = bound.min / each.size, bound.max / each.size
-                known = each.name != "length_offset"
-                if known and not found[0, at] <= start[at] <= found[1, at]:
+                if each.in_file and not found[0, at] <= start[at] <= found[1, at]:
                     value = start[at] * each.size
                     raise InputError(f"{where}: {each.label} is {value:g} in the file, out of the bounds")
     return found
+
+
+def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:
+    """Return how large the offset of a sensor may be, SI."""
+    if unknown.name != "tension_offset":
+        return TILT if unknown.name == "tilt_offset" else AZIMUTH
+    if measured.tensions is None:
+        return 0.0
+    return float(np.abs(measured.tensions[:, lines_of(robot, unknown)]).max())
 
 
 def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.measured import Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
+
+_MEASURES: Final = {"tension": ("tensions", "f_1"), "swivel": ("swivel", "swivel_1"), "tilt": ("tilt", "tilt_x"),
+                    "yaw": ("yaw", "yaw")}  # fmt: skip
+"""By the first word of an unknown of a sensor: the field of what it measured, and the first of the columns."""
 
 _APART = 1e-3  # m: poses with smaller differences in all lengths count as one
 _THREE = 3  # measured positions that fix place and direction
@@ -82,8 +88,18 @@ def _measurements_per_pose(problem: CalibrationProblem) -> int:
     return int((problem.of_poses(problem.weights) > 0.0).sum(axis=1).min())
 
 
+def _check_sensors(problem: CalibrationProblem) -> None:
+    """Raise `InputError` for an unknown of a sensor that measured nothing."""
+    measured = problem.measured
+    for name in problem.plan.unknowns:
+        field, column = _MEASURES.get(name.partition("_")[0], ("", ""))
+        if field and getattr(measured, field) is None:
+            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
+
+
 def check(problem: CalibrationProblem) -> None:
-    """Raise `InputError` if there are too few poses, or too few different ones."""
+    """Raise `InputError` for too few poses, too few different ones, and for an unknown of a sensor without data."""
+    _check_sensors(problem)
     measured, needed, count = problem.measured, min_poses(problem), problem.poses
     why = (
         f"each pose gives {_measurements_per_pose(problem)} numbers and has {problem.unknowns_per_pose} unknowns, and "

@@ -123,7 +123,6 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
     """Compare the lengths alone, from the solution *found* on, with the joint fit; None if they do not test it."""
     if problem.elastic:
         return None
-    measured = replace(problem.measured, pose_sigma=None, tensions=None, swivel=None, tilt=None)
     plan = CalibrationPlan(
         unknowns=problem.plan.unknowns,
         shared=problem.plan.shared,
@@ -131,7 +130,7 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
         bounds=problem.plan.bounds,
         sigma=problem.plan.sigma,
     )
-    free = CalibrationProblem.of(problem.robot, measured, plan, hold=False)
+    free = CalibrationProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
     m = problem.robot.m
     weights = np.where(problem.of_poses(found.weights)[:, :m] > 0.0, 1.0 / problem.encoder_sigma, 0.0).ravel()
     free = replace(free, weights=weights, found_encoder=problem.encoder_sigma)

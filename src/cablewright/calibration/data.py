@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from decimal import Decimal
 from itertools import chain
 from pathlib import Path
 from typing import Final
@@ -10,9 +12,11 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.problem import Measured
+from cablewright.calibration.measured import Measured
 from cablewright.csv_input import Column, cells_of, find_column, number_rows, separator_of, shown, text_lines
 from cablewright.errors import InputError, suggestion
+from cablewright.models.coil import TURN
+from cablewright.models.drum import drum_of
 from cablewright.robot import Robot
 from cablewright.units import ANGLE, FORCE, LENGTH, Dimension
 
@@ -21,6 +25,9 @@ MAX_POSES: Final = 5_000
 
 _MAX_SIZE: Final = 1e9  # SI
 _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
+_OF_DRUM: Final = re.compile(
+    r"(?P<name>(?i:dl)_[0-9]+) *[(\[](?P<unit>turns|rad|deg|counts(?:/(?P<counts>[1-9][0-9]{0,8}))?)[)\]]"
+)
 _MAY_BE_BLANK: Final = frozenset((*_POSE, *(f"sigma_{name}" for name in _POSE)))
 
 
@@ -29,8 +36,9 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
 
     Optional columns: ``x,y,z`` (and ``rx,ry,rz`` of a rigid platform), start values of the poses, or measured poses
     where ``sigma_x`` .. are given, blank where a row has none; ``f_1`` .., tensions; ``swivel_1`` .., azimuths of the
-    free cables; ``tilt_x,tilt_y``. A unit may follow a name, ``dl_1 (mm)``; without it numbers are SI. The separator is
-    tab, semicolon or comma. Comments begin with ``#``.
+    free cables; ``tilt_x,tilt_y``; ``yaw``. A unit may follow a name, ``dl_1 (mm)``; without it numbers are SI.
+    Encoders may also give what the drum turned, ``turns``, ``deg``, ``rad``, or ``counts/4096``, counts of an encoder
+    that has 4096 a turn of the drum. The separator is tab, semicolon or comma. Comments begin with ``#``.
 
     Raises `InputError` for a missing, unknown or repeated column, an incomplete group of columns, a row that is shorter
     or longer than the header, and a cell that is not a finite number.
@@ -98,21 +106,45 @@ def _groups(robot: Robot) -> dict[str, tuple[str, ...]]:
         "tensions": tension,
         "swivel": swivel,
         "tilt": ("tilt_x", "tilt_y"),
+        "yaw": ("yaw",),
     }
 
 
-def _dimension(name: str) -> Dimension:
+def _dimension(name: str, robot: Robot, cells: Sequence[str], place: str) -> Dimension:
+    """Return the dimension of a column; that of encoders has units of the drum's turn too, if the header uses one."""
+    if name.startswith("dl_"):
+        return _of_drum(name, robot, cells, place)
     if name.startswith("f_"):
         return FORCE
-    angle = name.startswith(("swivel_", "tilt_")) or name.removeprefix("sigma_") in _POSE[3:]
+    angle = name.startswith(("swivel_", "tilt_", "yaw")) or name.removeprefix("sigma_") in _POSE[3:]
     return ANGLE if angle else LENGTH
+
+
+def _of_drum(name: str, robot: Robot, cells: Sequence[str], place: str) -> Dimension:
+    """Return lengths, and turns of the drum of a column's line. Raises `InputError` where it has no one radius."""
+    given = [each for each in map(_OF_DRUM.fullmatch, cells) if each and each["name"].casefold() == name]
+    if not given:
+        return LENGTH
+    line = robot.lines[int(name.removeprefix("dl_")) - 1]
+    drum = drum_of(line)
+    if drum is None or drum.build_up > 0.0:
+        why = "gives no winch.drum_radius" if drum is None else "has winch.build_up, so its drum has no one radius"
+        raise InputError(f"{place}: column {shown(given[0][0])}: line {line.name!r} {why}; give lengths")
+    if any(each["unit"] == "counts" for each in given):
+        raise InputError(
+            f"{place}: column {shown(given[0][0])}: say how many a turn of the drum, as in '{name} (counts/4096)'"
+        )
+    turn = TURN * drum.radius
+    sizes = {"turns": turn, "rad": drum.radius, "deg": turn / 360.0}
+    sizes |= {each["unit"]: turn / int(each["counts"]) for each in given if each["counts"]}
+    return Dimension("length", {**LENGTH.units, **{unit: Decimal(size) for unit, size in sizes.items()}})
 
 
 def _columns(header: str, place: str, robot: Robot) -> dict[str, Column]:
     """Return the known columns by name. Raises `InputError` for an unknown column or an incomplete group."""
     cells = cells_of(header, separator_of(header))
     known = list(chain.from_iterable(_groups(robot).values()))
-    found = {name: find_column((name,), cells, place, _dimension(name)) for name in known}
+    found = {name: find_column((name,), cells, place, _dimension(name, robot, cells, place)) for name in known}
     columns = {name: column for name, column in found.items() if column is not None}
     positions = {column.position for column in columns.values()}
     for position, cell in enumerate(cells):

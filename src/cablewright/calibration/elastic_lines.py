@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.problem import NO_FRAME, CalibrationProblem, Derivatives, Measured, equations
+from cablewright.calibration.problem import NO_FRAME, CalibrationProblem, Derivatives, equations
 from cablewright.errors import AnswerError
-from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
+from cablewright.kernels.fitting.calibration_residuals import TENSION_SCALE, MeasurementRows
 from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule
 from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineNumbers
@@ -101,8 +102,11 @@ class ElasticProblem(CalibrationProblem):
         del theta, poses
         return self
 
-    def equilibria(self, theta: Array, states: Array) -> Equilibrium:
-        """Return the equilibria for the lengths in *states* (N, ..), solved from there; check their status."""
+    def equilibria(self, theta: Array, states: Array, again: bool = True) -> Equilibrium:
+        """Return the equilibria for the lengths in *states* (N, ..), solved from there; check their status.
+
+        *again*: whether those that fail are solved again from the pose alone, then without a guess.
+        """
         m, n, count = self.robot.m, self.robot.n, len(states)
         lengths, near = np.ascontiguousarray(states[:, :m]), np.ascontiguousarray(states[:, m : m + n])
         line_states = np.ascontiguousarray(states[:, m + n :]).reshape(count, m, -1)
@@ -115,7 +119,7 @@ class ElasticProblem(CalibrationProblem):
             heights = LineNumbers(packed.lines).winch_height
             packed, lengths = varied(self.robot, packed, [parameter for parameter, _ in given], values, lengths)
             LineNumbers(packed.lines).winch_height = heights  # a winch exit moves vertically with its exit point
-        found = solve_from(self.model, packed, lengths, near, line_states, np.ones(count, dtype=bool))
+        found = solve_from(self.model, packed, lengths, near, line_states, np.full(count, again))
         # A fit may pass through overstretched lines.
         solved = np.where(found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code)
         return replace(found, code=solved if possible else np.full(count, int(Code.NOT_FINITE)))
@@ -141,8 +145,13 @@ class ElasticProblem(CalibrationProblem):
         by_all[:, range(m), range(m)] += weight[:, :m]
         if self.measured.tensions is not None:
             loads = slice(m, 2 * m)
-            residual[:, loads] += weight[:, loads] * np.where(ok[:, None], held.tensions, 0.0)
-            by_all[:, loads] += weight[:, loads, None] * change
+            scale = self.line_numbers(theta)[:, TENSION_SCALE]
+            read = np.where(ok[:, None], held.tensions, 0.0) / scale  # what load cells without an offset would read
+            residual[:, loads] += weight[:, loads] * read
+            by_all[:, loads] += weight[:, loads, None] * change / scale[:, None]
+            for i in np.flatnonzero(self.rows.target[:, TENSION_SCALE] >= 0):
+                at = m + self.rows.target[i, TENSION_SCALE]
+                by_all[:, m + i, at] -= weight[:, m + i] * read[:, i] / scale[i]
         residual[~ok] = np.where(weight[~ok] > 0.0, np.nan, 0.0)
         by_unknown = found.by_unknown + by_all[..., m:]
         return Derivatives(residual, by_all[..., :m], by_unknown, found.others, found.others_by_unknown)
@@ -205,7 +214,7 @@ class ElasticProblem(CalibrationProblem):
             size = max(np.abs(change).max(initial=0.0), np.abs(lengths).max())
             trial = states.copy()
             trial[:, :m] += lengths
-            held = self.equilibria(theta + change, trial)
+            held = self.equilibria(theta + change, trial, again=False)
             trial[held.ok, m:] = self.states_of(held)[held.ok, m:]
             there = self._rows(theta + change, trial, held, weights)
             then = _cost(there)

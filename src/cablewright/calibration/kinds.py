@@ -26,6 +26,7 @@ NAMES: Final = {
     rows_of.COORDINATE: "positions",
     rows_of.SWIVEL: "swivel angles",
     rows_of.TILT: "tilts",
+    rows_of.YAW: "yaw angles",
     rows_of.PLANE: "planes",
     rows_of.REACH: "ranges",
 }

@@ -26,6 +26,7 @@ RADIUS: Final = 0.03  # of a sheave's radius: the cable's own radius may be in i
 BUILD_UP: Final = 2e-3  # 1/m: a layer of 4 mm cable on a drum of 0.1 m, every 20 m
 STRETCH: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
 MODULUS: Final = 0.2  # of the file's, where lines stretch
+CELL: Final = 0.01  # of a load cell's scale: the class of ordinary ones
 STRETCH_NAME: Final = "stretch"
 _STRETCH_WORDS: Final = "stretch of all lines over that by the file"
 _LEAST: Final = 0.05  # of the information: min that is left without a pose
@@ -125,11 +126,13 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
         names.append("build_up")
     if problem.elastic and "modulus" not in plan.unknowns:
         names.append("modulus")
-    shared = tuple(name for name in names if name != "sheave_radius")
+    shared = tuple(names[1:] if names[:1] == ["sheave_radius"] else names)
+    sensors = _of_sensors(problem)
+    names += [name for name in sensors if name not in plan.unknowns]
     wider = problem.with_plan(_with_unknowns(plan, tuple(names), shared))
     numbers = []
     for each in wider.free_unknowns[len(found.theta) :]:
-        believed = {"build_up": BUILD_UP, "modulus": MODULUS}.get(each.name)
+        believed = ({"build_up": BUILD_UP, "modulus": MODULUS} | sensors).get(each.name)
         sigma = RADIUS * float(wider.start[wider.unknowns.index(each)]) if believed is None else believed
         numbers.append(Considered(each.kind, each.line, each.label, each.unit, 0.0, sigma, 0.0))
     stretch = None if problem.elastic else stretch_of(problem, found.theta, found.poses)
@@ -138,6 +141,17 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
     extra = np.zeros((problem.poses, problem.per_pose, 1))
     extra[:, : robot.m, 0] = problem.of_poses(found.weights)[:, : robot.m] * stretch
     return wider, extra, [*numbers, Considered(STRETCH_NAME, None, _STRETCH_WORDS, "1", 0.0, STRETCH, 0.0)]
+
+
+def _of_sensors(problem: CalibrationProblem) -> dict[str, float]:
+    """Return what is believed of the sensors that measured: a zero that is off by as much as their noise, a scale."""
+    measured, sigma, found = problem.measured, problem.plan.sigma, dict[str, float]()
+    if measured.tensions is not None:
+        found |= {"tension_offset": sigma.tension, "tension_scale": CELL}
+    for name in ("swivel", "tilt", "yaw"):
+        if getattr(measured, name) is not None:
+            found[f"{name}_offset"] = getattr(sigma, name)
+    return found
 
 
 def _with_unknowns(plan: CalibrationPlan, names: tuple[str, ...], shared: tuple[str, ...]) -> CalibrationPlan:
@@ -157,7 +171,7 @@ def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array
     robot = problem.robot
     lengths = problem.lengths(theta, poses)
     compliance = 1.0 / np.array([line.cable.stiffness for line in robot.lines])
-    tensions = problem.measured.tensions
+    tensions = None if problem.measured.tensions is None else problem.tensions(theta)
     if tensions is None:
         if not _is_loaded(robot):
             return None

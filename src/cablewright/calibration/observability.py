@@ -155,7 +155,13 @@ def motions(found: Information) -> dict[str, Array]:
         for move, turn, k in zip(names[:3], names[3:], (2, 0, 1), strict=True):
             named[move][which] = np.tile(np.eye(3)[names.index(move)], len(points))[coordinates]
             named[turn][which] = np.cross(np.eye(3)[k], arms).ravel()[coordinates]
+    named["yaw"] += azimuth_offsets(found.unknowns) * named["yaw"].any()
     return {name: motion for name, motion in named.items() if motion.any()}
+
+
+def azimuth_offsets(unknowns: Sequence[Unknown]) -> Array:
+    """Return 1 for the offset of a sensor of azimuths in the world, which turns with the frame, otherwise 0, (k,)."""
+    return np.array([float(each.name in ("swivel_offset", "yaw_offset")) for each in unknowns])
 
 
 def beyond_frames(found: Information) -> Array:
@@ -170,9 +176,9 @@ def beyond_frames(found: Information) -> Array:
 def frame_rows(found: Information, start: Array, weight: float) -> tuple[Array, Array]:
     """Return rows (d, k) and values (d,) that hold what stays open near *start* (k,): the inner constraint.
 
-    Home lengths, which a robot file does not have, do not count.
+    What a robot file does not have, home lengths and offsets of sensors, does not count.
     """
-    counts = np.array([each.name != "length_offset" for each in found.unknowns])
+    counts = np.array([each.in_file for each in found.unknowns])
     rows = weight * (found.null * counts[:, None]).T
     return np.ascontiguousarray(rows), rows @ start
 

@@ -10,6 +10,7 @@ from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.unknowns import BOUNDED, COORDINATES, DEFAULT, NAMES, Unknown
 from cablewright.errors import suggestion
+from cablewright.robot.parameters import KINDS_OF
 from cablewright.toml_input import load_model
 from cablewright.units import Angle, Force, Length, Positive, Vec3
 from cablewright.validation import Description, FileDescription, refusal
@@ -29,6 +30,7 @@ class Sigmas(Description):
     tension: Positive[Force] = 5.0
     swivel: Positive[Angle] = 1e-3
     tilt: Positive[Angle] = 1e-3
+    yaw: Positive[Angle] = 1e-2
 
 
 class Prior(Description):
@@ -68,7 +70,7 @@ class Bound(Description):
             raise refusal("name", f"has no bounds of one number; {suggestion(self.name, BOUNDED)}")
         if not self.min < self.max:
             raise refusal("max", f"must be over min, {self.min:g}")
-        if self.min <= 0.0 and self.name not in ("build_up", "length_offset"):
+        if self.min <= 0.0 and KINDS_OF[self.name][0].min_value == 0.0:
             raise refusal("min", "must be over 0")
         return self
 

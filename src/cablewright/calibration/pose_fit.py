@@ -9,9 +9,10 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.observability import (
     Information,
+    azimuth_offsets,
     beyond_frames,
     frame_rows,
     information,
@@ -19,6 +20,7 @@ from cablewright.calibration.observability import (
     without,
 )
 from cablewright.calibration.problem import CalibrationProblem
+from cablewright.kernels.fitting import calibration_residuals
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.parameters import lines_of
@@ -217,6 +219,7 @@ def _starts(problem: CalibrationProblem, rng: np.random.Generator, rough: float)
             poses[:, :3] += rng.uniform(-0.5 * away, 0.5 * away, (len(poses), 3))
             lengths = (problem.lengths(theta, poses) - problem.measured.counted)[known]
             theta = _with_home(problem, theta, np.nanmedian(lengths, axis=0))
+            theta = _with_azimuths(problem, theta, poses, known)
             if not known.all():
                 poses = np.where(known[:, None], poses, fitted_poses(problem, theta, poses))
             yield theta, poses
@@ -227,12 +230,38 @@ def _starts(problem: CalibrationProblem, rng: np.random.Generator, rough: float)
         at_home = np.argmin(np.abs(problem.measured.counted).max(axis=1))
         lengths = problem.lengths(theta, poses[:1])[0] - problem.measured.counted[at_home]
         theta = _with_home(problem, theta, lengths)
-        yield theta, fitted_poses(problem, theta, poses)
+        poses = fitted_poses(problem, theta, poses, without=_of_open_zero(problem))
+        yield _with_azimuths(problem, theta, poses, np.ones(len(poses), dtype=bool)), poses
 
 
-def fitted_poses(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
-    """Return the poses (N, n) or states (N, ..) that fit best with the unknowns *theta*, from start values *poses*."""
-    return fits(problem.for_poses_only(theta), np.zeros((1, 0)), poses[None], settings=_ROUGHLY)[0].poses
+def fitted_poses(problem: CalibrationProblem, theta: Array, poses: Array, without: Mask | None = None) -> Array:
+    """Return the poses (N, n) or states (N, ..) that fit best with the unknowns *theta*, from start values *poses*.
+
+    *without*: rows (e,) of each pose that do not count.
+    """
+    weights = problem.weights.copy()
+    if without is not None:
+        problem.of_poses(weights)[:, without] = 0.0
+    return fits(problem.for_poses_only(theta), np.zeros((1, 0)), poses[None], weights, settings=_ROUGHLY)[0].poses
+
+
+def _of_open_zero(problem: CalibrationProblem) -> Mask:
+    """Return which rows (e,) of a pose are azimuths by a sensor of unknown zero."""
+    kinds, names = problem.rows.kind[: problem.per_pose], {each.name for each in problem.free_unknowns}
+    swivel, yaw = (kinds == kind for kind in (calibration_residuals.SWIVEL, calibration_residuals.YAW))
+    return np.asarray((swivel & ("swivel_offset" in names)) | (yaw & ("yaw_offset" in names)))
+
+
+def _with_azimuths(problem: CalibrationProblem, theta: Array, poses: Array, known: Mask) -> Array:
+    """Return the unknowns (k,) with the zeros of sensors of azimuths that fit on average where *poses* are *known*."""
+    rows_of = np.flatnonzero(_of_open_zero(problem))
+    if not len(rows_of):
+        return theta
+    rows, changed = problem.derivatives(theta, poses, np.ones(len(problem.values))), theta.copy()
+    for at in np.flatnonzero(azimuth_offsets(problem.free_unknowns)):
+        own = rows_of[rows.by_unknown[0, rows_of, at] != 0.0]
+        changed[at] += float(np.angle(np.nanmean(np.exp(1j * rows.residual[np.ix_(known, own)]))))
+    return changed
 
 
 def _with_home(problem: CalibrationProblem, theta: Array, lengths: Array) -> Array:
@@ -299,6 +328,7 @@ def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
         return found
     turn, theta = matrices([0.0, 0.0, angle]), found.theta.copy()
     theta[exits] = (arms @ turn.T + points.mean(axis=0)).ravel()
+    theta += angle * azimuth_offsets(problem.free_unknowns)
     poses = problem.poses_of(found.poses).copy()
     poses[:, :3] = (poses[:, :3] - points.mean(axis=0)) @ turn.T + points.mean(axis=0)
     if problem.robot.n == 6:  # rotation by turn after the pose's own

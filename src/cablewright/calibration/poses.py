@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.checks import min_poses
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import random_poses
 from cablewright.choices import PoseCriterion
 from cablewright.errors import InputError, UnknownName

@@ -2,60 +2,32 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.bounds import ranges
-from cablewright.calibration.fixed import held_by_datum, line_index, linear_rows
+from cablewright.calibration.fixed import held_by_datum, linear_rows
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.sensor_rows import ENCODER_SIGMA, distance_rows, load_on, sensor_rows
 from cablewright.calibration.unknowns import Unknown, coordinates_of, numbers_of_lines, targets, unknowns_of
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.rotation import placed
-from cablewright.robot import RigidPlatform, Robot
-
-ENCODER_SIGMA = 1e-4
-"""Default standard deviation of the encoders, m, which weighs them against other sensors."""
+from cablewright.robot import Robot
 
 SURVEY: Final = "surveyed points and distances"
 """What people call the rows that belong to no pose."""
 
 NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
-
-
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """The measurements at N poses. `guess`: start values of the poses; with `pose_sigma`, measurements of them.
-
-    A row of `guess` is NaN where nothing is known of the pose, one of `pose_sigma` where it was not measured.
-    """
-
-    counted: Array  # (N, m) m: length changes since home, by encoders
-    guess: Array | None = None  # (N, n) m and rad
-    pose_sigma: Array | None = None  # (N, n) m and rad
-    tensions: Array | None = None  # (N, m) N
-    swivel: Array | None = None  # (N, m) rad: azimuth of each free cable, 0 is world +x
-    tilt: Array | None = None  # (N, 2) rad: of the platform against the plumb line, about x and y
-    places: Sequence[int] = field(default=())  # (N,) line number of each pose in the file
-    origin: str = "the data"  # the name in messages
-
-    @property
-    def positioned(self) -> int:
-        """The number of poses whose position is measured."""
-        return 0 if self.pose_sigma is None else int(np.isfinite(self.pose_sigma).all(axis=1).sum())
-
-    def place(self, pose: int) -> str:
-        """Return where a pose (counted from 0) is: ``line 7`` of the file, or ``pose 7``."""
-        return f"line {self.places[pose]}" if len(self.places) else f"pose {pose + 1}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,6 +222,12 @@ class CalibrationProblem:
         calibration_residuals.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(poses), found)
         return found
 
+    def tensions(self, theta: Array) -> Array:
+        """Return the tensions (N, m) that load cells measured, N, with their offsets and scales in *theta*."""
+        lines = self.line_numbers(theta)
+        scale, offset = lines[:, calibration_residuals.TENSION_SCALE], lines[:, calibration_residuals.TENSION_OFFSET]
+        return np.asarray(scale * self.rows.tensions + offset)
+
     def exit_points(self, theta: Array) -> Array:
         """Return the exit points (m, 3), m, with free unknowns *theta*."""
         return self.points(theta, "exit_point")
@@ -288,9 +266,10 @@ class CalibrationProblem:
         m = self.robot.m
         found = self.derivatives(theta, poses, np.ones(len(self.values)))
         u = np.swapaxes(found.by_pose[:, :m], 1, 2)  # (N, n, m): lengths change as forces and moments do
-        left = _loads(self.rows.load, poses) - np.einsum("nam,nm->na", u, self.rows.tensions)
-        tensions = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left)
-        return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(tensions)))
+        true, scale = self.tensions(theta), self.line_numbers(theta)[:, calibration_residuals.TENSION_SCALE]
+        left = _loads(self.rows.load, poses) - np.einsum("nam,nm->na", u, true)
+        readings = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale
+        return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(readings)))
 
     def of_poses(self, weights: Array) -> Array:
         """Return the part (N, e) of row *weights* that belongs to poses; a view."""
@@ -311,11 +290,11 @@ def equations(
     held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
     if held.all():
         raise InputError("datum: holds every unknown; nothing is left to calibrate")
-    count, distances = len(measured.counted), _distances(robot, plan)
-    blocks = list(_blocks(robot, measured, plan, elastic))
+    count, distances = len(measured.counted), distance_rows(robot, plan)
+    blocks = list(sensor_rows(robot, measured, plan, elastic))
     per_pose = sum(block.values.shape[1] for block in blocks)
     linear, wanted, prior = linear_rows(robot, unknowns, plan, start)
-    limits = np.ascontiguousarray(ranges(robot, unknowns, plan, start, measured.counted)[:, ~held])
+    limits = np.ascontiguousarray(ranges(robot, unknowns, plan, start, measured)[:, ~held])
 
     def of_rows(name: str, dtype: type, *shape: int) -> Any:
         """A field of the blocks for all R rows: those of the poses in their order, then distances."""
@@ -336,115 +315,13 @@ def equations(
         lines=lines,
         target=np.where((target >= 0) & ~held[target], (np.cumsum(~held) - 1)[target], -1),
         tensions=np.zeros((count, robot.m)) if measured.tensions is None else np.ascontiguousarray(measured.tensions),
-        load=_load(robot),
+        load=load_on(robot),
         linear=np.ascontiguousarray(linear[:, ~held]),
         wanted=wanted - linear[:, held] @ start[held],
     )
     is_prior = np.append(np.zeros(len(plan.distances), dtype=bool), prior)
     values, weights = of_rows("values", np.float64), of_rows("weights", np.float64)
     return unknowns, rows, values, weights, per_pose, start, held, is_prior, limits
-
-
-class _Block(NamedTuple):
-    """Rows of one sensor, r at each of N poses; what is not an array is the same in all rows, see `MeasurementRows`."""
-
-    kind: int
-    values: Array  # (N, r)
-    weights: Array | float
-    line: ArrayLike = 0
-    other: ArrayLike = 0
-    extra: ArrayLike = 0
-
-
-def _distances(robot: Robot, plan: CalibrationPlan) -> _Block:
-    """Return the rows (1, d) of measured distances between exit points, which belong to no pose."""
-    ends = [
-        line_index(robot, name, f"distances[{at}]") for at, each in enumerate(plan.distances) for name in each.between
-    ]
-    values, sigmas = (np.array([[getattr(each, name) for each in plan.distances]]) for name in ("value", "deviation"))
-    return _Block(calibration_residuals.BETWEEN, values, 1.0 / sigmas, ends[::2], ends[1::2])
-
-
-def _blocks(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bool) -> Iterator[_Block]:
-    """Yield the rows of each sensor that the data have: encoders first, then tensions if each is a row of its own."""
-    sigma, lines = plan.sigma, np.arange(robot.m)
-    encoder = calibration_residuals.PAID_OUT if elastic else calibration_residuals.ENCODER
-    yield _Block(encoder, measured.counted, 1.0 / (sigma.encoder or ENCODER_SIGMA), lines)
-    if elastic and measured.tensions is not None:
-        yield _Block(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma.tension, lines)
-    if measured.pose_sigma is not None:
-        assert measured.guess is not None
-        places = np.nan_to_num(measured.guess)
-        extra = np.zeros((*places.shape, 6))
-        if robot.n == 6:
-            extra[:, 3:, :3] = places[:, None, 3:]
-        weights = np.nan_to_num(1.0 / measured.pose_sigma)  # 0 where it is blank
-        yield _Block(calibration_residuals.COORDINATE, places, weights, other=np.arange(robot.n), extra=extra)
-    if measured.swivel is not None:
-        yield _Block(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
-    if measured.tilt is not None:
-        if robot.n == 3:
-            raise InputError(
-                f"{measured.origin}: tilt_x, tilt_y: {robot.name!r} is a point platform, which has no tilt"
-            )
-        yield _Block(calibration_residuals.TILT, measured.tilt, 1.0 / sigma.tilt, other=np.arange(2))
-    if not elastic and measured.tensions is not None:
-        yield _balance(robot, measured, sigma.tension)
-    nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
-    for index, plane in enumerate(plan.planes):
-        at = _at_poses(measured, plane.poses, f"planes[{index}]")
-        normal = np.asarray(plane.normal) / math.hypot(*plane.normal)
-        weights = at[:, None] / plane.deviation
-        values = np.full(weights.shape, float(normal @ plane.point))
-        yield _Block(calibration_residuals.PLANE, values, weights, extra=np.append(normal, nozzle))
-    for index, reach in enumerate(plan.ranges):
-        at = _at_poses(measured, reach.poses, f"ranges[{index}]")
-        values = np.zeros((len(at), 1))
-        values[np.asarray(reach.poses) - 1, 0] = reach.values
-        yield _Block(
-            calibration_residuals.REACH, values, at[:, None] / reach.deviation, extra=np.append(reach.point, nozzle)
-        )
-
-
-def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
-    """Return 1 at each of the poses (counted from 1), 0 at the others, (N,)."""
-    if max(poses) > len(measured.counted):
-        raise InputError(f"{where}.poses: there is no pose {max(poses)}; the data have {len(measured.counted)}")
-    at = np.zeros(len(measured.counted))
-    at[np.asarray(poses) - 1] = 1.0
-    return at
-
-
-def _balance(robot: Robot, measured: Measured, sigma: float) -> _Block:
-    """Return the rows of measured tensions: the wrench they leave unbalanced, along directions of independent errors.
-
-    A tension's error acts along its line, so the wrench has the covariance sigma^2 sum w w^T, w = (u, r x u). The
-    directions u are those from the file's exit points to the platform points at the start values of the poses.
-    """
-    guess, count, n = measured.guess, len(measured.counted), robot.n
-    if guess is None:
-        raise InputError(f"{measured.origin}: tensions f_1.. require columns x,y,z, start values of the poses")
-    if np.isnan(guess).any():
-        row = measured.place(int(np.argmax(np.isnan(guess).any(axis=1))))
-        raise InputError(f"{measured.origin}, {row}: x, y, z are blank; with tensions f_1.. a start value is required")
-    points = placed(guess, [line.platform_point for line in robot.lines])
-    away = points - np.array([line.exit_point for line in robot.lines])
-    u = away / np.linalg.norm(away, axis=2)[..., None]
-    w = np.concatenate([u, np.cross(points - guess[:, None, :3], u)], axis=2)[..., :n]
-    spread = np.einsum("nmi,nmj->nij", w, w)
-    size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: small is relative to the same row
-    extra = np.zeros((count, n, 6))
-    extra[..., :n] = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
-    return _Block(calibration_residuals.BALANCE, np.zeros((count, n)), 1.0, extra=extra)
-
-
-def _load(robot: Robot) -> Array:
-    """Return the load (10,) on the platform: external force (N) and moment (N m), weight (N) and its centre (m)."""
-    platform, load = robot.platform, np.zeros(10)
-    load[:3], load[6] = platform.force, platform.mass * robot.scene.gravity
-    if isinstance(platform, RigidPlatform):
-        load[3:6], load[7:] = platform.moment, platform.centre_of_mass
-    return load
 
 
 def _loads(load: Array, poses: Array) -> Array:

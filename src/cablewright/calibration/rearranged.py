@@ -11,8 +11,9 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.pose_fit import PoseFit, quick_fit
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import aligned
 
 _ALL: Final = 4  # lines up to which every order is tried; with more: two exchanged, all shifted, all reversed
@@ -113,6 +114,8 @@ def _arrangements(measured: Measured, m: int) -> Iterator[tuple[str, int, Measur
     for i in range(m):
         yield f"dl_{i + 1} with the other sign", 1, replace(measured, counted=measured.counted * signs[i])
     yield "all dl with the other sign", m, replace(measured, counted=-measured.counted)
+    if measured.swivel is not None:
+        yield "all swivel angles with the other sign", 1, replace(measured, swivel=-measured.swivel)
     if measured.guess is not None:
         for axis, name in enumerate("xyz"):
             mirrored = measured.guess.copy()

@@ -11,6 +11,7 @@ import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.drift.suspects import CHANGE_PARTS, Explanation
+from cablewright.calibration.gross_errors.outliers import Rejected
 from cablewright.calibration.model_doubt import ModelDoubt, model_doubt
 from cablewright.calibration.observability import (
     Direction,
@@ -21,7 +22,6 @@ from cablewright.calibration.observability import (
     suggestions,
     weakest,
 )
-from cablewright.calibration.outliers import Rejected
 from cablewright.calibration.pose_fit import PoseFit
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.unknowns import Unknown, with_values

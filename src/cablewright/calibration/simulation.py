@@ -10,9 +10,10 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.data import MAX_POSES
 from cablewright.calibration.elastic_lines import FREED, ElasticProblem
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.pose_fit import yaw_between
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.rotation import matrices
@@ -37,6 +38,7 @@ class SensorNoise:
     swivel: float | None = None  # rad
     tilt: float | None = None  # rad
     pose: float | None = None  # m and rad
+    yaw: float | None = None  # rad
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,14 +110,16 @@ def measure(
     for name, value in vars(sensors).items():
         if value is not None and not 0.0 <= value < np.inf:
             raise InputError(f"{name} noise = {value:g}: must be finite and at least 0")
-    if sensors.tilt is not None and robot.n == 3:
-        raise InputError(f"tilt noise = {sensors.tilt:g}: {robot.name!r} is a point platform, which has no tilt")
+    for name in ("tilt", "yaw"):
+        if getattr(sensors, name) is not None and robot.n == 3:
+            raise InputError(f"{name} noise: {robot.name!r} is a point platform, which has no {name}")
     nothing = np.zeros((len(poses), m))
     blank = Measured(
         nothing,
         poses,
         swivel=None if sensors.swivel is None else nothing,
         tilt=None if sensors.tilt is None else np.zeros((len(poses), 2)),
+        yaw=None if sensors.yaw is None else np.zeros((len(poses), 1)),
     )
     if model.fidelity.cable is CableLaw.RIGID:
         problem, states = CalibrationProblem.of(robot, blank, hold=False), poses
@@ -130,17 +134,22 @@ def measure(
     lengths = readings[:, :m]
     counted = lengths - lengths[0] + rng.normal(0.0, noise, lengths.shape)
     guesses = poses + rng.uniform(-guess, guess, poses.shape)
-    tensions = swivel = tilt = sigma = None
+    tensions = sigma = None
     if sensors.tension is not None and held is not None:
         tensions = held.tensions + rng.normal(0.0, sensors.tension, lengths.shape)
-    if sensors.swivel is not None:
-        swivel = readings[:, m : 2 * m] + rng.normal(0.0, sensors.swivel, lengths.shape)
-    if sensors.tilt is not None:
-        tilt = readings[:, -2:] + rng.normal(0.0, sensors.tilt, (len(poses), 2))
+    angles, at = dict[str, Array](), m
+    for name, columns in (("swivel", m), ("tilt", 2), ("yaw", 1)):
+        deviation = getattr(sensors, name)
+        if deviation is not None:
+            true = readings[:, at : at + columns]
+            angles[name] = true + rng.normal(0.0, deviation, true.shape)
+            at += columns
     if sensors.pose is not None:
         guesses = poses + rng.normal(0.0, sensors.pose, poses.shape)
         sigma = np.full(poses.shape, max(sensors.pose, _EXACT))
-    return SimulatedCalibration(Measured(counted, guesses, sigma, tensions, swivel, tilt), poses, lengths[0], noise)
+    swivel, tilt, yaw = (angles.get(name) for name in ("swivel", "tilt", "yaw"))
+    measured = Measured(counted, guesses, sigma, tensions, swivel, tilt, yaw)
+    return SimulatedCalibration(measured, poses, lengths[0], noise)
 
 
 def _given(robot: Robot, poses: Array) -> Array:

@@ -17,12 +17,13 @@ from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.elastic_start import elastic_fit
+from cablewright.calibration.gross_errors.outliers import Rejected, without_outliers
 from cablewright.calibration.kinds import kind_fits, kind_of
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import Information, information
-from cablewright.calibration.outliers import Rejected, without_outliers
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, framed, to_file_frame
-from cablewright.calibration.problem import SURVEY, CalibrationProblem, Measured
+from cablewright.calibration.problem import SURVEY, CalibrationProblem
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.status import status_of
 from cablewright.calibration.verdict import NEED, judged

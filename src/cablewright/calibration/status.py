@@ -36,7 +36,7 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
     limit = _NO_FIT * diagonal if given is None else max(_TOO_LARGE * given, 1e-6)
     if problem.elastic and chi > _TOO_LARGE:
         size = f"residuals are {chi:.3g} times what the sigmas predict"
-        return f"{size}: are sigma.tension and sigma.encoder those of the sensors, lines in order?"
+        return f"{size}: are sigma.tension and sigma.encoder those of the sensors, zeros of load cells and lines right?"
     if rms > limit:
         size = f"lengths fit to {rms * 1e3:.3g} mm only, over the limit of {limit * 1e3:.3g} mm"
         return f"{size}: check the order of the lines, wrap sides, signs and units"
@@ -46,7 +46,7 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
 def _at_bound(problem: CalibrationProblem, found: PoseFit) -> str:
     """Return which unknowns ended at the edge of their range; empty for none."""
     limits = problem.limits
-    in_file = np.where(problem.named("length_offset"), np.nan, problem.free)
+    in_file = np.where([each.in_file for each in problem.free_unknowns], problem.free, np.nan)
     ends = np.logical_or(*at_bound(found.theta, limits, in_file))
     where = np.flatnonzero(ends)
     if not len(where):

@@ -25,12 +25,17 @@ _COLUMNS: Final = {
     "drum_radius": calibration_residuals.SCALE,
     "build_up": calibration_residuals.BUILD_UP,
     "modulus": -1,  # stiff lines have none
+    "tension_offset": calibration_residuals.TENSION_OFFSET,
+    "tension_scale": calibration_residuals.TENSION_SCALE,
+    "swivel_offset": calibration_residuals.SWIVEL_OFFSET,
+    "tilt_offset": calibration_residuals.TILT_OFFSET,
+    "yaw_offset": calibration_residuals.YAW_OFFSET,
 }
 NAMES: Final = tuple(_COLUMNS)
 """Names of the numbers that may be unknown, as in the parameter registry."""
 
-COORDINATES: Final = tuple(f"{name}.{axis}" for name in NAMES if name.endswith("_point") for axis in "xyz")
-"""Coordinates of those that are points."""
+COORDINATES: Final = tuple(kind.name for name in NAMES for kind in KINDS_OF[name] if kind.axis is not None)
+"""Those of them that have an axis: ``exit_point.z``."""
 
 BOUNDED: Final = tuple(name for name in NAMES if not name.endswith("_point"))
 """Those that are one number, not coordinates: a plan may give their range."""
@@ -70,6 +75,11 @@ class Unknown(Parameter):
     def label(self) -> str:
         """The name for people: "exit point x of south-west", "sheave radius of all lines"."""
         return ", ".join((super().label.replace("length offset", "home length"), *self.others))
+
+    @property
+    def in_file(self) -> bool:
+        """Whether a robot file says something of it, at least that it is 1 or 0: not of home lengths and sensors."""
+        return self.name != "length_offset" and self.entry.role != "sensor"
 
     @property
     def of_equilibrium(self) -> bool:
@@ -170,7 +180,7 @@ def numbers_of_lines(robot: Robot) -> Array:
     for row, line in zip(lines, robot.lines, strict=True):
         row[calibration_residuals.EXIT : calibration_residuals.EXIT + 3] = line.exit_point
         row[calibration_residuals.POINT : calibration_residuals.POINT + 3] = line.platform_point
-        row[calibration_residuals.SCALE] = 1.0
+        row[[calibration_residuals.SCALE, calibration_residuals.TENSION_SCALE]] = 1.0
         if isinstance(line.sheave, Swivel | UniversalJoint):
             row[calibration_residuals.RADIUS] = line.sheave.radius
             row[calibration_residuals.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0

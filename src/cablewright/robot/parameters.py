@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.robot.parameter_values import AXES, Kind, Owner, above_winch, up_to_lever, with_exit, with_modulus
 from cablewright.robot.platform import PointPlatform
-from cablewright.units import FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
+from cablewright.units import ANGLE, FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
 
 if TYPE_CHECKING:  # a robot has an uncertainty, which is of parameters
     from cablewright.robot.robot import Robot
@@ -54,6 +54,15 @@ _ALL: Final = (
     *_vector("force", FORCE, "platform", "force on the platform besides its weight and the lines, world"),
     *_vector("moment", TORQUE, "platform",
              "moment on a rigid platform about its origin besides that of the force, world", body=True),
+    _of_line("tension_offset", FORCE, "true tension less the scaled reading of the load cell", role="sensor",
+             nominal=0.0),
+    _of_line("tension_scale", None, "change of the true tension over that of the reading", role="sensor", nominal=1.0,
+             min_value=0.0),
+    _of_line("swivel_offset", ANGLE, "true azimuth of the free cable less the reading", role="sensor", nominal=0.0),
+    *(Kind(f"tilt_offset.{axis}", ANGLE, "platform", f"true tilt of a rigid platform about {axis} less the reading",
+           role="sensor", body=True, nominal=0.0) for axis in "xy"),
+    Kind("yaw_offset", ANGLE, "platform", "true yaw of a rigid platform less the reading", role="sensor", body=True,
+         nominal=0.0),
 )  # fmt: skip
 
 KINDS: Final[Mapping[str, Kind]] = MappingProxyType({kind.name: kind for kind in _ALL})

@@ -23,13 +23,15 @@ from cablewright.calibration.drift.states import states_at
 from cablewright.calibration.drift.suspects import CHANGE_PARTS, READING, SCALE, DriftChange, Evidence, Suspect, beside
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.kinds import kind_of
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.model_doubt import STRETCH_NAME, stretch_of
-from cablewright.calibration.problem import CalibrationProblem, Derivatives, Measured
+from cablewright.calibration.problem import CalibrationProblem, Derivatives
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
+from cablewright.robot.parameters import KINDS
 
 FALSE_ALARM: Final = 0.01
 """Default share of checks that say that something moved though nothing did."""
@@ -172,7 +174,7 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
     """Return the equations with the record's unknowns, what it considers, exit points and home lengths."""
     plan, considered = known.plan, [each for each in known.considered if each.name != STRETCH_NAME]
     names = (*plan.unknowns, *(each.name.partition(".")[0] for each in considered), *_FREED)
-    shared = (*plan.shared, *(each.name for each in considered if each.line is None))
+    shared = (*plan.shared, *(each.name for each in considered if each.line is None and KINDS[each.name].per_line))
     plan = plan.model_copy(update={"unknowns": tuple(dict.fromkeys(names)), "shared": tuple(dict.fromkeys(shared))})
     problem: CalibrationProblem
     if known.cable is CableLaw.RIGID:
@@ -276,7 +278,7 @@ def _readings(problem: CalibrationProblem, eliminated: _Eliminated) -> Iterator[
         if alike:
             own = own[[int(np.argmax(np.linalg.norm(effects[:, pose, own], axis=0)))]]
         for at in own.tolist():
-            named = not alike and kinds[at] != "tilts"
+            named = not alike and kinds[at] not in ("tilts", "yaw angles")
             what = "one of the readings" if alike else f"{READING}{kinds[at]}"
             line = problem.robot.lines[int(which[at])].name if named else None
             yield Suspect(what, line, effects[:, pose, [at]], among, pose, of_alarm=False)

@@ -125,6 +125,7 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
         tension=plan.sigma.tension * factors.get("tensions", 1.0),
         swivel=plan.sigma.swivel * factors.get("swivel angles", 1.0),
         tilt=plan.sigma.tilt * factors.get("tilts", 1.0),
+        yaw=plan.sigma.yaw * factors.get("yaw angles", 1.0),
     )
     told = zip(found.unknowns, found.values.tolist(), found.sigma.tolist(), strict=True)
     return CalibrationRecord(

@@ -23,7 +23,11 @@ READING: Final = "reading of the "
 
 SCALE: Final = "scale of all lengths"
 
-_UNITS: Final = {SCALE: "1", f"{READING}tensions": "N", f"{READING}swivel angles": "rad", f"{READING}tilts": "rad"}
+_UNITS: Final = {
+    SCALE: "1",
+    f"{READING}tensions": "N",
+    **{f"{READING}{angles}": "rad" for angles in ("swivel angles", "tilts", "yaw angles")},
+}
 _PLAIN: Final = ("modulus", "length scale")  # factors
 _MAX_NAMED: Final = 4
 _MORE: Final = 1e-3  # probability of what more amounts explain by chance, under which they are said to be needed

@@ -9,9 +9,10 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.guidance.known import Known
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import random_poses
 from cablewright.calibration.unknowns import coordinates_of
 from cablewright.models.statics import Model

@@ -16,8 +16,8 @@ from cablewright.arrays import Array
 from cablewright.calibration.data import read_measured
 from cablewright.calibration.guidance.candidates import MAX_NEXT, NextPose, PoseCandidates, Search
 from cablewright.calibration.guidance.known import Known
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.problem import Measured
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.solve import ROUGH
 from cablewright.calibration.unknowns import coordinates_of

@@ -10,8 +10,9 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.checks import check_lengths, min_poses
 from cablewright.calibration.drift.states import with_new_home
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.problem import CalibrationProblem, Measured
+from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.solve import calibrate
 from cablewright.calibration.unknowns import coordinates_of

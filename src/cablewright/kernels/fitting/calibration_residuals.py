@@ -15,9 +15,11 @@ from cablewright.kernels.rotation import compose, matrix, rotate
 
 # Columns of a line. The side is +1 over the sheave, -1 under it, 0 where there is none. The offset is the length at
 # zero counts, from the exit point; the scale is the true length over the counted one; the build-up is the relative
-# decrease of the drum's radius per length paid out, 1/m.
+# decrease of the drum's radius per length paid out, 1/m. True tensions and angles are readings plus their offset, those
+# of load cells times their scale before. Tilt and yaw of the platform are those of the first line.
 EXIT, POINT, RADIUS, SIDE, OFFSET, SCALE, BUILD_UP = 0, 3, 6, 7, 8, 9, 10
-COLUMNS = 11
+TENSION_OFFSET, TENSION_SCALE, SWIVEL_OFFSET, TILT_OFFSET, YAW_OFFSET = 11, 12, 13, 14, 16
+COLUMNS = 17
 
 # Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):
 ENCODER = 0  # line
@@ -28,6 +30,7 @@ REACH = 4  # extra: a point of the world, a point of the platform: their distanc
 PLANE = 5  # extra: unit normal, a point of the platform: its distance along the normal from the origin, m
 BALANCE = 6  # extra: directions of a force, 1 / N, and of a moment, 1 / N m: unbalanced part of measured tensions
 BETWEEN = 7  # line, other: distance of two exit points, m; belongs to no pose
+YAW = 10  # azimuth of the platform's x axis, rad
 # Of lines that stretch and sag; the part that depends on their equilibrium is added elsewhere:
 PAID_OUT = 8  # line
 TENSION = 9  # line
@@ -131,7 +134,9 @@ def read_row(rows, i, j, value, pose, work):
     if kind == SWIVEL:
         return _swivel(rows, rows.line[i], value, pose, work)
     if kind == TILT:
-        return _tilt(rows.other[i], value, work), 0
+        return _tilt(rows, rows.other[i], value, work)
+    if kind == YAW:
+        return _yaw(rows, value, work)
     if kind in (REACH, PLANE):
         return _contact(kind, rows.extra[i], value, pose, work), 0
     if kind == BALANCE:
@@ -139,7 +144,7 @@ def read_row(rows, i, j, value, pose, work):
     if kind == PAID_OUT:
         return _wound(rows, work, 0, rows.line[i], value)
     if kind == TENSION:
-        return -value, 0
+        return _reading_of_cell(rows, rows.line[i], value, work)
     return _between(rows, rows.line[i], rows.other[i], value, work)
 
 
@@ -223,12 +228,18 @@ def _swivel(rows, i, value, pose, work):
     dx, dy = pose[0] + ax - line[EXIT], pose[1] + ay - line[EXIT + 1]
     square = max(dx * dx + dy * dy, MIN_DISTANCE * MIN_DISTANCE)
     count = _by_point(rows, work, i, 0, ax, ay, az, -dy / square, dx / square, 0.0)
-    off = atan2(dy, dx) - value
-    return off - 2.0 * pi * floor((off + pi) / (2.0 * pi)), count
+    count = _put(rows, work, count, i, SWIVEL_OFFSET, -1.0)
+    return _wrapped(atan2(dy, dx) - value - line[SWIVEL_OFFSET]), count
 
 
 @jit
-def _tilt(about, value, work):
+def _wrapped(angle):
+    """The same angle from -pi to pi, rad."""
+    return angle - 2.0 * pi * floor((angle + pi) / (2.0 * pi))
+
+
+@jit
+def _tilt(rows, about, value, work):
     """Tilt of the plumb line in the platform's frame, rad; d(R^T e_z) = -R^T (w x e_z) for a world rotation w."""
     turned, slope = work.rotation, work.slope
     up, sign = turned[2, 2], (1.0 if about == 0 else -1.0)
@@ -239,7 +250,18 @@ def _tilt(about, value, work):
         row, turn = (1, 1.0) if k == 0 else (0, -1.0)
         change, rise = turn * turned[row, axis], turn * turned[row, 2]
         slope[3 + k] = sign * (change * up - lean * rise) / square
-    return sign * atan2(lean, up) - value
+    offset = TILT_OFFSET + about
+    return sign * atan2(lean, up) - value - work.lines[0, offset], _put(rows, work, 0, 0, offset, -1.0)
+
+
+@jit
+def _yaw(rows, value, work):
+    """Azimuth of the platform's x axis; d(R e_x) = w x (R e_x) for a world rotation w."""
+    turned, slope = work.rotation, work.slope
+    x, y, z = turned[0, 0], turned[1, 0], turned[2, 0]
+    square = max(x * x + y * y, MIN_DISTANCE * MIN_DISTANCE)
+    slope[3], slope[4], slope[5] = -x * z / square, -y * z / square, 1.0
+    return _wrapped(atan2(y, x) - value - work.lines[0, YAW_OFFSET]), _put(rows, work, 0, 0, YAW_OFFSET, -1.0)
 
 
 @jit
@@ -262,16 +284,31 @@ def _contact(kind, extra, value, pose, work):
 
 
 @jit
+def _reading_of_cell(rows, i, value, work):
+    """What a load cell would read without tension, less what it reads, N; the tension is added elsewhere."""
+    line = work.lines[i]
+    zero = -line[TENSION_OFFSET] / line[TENSION_SCALE]
+    count = _put(rows, work, 0, i, TENSION_OFFSET, -1.0 / line[TENSION_SCALE])
+    count = _put(rows, work, count, i, TENSION_SCALE, -zero / line[TENSION_SCALE])
+    return zero - value, count
+
+
+@jit
 def _balance(rows, j, along, pose, work):
     """Load less tensions times (u, r x u), along a force and a moment; u depends on the platform point.
 
-    Along the moment b a line acts as along the force b x r, which rotates with the arm r.
+    Along the moment b a line acts as along the force b x r, which rotates with the arm r. Noise is that of readings, so
+    that all is over the root mean square of the scales: small ones would win otherwise, for they make noise small.
     """
-    free = work.free
+    free, m, squares = work.free, rows.lines.shape[0], 0.0
+    for i in range(m):
+        squares += work.lines[i, TENSION_SCALE] ** 2
+    share = sqrt(m / squares)
     left = _load(rows.load, along, work)
     count = 0
-    for i in range(rows.lines.shape[0]):
-        line, t = work.lines[i], rows.tensions[j, i]
+    for i in range(m):
+        line, reading = work.lines[i], rows.tensions[j, i]
+        t = line[TENSION_OFFSET] + line[TENSION_SCALE] * reading
         ax, ay, az = _arm(work, i)
         over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
         rho, c, s = max(free[6], MIN_DISTANCE), free[7], free[8]
@@ -281,12 +318,22 @@ def _balance(rows, j, along, pose, work):
         inward = bz * c - s * (bx * ex + by * ey)
         around = (by * ex - bx * ey) * c / rho
         turn = inward / free[5]
-        left -= t * (bx * free[1] + by * free[2] + bz * free[3])
+        along_line = bx * free[1] + by * free[2] + bz * free[3]
+        left -= t * along_line
+        count = _put(rows, work, count, i, TENSION_OFFSET, -along_line)
+        count = _put(rows, work, count, i, TENSION_SCALE, -reading * along_line)
         gx, gy = -turn * s * ex - around * ey, -turn * s * ey + around * ex
         count = _by_point(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * turn * c)
         count = _put(rows, work, count, i, RADIUS, t * turn * (line[SIDE] - s))
         gx, gy, gz = _cross(free[1], free[2], free[3], along[3], along[4], along[5])
         count = _by_arm(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * gz)
+    left *= share
+    for k in range(6):
+        work.slope[k] *= share
+    for k in range(count):
+        work.gradient[k] *= share
+    for i in range(m):
+        count = _put(rows, work, count, i, TENSION_SCALE, -left * work.lines[i, TENSION_SCALE] / squares)
     return left, count
 
 

@@ -274,6 +274,9 @@ class NoiseOptions:
     tilt_noise: Annotated[
         float | None, typer.Option("--tilt-noise", help="Add the tilt of a rigid platform with this one, rad.")
     ] = None
+    yaw_noise: Annotated[
+        float | None, typer.Option("--yaw-noise", help="Add the yaw of a rigid platform with this one, rad.")
+    ] = None
     pose_noise: Annotated[
         float | None,
         typer.Option("--pose-noise", help="Add measured poses with this one, m and rad, instead of guesses."),
@@ -306,7 +309,9 @@ class SimulateCalibrationCommand:
         from cablewright.robot import load
 
         machine, given = load(self.robot), self.noises
-        sensors = SensorNoise(given.tension_noise, given.swivel_noise, given.tilt_noise, given.pose_noise)
+        sensors = SensorNoise(
+            given.tension_noise, given.swivel_noise, given.tilt_noise, given.pose_noise, given.yaw_noise
+        )
         made = simulate_calibration(
             machine, self.poses, given.noise, seed=self.seed, guess=given.guess, cable=self.cable, sensors=sensors
         )

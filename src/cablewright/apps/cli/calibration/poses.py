@@ -45,8 +45,8 @@ class PosesCommand:
     def run(self) -> int:
         """Choose the poses, write and print them."""
         from cablewright.calibration.data import write_measured
+        from cablewright.calibration.measured import Measured
         from cablewright.calibration.poses import calibration_poses
-        from cablewright.calibration.problem import Measured
         from cablewright.robot import load
 
         machine = load(self.robot)

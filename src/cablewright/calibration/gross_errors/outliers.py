@@ -10,8 +10,8 @@ import numpy as np
 from scipy import special
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.gross_parts import robust_fit, spread_of, unexplained
-from cablewright.calibration.gross_tests import FALSE_ALARM, Unexplained, counts, floor_of
+from cablewright.calibration.gross_errors.gross_parts import robust_fit, spread_of, unexplained
+from cablewright.calibration.gross_errors.gross_tests import FALSE_ALARM, Unexplained, counts, floor_of
 from cablewright.calibration.observability import information, projected
 from cablewright.calibration.pose_fit import PoseFit, fitted_poses, refit
 from cablewright.calibration.problem import CalibrationProblem

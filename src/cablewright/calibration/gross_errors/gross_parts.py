@@ -17,7 +17,7 @@ from scipy import special
 
 from cablewright.arrays import Array
 from cablewright.calibration.checks import gauge_size
-from cablewright.calibration.gross_tests import counts, floor_of
+from cablewright.calibration.gross_errors.gross_tests import counts, floor_of
 from cablewright.calibration.observability import information, projected
 from cablewright.calibration.pose_fit import QUICK, PoseFit, fit, fitted_poses
 from cablewright.calibration.problem import CalibrationProblem

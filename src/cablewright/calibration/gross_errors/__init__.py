@@ -1,0 +1,1 @@
+"""Gross errors in the rows of a calibration."""
