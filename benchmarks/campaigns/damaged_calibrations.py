@@ -4,7 +4,7 @@
 
 Each case takes a good data file and plan, damages cells, columns, rows, headers, keys or bytes, and runs the command
 in a process that goes on to the next one. What is no answer: an exception, a warning of any library, an exit code that
-the command does not have, "cannot be computed with", an error of more than one line, or five minutes of time. Each is
+the command does not have, "cannot be computed with", an error of more than one line, or five minutes of processor time. Each is
 printed with its seed; `python -m benchmarks.campaigns.damaged_calibrations 1 SEED` does one again and shows the files.
 """
 
@@ -31,7 +31,7 @@ from cablewright.apps.cli.main import NOT_COMPUTED, run
 Rows = list[list[str]]
 
 CODES: Final = {0, 1, 2}  # an answer, a no, a file that cannot be used
-SLOW: Final = 300.0  # s
+SLOW: Final = 300.0  # s, of the processor
 CHUNK: Final = 50  # cases of a task
 SENSORS: Final = (
     ("--tension-noise", "5"), ("--pose-noise", "1e-3"), ("--swivel-noise", "1e-3"), (),
@@ -251,14 +251,14 @@ def case(base: Base, rng: np.random.Generator, folder: Path) -> list[str]:
 def outcome(base: Base, seed: int, folder: Path) -> Outcome:
     """Run one case."""
     command = case(base, np.random.default_rng(seed), folder)
-    said, began = io.StringIO(), time.monotonic()
+    said, began = io.StringIO(), time.process_time()
     with warnings.catch_warnings(record=True) as told, redirect_stdout(io.StringIO()), redirect_stderr(said):
         warnings.simplefilter("always")
         try:
             code = run(command)
         except Exception:  # noqa: BLE001  # whatever it is, it is a finding
-            return Outcome(seed, -1, time.monotonic() - began, traceback.format_exc())
-    seconds = time.monotonic() - began
+            return Outcome(seed, -1, time.process_time() - began, traceback.format_exc())
+    seconds = time.process_time() - began
     lines = [line for line in said.getvalue().splitlines() if line.strip()]
     faults = [f"warning: {each.category.__name__}: {each.message} ({each.filename}:{each.lineno})" for each in told]
     faults += [f"code {code}"] if code not in CODES else []
