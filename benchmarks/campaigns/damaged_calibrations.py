@@ -4,8 +4,9 @@
 
 Each case takes a good data file and plan, damages cells, columns, rows, headers, keys or bytes, and runs the command
 in a process that goes on to the next one. What is no answer: an exception, a warning of any library, an exit code that
-the command does not have, "cannot be computed with", an error of more than one line, or five minutes of processor time. Each is
-printed with its seed; `python -m benchmarks.campaigns.damaged_calibrations 1 SEED` does one again and shows the files.
+the command does not have, "cannot be computed with", an error of more than one line, or five minutes of processor
+time. Each is printed with its seed; `python -m benchmarks.campaigns.damaged_calibrations 1 SEED` does one again and
+shows the files.
 """
 
 from __future__ import annotations
