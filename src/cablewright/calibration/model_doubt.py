@@ -2,17 +2,18 @@
 
 Known numbers are considered (Schmidt 1966): each is believed to a standard deviation, the data say how far off it is,
 and what that shifts is added to the covariance: little where data deny a shift, all of it where they show one or cannot
-tell. Beside it stands the covariance by the scatter of the poses (a sandwich, clustered by pose, HC3).
+tell. Beside it stands the covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Indices
 from cablewright.calibration.observability import Information, projected
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.pose_fit import PoseFit
@@ -71,7 +72,8 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     by_all = np.concatenate([rows.by_unknown, extra], axis=2)
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
     known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
-    others = problem.derivatives(found.theta, found.poses).others_by_unknown
+    here = problem.derivatives(found.theta, found.poses)
+    others = here.others_by_unknown
     motion = -posterior.covariance @ (known.T @ other)  # (k, q): of the unknowns, as the numbers change
     considered, exits = [], problem.named("exit_point")
     joint = np.zeros((k + len(numbers),) * 2)
@@ -85,7 +87,10 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
         for at, each in enumerate(numbers):
             shift = float(np.abs(motion[exits, at] * value[at]).max(initial=0.0))
             considered.append(replace(each, value=float(value[at]), sigma=float(spread[at, at] ** 0.5), shift=shift))
-    scatter = _by_scatter(off, reduced[..., :k], others, posterior)
+    alone = _surveyed(problem)
+    clusters = _Clusters(off, reduced[..., :k]), *(_Clusters(here.others[at], others[at]) for at in alone)
+    unmeasured = np.delete(others, np.concatenate([at.ravel() for at in alone]), axis=0)
+    scatter = _by_scatter(clusters, unmeasured, posterior)
     assumed = np.diag(joint)[:k] - np.diag(noise)
     larger = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(np.diag(joint)[:k], 1e-300), 1.0))
     larger = np.append(larger, np.ones(len(numbers)))
@@ -103,18 +108,34 @@ def _spread(rows: Array, believed: Array) -> Array:
     return np.asarray(root @ root.T)
 
 
-def _by_scatter(off: Array, rows: Array, others: Array, posterior: Information) -> Array:
-    """Return the covariance (k, k) by how the poses scatter, as if each were left out once."""
+class _Clusters(NamedTuple):
+    """Rows that may be off together: of c poses or surveyed points, r each."""
+
+    off: Array  # (c, r) residuals
+    rows: Array  # (c, r, k)
+
+
+def _surveyed(problem: CalibrationProblem) -> tuple[Indices, Indices]:
+    """Return which rows without a pose are of each measured distance (d, 1), and of each surveyed point (p, 3)."""
+    distances, points = len(problem.plan.distances), len(problem.plan.points)
+    return np.arange(distances)[:, None], distances + np.arange(3 * points).reshape(-1, 3)
+
+
+def _by_scatter(clusters: Sequence[_Clusters], others: Array, posterior: Information) -> Array:
+    """Return the covariance (k, k) by how *clusters* scatter, as if each were left out once, and *others* by sigma."""
     values, vectors = np.linalg.eigh(posterior.covariance)
     kept = values > 1e-14 * max(values.max(initial=0.0), 1e-300)
     root = vectors[:, kept] * np.sqrt(values[kept])  # (k, r): unknowns of sigma 1
-    own = rows @ root
-    left = np.eye(own.shape[2]) - np.einsum("nea,neb->nab", own, own)
-    sizes, turned = np.linalg.eigh(left)
-    inverse = np.einsum("nab,nb,ncb->nac", turned, 1.0 / np.maximum(sizes, _LEAST), turned)
-    change = np.einsum("nac,nec,ne->na", inverse, own, np.where(np.isfinite(off), off, 0.0))
     known = others @ root
-    return np.asarray(root @ (change.T @ change + known.T @ known) @ root.T)
+    found = known.T @ known
+    for off, rows in clusters:
+        own = rows @ root
+        left = np.eye(own.shape[1]) - np.einsum("nea,nfa->nef", own, own)
+        sizes, turned = np.linalg.eigh(left)
+        whole = np.einsum("nef,nf,ngf->neg", turned, 1.0 / np.maximum(sizes, _LEAST), turned)
+        change = np.einsum("nea,nef,nf->na", own, whole, np.where(np.isfinite(off), off, 0.0))
+        found = found + change.T @ change
+    return np.asarray(root @ found @ root.T)
 
 
 def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, Array, list[Considered]]:
