@@ -262,6 +262,7 @@ def outcome(base: Base, seed: int, folder: Path) -> Outcome:
     seconds = time.process_time() - began
     lines = [line for line in said.getvalue().splitlines() if line.strip()]
     faults = [f"warning: {each.category.__name__}: {each.message} ({each.filename}:{each.lineno})" for each in told]
+    faults = list(dict.fromkeys(faults))
     faults += [f"code {code}"] if code not in CODES else []
     faults += [line for line in lines if NOT_COMPUTED in line or "Traceback" in line]
     faults += [f"{len(lines)} lines: {lines[:3]}"] if code == 2 and len(lines) != 1 else []

@@ -225,6 +225,11 @@ def test_unknowns_and_bounds_that_cannot_be_used() -> None:
         calibrate(WANG, measured, CalibrationPlan(unknowns=(*PLAIN, "tilt_offset")))
     with pytest.raises(ValueError, match="must be over 0"):
         Bound(name="tension_scale", min=0.0, max=2.0)
+    for far in (1e-12, 1e300):
+        with pytest.raises(ValueError, match="sigma"):
+            CalibrationPlan(sigma={"yaw": far})
+        with pytest.raises(ValueError, match="deviation"):
+            Prior(name="exit_point", deviation=far)
     assert Bound(name="tension_offset", min=-5.0, max=5.0).min == -5.0
     with pytest.raises(InputError, match="tilt noise: 'wang2021' is a point platform"):
         simulate_calibration(WANG, 20, 1e-4, sensors=SensorNoise(tilt=1e-3))

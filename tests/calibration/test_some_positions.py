@@ -79,7 +79,7 @@ def test_two_positions_leave_a_turn_open() -> None:
         (["0,0,0,0,,,,,,"], "x, y, z are blank in all rows"),
         (["0,0,0,0,1,1,1,,,"], "sigma_x is blank in all rows"),
         (["0,0,0,,1,1,1,1,1,1"], "line 2: dl_4 = '': must be a finite number"),
-        (["0,0,0,0,1,1,1,0,1,1"], "line 2: sigma_x: must be over 0"),
+        (["0,0,0,0,1,1,1,0,1,1"], "line 2: sigma_x: must be at least 1e-09"),
     ],
 )
 def test_blanks_that_say_nothing_are_refused(tmp_path: Path, rows: list[str], told: str) -> None:

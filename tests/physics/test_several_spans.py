@@ -241,5 +241,5 @@ def test_what_does_not_cover_them_says_so() -> None:
     held = cw.inverse(several, [0.1, 0.2, 1.0]).checked()
     with pytest.raises(InputError, match="a box of poses: line 'line 0' has advantage = 2; only 1 is covered"):
         cw.enclose_poses(held, 1e-5)
-    with pytest.raises(InputError, match="calibration: line 'line 0' has advantage = 2; only 1 is covered"):
-        cw.calibrate(several, cw.simulate_calibration(several, 20, 1e-4).measured)
+    with pytest.raises(InputError, match="lines that stretch: line 'line 0' has advantage = 2; only 1 is covered"):
+        cw.simulate_calibration(several, 20, 1e-4, cable="elastic")

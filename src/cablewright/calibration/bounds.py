@@ -47,7 +47,7 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
         elif each.name == "build_up":
             found[:, at] = BUILD_UP
         elif each.name == "length_offset":
-            found[:, at] = -measured.counted[:, lines_of(robot, each)].min(), 3.0 * AWAY * diagonal
+            found[:, at] = -measured.counted[:, lines_of(robot, each)].min(), _farthest(robot, each, diagonal)
         elif each.entry.role == "sensor":
             found[:, at] = np.array([-1.0, 1.0]) * _largest(robot, each, measured)
         else:
@@ -65,6 +65,11 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
                     value = start[at] * each.size
                     raise InputError(f"{where}: {each.label} is {value:g} in the file, out of the bounds")
     return found
+
+
+def _farthest(robot: Robot, unknown: Unknown, diagonal: float) -> float:
+    """Return how much cable a line may have beyond its exit point, m."""
+    return 3.0 * AWAY * diagonal * max(robot.lines[i].advantage for i in lines_of(robot, unknown))
 
 
 def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:

@@ -26,16 +26,22 @@ def check_lengths(robot: Robot, measured: Measured) -> None:
     """Raise `InputError` where lengths or poses are so large that they must be in another unit."""
     scene = robot.scene
     diagonal = math.dist(scene.frame_min, scene.frame_max)
-    _check_size(measured, measured.counted, [f"dl_{i + 1}" for i in range(robot.m)], diagonal)
+    spans = np.array([float(line.advantage) for line in robot.lines])
+    _check_size(measured, measured.counted, [f"dl_{i + 1}" for i in range(robot.m)], diagonal, spans=spans)
     if measured.guess is not None:
         middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
         _check_size(measured, measured.guess[:, :3] - middle, ["x", "y", "z"], diagonal, middle)
 
 
 def _check_size(
-    measured: Measured, values: Array, names: list[str], diagonal: float, middle: Array | None = None
+    measured: Measured,
+    values: Array,
+    names: list[str],
+    diagonal: float,
+    middle: Array | None = None,
+    spans: Array | float = 1.0,
 ) -> None:
-    large = np.argwhere(np.abs(values) > _FAR * diagonal)
+    large = np.argwhere(np.abs(values) > _FAR * diagonal * spans)
     if not len(large):
         return
     pose, column = (int(at) for at in large[0])

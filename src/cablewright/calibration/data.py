@@ -13,6 +13,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.measured import Measured
+from cablewright.calibration.plan import SIGMAS
 from cablewright.csv_input import Column, cells_of, find_column, number_rows, separator_of, shown, text_lines
 from cablewright.errors import InputError, suggestion
 from cablewright.models.coil import TURN
@@ -69,9 +70,9 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
         if names[0] in values
     }
     _check_blanks(fields, f"{path}, line", lines)
-    if (fields.get("pose_sigma", np.ones(1)) <= 0.0).any():
-        row, axis = np.argwhere(fields["pose_sigma"] <= 0.0)[0]
-        raise InputError(f"{path}, line {lines[row]}: sigma_{_POSE[axis]}: must be over 0")
+    if (fields.get("pose_sigma", np.ones(1)) < SIGMAS[0]).any():
+        row, axis = np.argwhere(fields["pose_sigma"] < SIGMAS[0])[0]
+        raise InputError(f"{path}, line {lines[row]}: sigma_{_POSE[axis]}: must be at least {SIGMAS[0]:g}")
     return Measured(**fields, places=lines, origin=str(path))
 
 

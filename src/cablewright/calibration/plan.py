@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self, TypeVar
 
+from annotated_types import Ge, Le
 from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.unknowns import BOUNDED, COORDINATES, DEFAULT, NAMES, Unknown
@@ -18,19 +19,24 @@ from cablewright.validation import Description, FileDescription, refusal
 INNER: Final = "inner"
 """The default datum, the inner constraint: on average exit points keep the position and direction of the file."""
 
+SIGMAS: Final = (1e-9, 1e9)
+"""Min and max of a standard deviation, SI: with a smaller or larger one squares of residuals have no numbers."""
+
 _MAX_ENTRIES: Final = 1000
 _Axis = Annotated[float, Strict()]
+_Quantity = TypeVar("_Quantity")
+_Sigma = Annotated[_Quantity, Ge(SIGMAS[0]), Le(SIGMAS[1])]
 _Poses = Annotated[tuple[Annotated[int, Strict(), Field(ge=1)], ...], Field(min_length=1, max_length=100_000)]
 
 
 class Sigmas(Description):
     """Standard deviations of the sensors. Without ``encoder``, that of the encoders is estimated from the residuals."""
 
-    encoder: Positive[Length] | None = None
-    tension: Positive[Force] = 5.0
-    swivel: Positive[Angle] = 1e-3
-    tilt: Positive[Angle] = 1e-3
-    yaw: Positive[Angle] = 1e-2
+    encoder: _Sigma[Length] | None = None
+    tension: _Sigma[Force] = 5.0
+    swivel: _Sigma[Angle] = 1e-3
+    tilt: _Sigma[Angle] = 1e-3
+    yaw: _Sigma[Angle] = 1e-2
 
 
 class Prior(Description):
@@ -41,7 +47,7 @@ class Prior(Description):
 
     name: str
     lines: tuple[str, ...] | None = None
-    deviation: Annotated[float, Strict(), Field(gt=0)]
+    deviation: _Sigma[_Axis]
 
     @model_validator(mode="after")
     def _is_known(self) -> Self:
@@ -93,7 +99,7 @@ class MeasuredDistance(Description):
 
     between: tuple[str, str]
     value: Positive[Length]
-    deviation: Positive[Length] = 1e-3
+    deviation: _Sigma[Length] = 1e-3
 
     @model_validator(mode="after")
     def _are_two(self) -> Self:
@@ -107,7 +113,7 @@ class Point(Description):
 
     line: str
     at: Vec3
-    deviation: Positive[Length] = 1e-3
+    deviation: _Sigma[Length] = 1e-3
 
 
 class Plane(Description):
@@ -116,7 +122,7 @@ class Plane(Description):
     poses: _Poses
     point: Vec3
     normal: tuple[_Axis, _Axis, _Axis]
-    deviation: Positive[Length] = 1e-3
+    deviation: _Sigma[Length] = 1e-3
 
     @model_validator(mode="after")
     def _has_a_normal(self) -> Self:
@@ -131,7 +137,7 @@ class MeasuredRange(Description):
     point: Vec3
     poses: _Poses
     values: Annotated[tuple[Positive[Length], ...], Field(min_length=1, max_length=100_000)]
-    deviation: Positive[Length] = 1e-3
+    deviation: _Sigma[Length] = 1e-3
 
     @model_validator(mode="after")
     def _go_together(self) -> Self:
@@ -155,7 +161,7 @@ class CalibrationPlan(FileDescription):
     groups: Annotated[tuple[Group, ...], Field(max_length=_MAX_ENTRIES)] = ()
     datum: Annotated[tuple[str, ...], Field(max_length=_MAX_ENTRIES)] = ()
     sigma: Sigmas = Sigmas()
-    level: Positive[Angle] | None = None
+    level: _Sigma[Angle] | None = None
     priors: Annotated[tuple[Prior, ...], Field(max_length=_MAX_ENTRIES)] = ()
     bounds: Annotated[tuple[Bound, ...], Field(max_length=_MAX_ENTRIES)] = ()
     distances: Annotated[tuple[MeasuredDistance, ...], Field(max_length=_MAX_ENTRIES)] = ()

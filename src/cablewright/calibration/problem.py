@@ -16,7 +16,14 @@ from cablewright.calibration.fixed import held_by_datum, linear_rows
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.sensor_rows import ENCODER_SIGMA, distance_rows, load_on, sensor_rows
-from cablewright.calibration.unknowns import Unknown, coordinates_of, numbers_of_lines, targets, unknowns_of
+from cablewright.calibration.unknowns import (
+    Unknown,
+    coordinates_of,
+    numbers_of_lines,
+    require_straight,
+    targets,
+    unknowns_of,
+)
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
@@ -217,7 +224,7 @@ class CalibrationProblem:
         return found
 
     def lengths(self, theta: Array, poses: Array) -> Array:
-        """Return the length (N, m) of each line from its exit point to the platform, m."""
+        """Return the length (N, m) of each line's cable beyond its exit point, m: of all its spans."""
         found = np.zeros((len(poses), self.robot.m))
         calibration_residuals.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(poses), found)
         return found
@@ -263,9 +270,9 @@ class CalibrationProblem:
         """
         if self.measured.tensions is None:
             return self
-        m = self.robot.m
+        m, cables = self.robot.m, np.array([line.cables for line in self.robot.lines])
         found = self.derivatives(theta, poses, np.ones(len(self.values)))
-        u = np.swapaxes(found.by_pose[:, :m], 1, 2)  # (N, n, m): lengths change as forces and moments do
+        u = np.swapaxes(found.by_pose[:, :m], 1, 2) * cables  # (N, n, m): lengths change as forces and moments do
         true, scale = self.tensions(theta), self.line_numbers(theta)[:, calibration_residuals.TENSION_SCALE]
         left = _loads(self.rows.load, poses) - np.einsum("nam,nm->na", u, true)
         readings = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale
@@ -280,7 +287,10 @@ def equations(
     robot: Robot, measured: Measured, plan: CalibrationPlan, hold: bool, elastic: bool
 ) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask, Array]:
     """Return the fields of a `CalibrationProblem` from `unknowns` on; *elastic*: whether lines stretch or sag."""
-    robot.require_plain("calibration")
+    if elastic:
+        robot.require_plain("calibration of lines that stretch")
+    else:
+        require_straight(robot)
     unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic, plan.grouped)
     if not unknowns:
         raise InputError("unknowns: must name at least one number")

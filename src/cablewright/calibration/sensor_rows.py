@@ -16,7 +16,7 @@ from cablewright.calibration.plan import CalibrationPlan
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.rotation import placed
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import RigidPlatform, Robot, Swivel
 
 ENCODER_SIGMA: Final = 1e-4
 """Default standard deviation of the encoders, m, which weighs them against other sensors."""
@@ -64,6 +64,7 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
         weights = np.nan_to_num(1.0 / measured.pose_sigma)  # 0 where it is blank
         yield Block(calibration_residuals.COORDINATE, places, weights, other=np.arange(robot.n), extra=extra)
     if measured.swivel is not None:
+        _require_azimuths(robot, measured)
         yield Block(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
     for name, columns, kind in _OF_A_BODY:
         values = getattr(measured, name)
@@ -90,6 +91,16 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
         )
 
 
+def _require_azimuths(robot: Robot, measured: Measured) -> None:
+    """Raise `InputError` for a swivel whose angle is no azimuth."""
+    for index, line in enumerate(robot.lines):
+        if isinstance(line.sheave, Swivel) and not line.sheave.upright:
+            raise InputError(
+                f"{measured.origin}: swivel_{index + 1}: line {line.name!r} has an axis that is not vertical, so the "
+                "angle is no azimuth; leave these columns out"
+            )
+
+
 def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
     """Return 1 at each of the poses (counted from 1), 0 at the others, (N,)."""
     if max(poses) > len(measured.counted):
@@ -102,7 +113,7 @@ def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
 def _balance(robot: Robot, measured: Measured, sigma: float) -> Block:
     """Return the rows of measured tensions: the wrench they leave unbalanced, along directions of independent errors.
 
-    A tension's error acts along its line, so the wrench has the covariance sigma^2 sum w w^T, w = (u, r x u). The
+    A tension's error acts along its line, so the wrench has the covariance sigma^2 sum w w^T, w = pull (u, r x u). The
     directions u are those from the file's exit points to the platform points at the start values of the poses.
     """
     guess, count, n = measured.guess, len(measured.counted), robot.n
@@ -114,7 +125,8 @@ def _balance(robot: Robot, measured: Measured, sigma: float) -> Block:
     points = placed(guess, [line.platform_point for line in robot.lines])
     away = points - np.array([line.exit_point for line in robot.lines])
     u = away / np.linalg.norm(away, axis=2)[..., None]
-    w = np.concatenate([u, np.cross(points - guess[:, None, :3], u)], axis=2)[..., :n]
+    pull = np.array([line.advantage * line.cables for line in robot.lines])[:, None]
+    w = pull * np.concatenate([u, np.cross(points - guess[:, None, :3], u)], axis=2)[..., :n]
     spread = np.einsum("nmi,nmj->nij", w, w)
     size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: small is relative to the same row
     extra = np.zeros((count, n, 6))

@@ -13,7 +13,8 @@ from cablewright.arrays import Array, Indices
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.parameters import lines_of
-from cablewright.robot import Line, Robot, Swivel, UniversalJoint
+from cablewright.robot import Line, Pulley, Robot, Swivel, UniversalJoint
+from cablewright.robot.direction import unit_vector
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
 
 _COLUMNS: Final = {
@@ -171,16 +172,29 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
             yield replace(each, others=tuple(group[1:]))
 
 
+def require_straight(robot: Robot) -> None:
+    """Raise `InputError` for a line whose length straight lines do not have: that changes before the exit point too."""
+    robot.require_no_plane("calibration")
+    for line in robot.lines:
+        if isinstance(line.sheave, Pulley) or line.is_aside or line.platform_sheave is not None:
+            raise InputError(f"calibration: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
+
+
 def numbers_of_lines(robot: Robot) -> Array:
     """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.calibration_residuals`.
 
-    Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance.
+    Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance. What
+    the cable passes before its exit point keeps its length.
     """
     lines = np.zeros((robot.m, calibration_residuals.COLUMNS))
     for row, line in zip(lines, robot.lines, strict=True):
         row[calibration_residuals.EXIT : calibration_residuals.EXIT + 3] = line.exit_point
         row[calibration_residuals.POINT : calibration_residuals.POINT + 3] = line.platform_point
         row[[calibration_residuals.SCALE, calibration_residuals.TENSION_SCALE]] = 1.0
+        row[calibration_residuals.SPANS] = line.advantage
+        row[calibration_residuals.PULL] = line.advantage * line.cables
+        axis = line.sheave.axis if isinstance(line.sheave, Swivel) else (0.0, 0.0, 1.0)
+        row[calibration_residuals.AXIS : calibration_residuals.AXIS + 3] = unit_vector(axis)
         if isinstance(line.sheave, Swivel | UniversalJoint):
             row[calibration_residuals.RADIUS] = line.sheave.radius
             row[calibration_residuals.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0

@@ -13,9 +13,10 @@ import tomlkit
 from pydantic import Field, Strict, model_validator
 
 from cablewright.arrays import Array
-from cablewright.calibration.plan import CalibrationPlan, Group, Sigmas
+from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Sigmas
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.unknowns import Unknown, unknowns_of
+from cablewright.calibration.weights import SENSORS
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.robot import Robot
@@ -120,13 +121,9 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
     if found.verdict == "bad" or not np.isfinite(found.covariance).all():
         raise InputError(f"{data}: a calibration without sigmas has no record: nothing could be compared with it")
     plan, factors = found.problem.plan, found.problem.factors
-    sigma = Sigmas(
-        encoder=max(found.encoder_sigma, 1e-9),
-        tension=plan.sigma.tension * factors.get("tensions", 1.0),
-        swivel=plan.sigma.swivel * factors.get("swivel angles", 1.0),
-        tilt=plan.sigma.tilt * factors.get("tilts", 1.0),
-        yaw=plan.sigma.yaw * factors.get("yaw angles", 1.0),
-    )
+    sizes = {key: getattr(plan.sigma, key) * factors.get(kind, 1.0) for kind, key in SENSORS.items()}
+    sizes["encoder"] = found.encoder_sigma
+    sigma = Sigmas(**{key: float(np.clip(size, *SIGMAS)) for key, size in sizes.items()})
     told = zip(found.unknowns, found.values.tolist(), found.sigma.tolist(), strict=True)
     return CalibrationRecord(
         robot=found.problem.robot.name,

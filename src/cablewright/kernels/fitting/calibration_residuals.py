@@ -16,10 +16,13 @@ from cablewright.kernels.rotation import compose, matrix, rotate
 # Columns of a line. The side is +1 over the sheave, -1 under it, 0 where there is none. The offset is the length at
 # zero counts, from the exit point; the scale is the true length over the counted one; the build-up is the relative
 # decrease of the drum's radius per length paid out, 1/m. True tensions and angles are readings plus their offset, those
-# of load cells times their scale before. Tilt and yaw of the platform are those of the first line.
+# of load cells times their scale before. Tilt and yaw of the platform are those of the first line. Spans: how often the
+# cable runs from exit point to platform. Pull: the force on the platform over the tension of a cable. Axis: unit vector
+# of the swivel's axis, world; the side is with it or against it.
 EXIT, POINT, RADIUS, SIDE, OFFSET, SCALE, BUILD_UP = 0, 3, 6, 7, 8, 9, 10
 TENSION_OFFSET, TENSION_SCALE, SWIVEL_OFFSET, TILT_OFFSET, YAW_OFFSET = 11, 12, 13, 14, 16
-COLUMNS = 17
+SPANS, PULL, AXIS = 17, 18, 19
+COLUMNS = 22
 
 # Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):
 ENCODER = 0  # line
@@ -63,7 +66,8 @@ class Reading(NamedTuple):
     unknown: NDArray[np.int64]  # (m * COLUMNS,): the unknown of each; an unknown may occur twice
     rotation: NDArray[np.float64]  # (3, 3) of the pose
     lines: NDArray[np.float64]  # (m, COLUMNS): all values of the lines, unknowns included
-    free: NDArray[np.float64]  # (9,): length, u (3,), per radius, free span, horizontal distance, its cosine and sine
+    free: NDArray[np.float64]  # (12,): length, u (3,), per radius, free span, distance from the axis, its cosine and
+    # sine, unit vector (3,) away from the axis
     turn: NDArray[np.float64]  # (3,)
 
 
@@ -76,7 +80,7 @@ def reading(m):
         np.zeros(m * COLUMNS, np.int64),
         np.eye(3),
         np.zeros((m, COLUMNS)),
-        np.zeros(9),
+        np.zeros(12),
         np.zeros(3),
     )
 
@@ -93,22 +97,32 @@ def place_unknowns(rows, theta, lines):
 @jit
 def over_sheave(line, x, y, z, free):
     """Write the *line* to the point (x, y, z) to *free*. Its length is NaN where the point is inside the sheave."""
+    ax, ay, az = line[AXIS], line[AXIS + 1], line[AXIS + 2]
     dx, dy, dz = x - line[EXIT], y - line[EXIT + 1], z - line[EXIT + 2]
-    rho = sqrt(dx * dx + dy * dy)
-    ex, ey = (dx / rho, dy / rho) if rho > MIN_DISTANCE else (1.0, 0.0)
+    rise = dx * ax + dy * ay + dz * az
+    ox, oy, oz = dx - rise * ax, dy - rise * ay, dz - rise * az
+    rho = sqrt(ox * ox + oy * oy + oz * oz)
     side, radius = line[SIDE], line[RADIUS]
+    if rho > MIN_DISTANCE:
+        free[9], free[10], free[11] = ox / rho, oy / rho, oz / rho
+    elif abs(ax) < 0.9:  # any direction across the axis
+        size = sqrt(1.0 - ax * ax)
+        free[9], free[10], free[11] = size, -ax * ay / size, -ax * az / size
+    else:
+        size = sqrt(1.0 - ay * ay)
+        free[9], free[10], free[11] = -ay * ax / size, size, -ay * az / size
     if side == 0.0:
-        span = sqrt(rho * rho + dz * dz)
-        c, s, length, per_radius = rho / span, dz / span, span, 0.0
+        span = sqrt(rho * rho + rise * rise)
+        c, s, length, per_radius = rho / span, rise / span, span, 0.0
     else:
         across, turn = rho - radius, side * radius
-        square = across * across + dz * dz
+        square = across * across + rise * rise
         span = sqrt(square - radius * radius) if square > radius * radius and radius > 0.0 else nan
-        c, s = (across * span + dz * turn) / square, (dz * span - across * turn) / square
-        wrapped = 0.5 * pi - side * (atan2(dz, across) - asin(max(-1.0, min(1.0, turn / sqrt(square)))))
+        c, s = (across * span + rise * turn) / square, (rise * span - across * turn) / square
+        wrapped = 0.5 * pi - side * (atan2(rise, across) - asin(max(-1.0, min(1.0, turn / sqrt(square)))))
         length, per_radius = span + radius * wrapped, wrapped - c
-    free[0], free[1], free[2], free[3], free[4] = length, c * ex, c * ey, s, per_radius
-    free[5], free[6], free[7], free[8] = span, rho, c, s
+    free[0], free[4], free[5], free[6], free[7], free[8] = length, per_radius, span, rho, c, s
+    free[1], free[2], free[3] = c * free[9] + s * ax, c * free[10] + s * ay, c * free[11] + s * az
 
 
 @jit
@@ -192,10 +206,11 @@ def _encoder(rows, i, counted, pose, work):
     line, free = work.lines[i], work.free
     ax, ay, az = _arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
-    count = _by_point(rows, work, i, 0, ax, ay, az, free[1], free[2], free[3])
-    count = _put(rows, work, count, i, RADIUS, free[4])
+    spans = line[SPANS]
+    count = _by_point(rows, work, i, 0, ax, ay, az, spans * free[1], spans * free[2], spans * free[3])
+    count = _put(rows, work, count, i, RADIUS, spans * free[4])
     off, count = _wound(rows, work, count, i, counted)
-    return free[0] + off, count
+    return spans * free[0] + off, count
 
 
 @jit
@@ -308,22 +323,26 @@ def _balance(rows, j, along, pose, work):
     count = 0
     for i in range(m):
         line, reading = work.lines[i], rows.tensions[j, i]
-        t = line[TENSION_OFFSET] + line[TENSION_SCALE] * reading
+        pull = line[PULL]
+        t = pull * (line[TENSION_OFFSET] + line[TENSION_SCALE] * reading)
         ax, ay, az = _arm(work, i)
         over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
         rho, c, s = max(free[6], MIN_DISTANCE), free[7], free[8]
-        ex, ey = (pose[0] + ax - line[EXIT]) / rho, (pose[1] + ay - line[EXIT + 1]) / rho
+        ex, ey, ez = free[9], free[10], free[11]
+        px, py, pz = line[AXIS], line[AXIS + 1], line[AXIS + 2]
+        qx, qy, qz = _cross(px, py, pz, ex, ey, ez)  # about the axis
         bx, by, bz = _cross(along[3], along[4], along[5], ax, ay, az)
         bx, by, bz = along[0] + bx, along[1] + by, along[2] + bz
-        inward = bz * c - s * (bx * ex + by * ey)
-        around = (by * ex - bx * ey) * c / rho
+        inward = c * (bx * px + by * py + bz * pz) - s * (bx * ex + by * ey + bz * ez)
+        around = (bx * qx + by * qy + bz * qz) * c / rho
         turn = inward / free[5]
         along_line = bx * free[1] + by * free[2] + bz * free[3]
         left -= t * along_line
-        count = _put(rows, work, count, i, TENSION_OFFSET, -along_line)
-        count = _put(rows, work, count, i, TENSION_SCALE, -reading * along_line)
-        gx, gy = -turn * s * ex - around * ey, -turn * s * ey + around * ex
-        count = _by_point(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * turn * c)
+        count = _put(rows, work, count, i, TENSION_OFFSET, -pull * along_line)
+        count = _put(rows, work, count, i, TENSION_SCALE, -pull * reading * along_line)
+        gx, gy = turn * (c * px - s * ex) + around * qx, turn * (c * py - s * ey) + around * qy
+        gz = turn * (c * pz - s * ez) + around * qz
+        count = _by_point(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * gz)
         count = _put(rows, work, count, i, RADIUS, t * turn * (line[SIDE] - s))
         gx, gy, gz = _cross(free[1], free[2], free[3], along[3], along[4], along[5])
         count = _by_arm(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * gz)
@@ -402,7 +421,7 @@ def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradient
 
 @jit(allocates=True)
 def lengths_at(rows, theta, poses, lengths):
-    """Write *lengths* (N, m) from exit point to platform, m, at *poses* (N, n); NaN inside a sheave."""
+    """Write *lengths* (N, m) of cable beyond the exit point, m, at *poses* (N, n); NaN inside a sheave."""
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     for j in range(poses.shape[0]):
@@ -410,4 +429,4 @@ def lengths_at(rows, theta, poses, lengths):
         for i in range(lengths.shape[1]):
             ax, ay, az = _arm(work, i)
             over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
-            lengths[j, i] = work.free[0]
+            lengths[j, i] = work.lines[i, SPANS] * work.free[0]

@@ -1,0 +1,171 @@
+"""Straight lines over what they pass: several spans, cables side by side, guides, swivels of any axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from cablewright.calibration.measured import Measured
+from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
+from cablewright.calibration.poses import calibration_poses
+from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.simulation import SensorNoise, aligned, random_poses, simulate_calibration
+from cablewright.calibration.solve import calibrate
+from cablewright.errors import InputError
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
+from cablewright.robot import Line, Robot, load
+from cablewright.solvers.inverse import solve_inverse
+from out_of_plane import body, point
+
+HANGPRINTER = load("hangprinter-v4")
+
+
+def several(robot: Robot) -> Robot:
+    """The robot with lines of two or three spans, the latter with two cables side by side."""
+    return changed(robot, lambda i, _: {"advantage": 2 + i % 2, "cables": 1 + i % 2})
+
+
+def changed(robot: Robot, how: Callable[[int, Line], dict[str, object]]) -> Robot:
+    lines = tuple(line.model_copy(update=how(i, line)) for i, line in enumerate(robot.lines))
+    return Robot.model_validate(robot.model_copy(update={"lines": lines}).model_dump())
+
+
+ROBOTS = [HANGPRINTER, several(load("jung2020")), point("tilted"), body("tilted"), body("horizontal"), body("guides")]
+NAMES = ["hangprinter-v4", "several spans", "tilted", "tilted body", "horizontal axes", "guides"]
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_lengths_and_forces_are_those_of_rigid_statics(robot: Robot) -> None:
+    """Lengths up to a constant: what the cable passes before its exit point."""
+    held = solve_inverse(
+        Model(robot, Fidelity.of("rigid")), random_poses(robot, 12, np.random.default_rng(3))
+    ).checked()
+    measured = Measured(np.zeros(held.lengths.shape), held.pose, tensions=held.tensions)
+    problem = CalibrationProblem.of(robot, measured, CalibrationPlan(sigma=Sigmas(tension=1.0)))
+    lengths = problem.lengths(problem.start, held.pose)
+    assert np.ptp(held.lengths - lengths, axis=0) == pytest.approx(np.zeros(robot.m), abs=1e-12)
+    left = problem.derivatives(problem.start, held.pose).residual[:, robot.m :]
+    assert left == pytest.approx(np.zeros_like(left), abs=1e-8 * held.tensions.max())
+    spoiled = CalibrationProblem.of(
+        robot, Measured(measured.counted, held.pose, tensions=1.01 * held.tensions), problem.plan
+    )
+    mended = spoiled.balanced(spoiled.start, held.pose).derivatives(spoiled.start, held.pose).residual[:, robot.m :]
+    assert mended == pytest.approx(np.zeros_like(mended), abs=1e-8 * held.tensions.max())
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_derivatives_are_those_of_differences(robot: Robot) -> None:
+    rng = np.random.default_rng(5)
+    poses = random_poses(robot, 4, rng)
+    names = ("exit_point", "length_offset", "length_scale", "build_up", "tension_offset", "tension_scale")
+    names += ("sheave_radius",) if robot.lines[0].sheave.kind == "swivel" else ()
+    names += ("platform_point",) if robot.n == 6 else ()
+    measured = Measured(rng.uniform(-1.0, 1.0, (4, robot.m)), poses, tensions=rng.uniform(50.0, 200.0, (4, robot.m)))
+    problem = CalibrationProblem.of(robot, measured, CalibrationPlan(unknowns=names))
+    theta, step = problem.free + 0.01 * rng.standard_normal(len(problem.free)), 1e-6
+    found = problem.derivatives(theta, poses)
+
+    def slope(by_theta: np.ndarray, by_pose: np.ndarray) -> np.ndarray:
+        ahead = problem.derivatives(theta + by_theta, poses + by_pose).residual
+        return (ahead - problem.derivatives(theta - by_theta, poses - by_pose).residual) / (2 * step)
+
+    for k in range(len(theta)):
+        scale = 1e-9 / step * max(1.0, float(np.abs(found.by_unknown).max()))
+        assert slope(step * np.eye(len(theta))[k], np.zeros(robot.n)) == pytest.approx(
+            found.by_unknown[:, :, k], abs=scale
+        )
+    for c in range(3):  # rotations: see test_sensors
+        scale = 1e-9 / step * max(1.0, float(np.abs(found.by_pose).max()))
+        assert slope(np.zeros(len(theta)), step * np.eye(robot.n)[c]) == pytest.approx(
+            found.by_pose[:, :, c], abs=scale
+        )
+
+
+def off(robot: Robot, plan: CalibrationPlan, **noise: float) -> tuple[str, float, float]:
+    """Verdict, largest error of a coordinate of an exit point and sigma, m."""
+    made = simulate_calibration(robot, 40, 1e-4, seed=1, sensors=SensorNoise(**noise))
+    found = calibrate(robot, made.measured, plan, rough=0.05)
+    file = np.array([line.exit_point for line in robot.lines])
+    points, _ = aligned(found.problem.exit_points(found.fit.theta), file)
+    assert found.exit_sigma is not None
+    return found.verdict, float(np.abs(points - file).max()), found.exit_sigma
+
+
+def test_a_hangprinter_is_calibrated() -> None:
+    """Two spans to each anchor: counts are of cable, exit points of the anchors."""
+    verdict, error, sigma = off(HANGPRINTER, CalibrationPlan())
+    assert verdict == "good"
+    assert error < 4.0 * sigma < 5e-3
+
+
+def test_an_unknown_of_the_spool_is_per_cable_paid_out() -> None:
+    """A scale and a build-up of counts that are of cable, of which two spans take half."""
+    made = simulate_calibration(HANGPRINTER, 60, 1e-5, seed=2)
+    rate, scale = 0.01, 1.002
+    counted = made.measured.counted / scale
+    counted = (1.0 - np.sqrt(1.0 - 2.0 * rate * counted)) / rate  # of which the cable is c - rate c^2 / 2
+    measured = Measured(counted, made.poses, np.full(made.poses.shape, 1e-3))
+    plan = CalibrationPlan(
+        unknowns=("exit_point", "length_offset", "length_scale", "build_up"), sigma=Sigmas(encoder=1e-5)
+    )
+    found = calibrate(HANGPRINTER, measured, plan, rough=0.05)
+    for name, true in (("build_up", rate), ("length_scale", scale)):
+        which = [each.name == name for each in found.unknowns]
+        assert np.abs((found.values[which] - true) / found.sigma[which]).max() < 4.0
+        assert found.sigma[which].max() < 1e-3
+
+
+def test_swivels_of_any_axis_are_calibrated_where_points_are_surveyed() -> None:
+    robot = point("tilted")
+    points = tuple(Point(line=line.name, at=line.exit_point) for line in robot.lines[:3])
+    _, error, sigma = off(robot, CalibrationPlan(points=points))
+    assert error < 4.0 * sigma < 0.05
+
+
+def test_poses_are_chosen_for_several_spans() -> None:
+    found = calibration_poses(HANGPRINTER, 16, candidates=100)
+    lengths = solve_inverse(Model(HANGPRINTER, Fidelity.of("rigid")), found.poses).lengths
+    assert found.counted == pytest.approx(lengths - lengths[0], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("robot", "message"),
+    [
+        (body("pulleys"), "has a pulley in a fixed plane; it is not covered"),
+        (body("aside"), "has a winch that is not on the axis of its swivel"),
+        (body("platform sheaves"), "has a sheave on the platform"),
+    ],
+    ids=["pulleys", "aside", "platform sheaves"],
+)
+def test_lines_whose_length_changes_elsewhere_are_refused(robot: Robot, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        simulate_calibration(robot, 20, 1e-4)
+    with pytest.raises(InputError, match=message):
+        calibrate(robot, Measured(np.zeros((40, robot.m)), np.zeros((40, robot.n))))
+
+
+def test_what_is_not_covered_is_refused() -> None:
+    elastic = "calibration of lines that stretch: line 'A' has advantage = 2; only 1 is covered"
+    with pytest.raises(InputError, match=elastic):
+        simulate_calibration(HANGPRINTER, 20, 1e-4, cable="elastic")
+    tilted = point("tilted")
+    made = simulate_calibration(tilted, 20, 1e-4)
+    measured = Measured(made.measured.counted, made.measured.guess, swivel=np.zeros((20, tilted.m)))
+    with pytest.raises(InputError, match="has an axis that is not vertical, so the angle is no azimuth"):
+        calibrate(tilted, measured)
+
+
+def test_counts_of_several_spans_may_be_as_long_as_they_are() -> None:
+    """Six diagonals of the frame with three spans are no mm."""
+    robot = several(load("jung2020"))
+    diagonal = float(np.linalg.norm(np.subtract(robot.scene.frame_max, robot.scene.frame_min)))
+    counted = np.zeros((3, robot.m))
+    counted[1, 1] = 8.0 * diagonal  # line 1 has three spans
+    with pytest.raises(InputError, match="poses; at least"):
+        calibrate(robot, Measured(counted, np.zeros((3, robot.n))))
+    counted[1, 0] = 8.0 * diagonal  # line 0 has two
+    with pytest.raises(InputError, match="are these mm"):
+        calibrate(robot, Measured(counted, np.zeros((3, robot.n))))
