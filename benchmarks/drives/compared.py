@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -97,9 +98,9 @@ def compare(name: str, job_file: Path, layers: int) -> None:
     rig = VirtualRig(robot, twin, begin)
     machine = DriveMachine(CanopenDrives(robot, owner, lambda: VirtualPort(rig)), owner)
     bare = twin.with_owner(motor_torques=None)
-    there = _printed(robot, twin, path, machine, rig.plant)
+    there = _printed(robot, twin, path, machine, rig.plant, rig.refill)
     plant = OpenOrShut(robot, bare, begin, seed=0)
-    here = _printed(robot, bare, path, plant, plant)
+    here = _printed(robot, bare, path, plant, plant, lambda: plant.refill(plant.settings.carrier.powder))
     ends = max(here.distances[0], there.distances[0]), min(here.distances[-1], there.distances[-1])
     at = np.linspace(*ends, 20_000)
     apart = np.linalg.norm(here.at(here.places, at) - there.at(there.places, at), axis=1)
@@ -119,12 +120,19 @@ def compare(name: str, job_file: Path, layers: int) -> None:
     print(machine.drives.statistics.figures(owner.period, 1_000_000))
 
 
-def _printed(robot: Robot, twin: TwinSettings, path: TimedPath, machine: Machine, plant: SimulatedMachine) -> Kept:
+def _printed(
+    robot: Robot,
+    twin: TwinSettings,
+    path: TimedPath,
+    machine: Machine,
+    plant: SimulatedMachine,
+    refill: Callable[[], None],
+) -> Kept:
     began, owner = time.monotonic(), twin.owner
     plan = planned(robot, owner, path, owner.period, "encoders", "model", None)
     printer = Printer(plan, machine, lambda place, radii: estimator("encoders", robot, owner, place, (), radii))
     kept = Kept(plant)
-    steps = loop.run(printer, Attendant(lambda: None, resume_delay=0.1, refill_time=0.1), kept)
+    steps = loop.run(printer, Attendant(refill, resume_delay=0.1, refill_time=0.1), kept)
     assert printer.finished, printer.supervisor.reason
     print(f"{steps} steps in {time.monotonic() - began:.0f} s", flush=True)
     return kept
