@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.measured import SENSORS, Measured
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
-
-_MEASURES: Final = {"tension": ("tensions", "f_1"), "swivel": ("swivel", "swivel_1"), "tilt": ("tilt", "tilt_x"),
-                    "yaw": ("yaw", "yaw")}  # fmt: skip
-"""By the first word of an unknown of a sensor: the field of what it measured, and the first of the columns."""
 
 _APART = 1e-3  # m: poses with smaller differences in all lengths count as one
 _THREE = 3  # measured positions that fix place and direction
@@ -98,8 +93,9 @@ def _check_sensors(problem: CalibrationProblem) -> None:
     """Raise `InputError` for an unknown of a sensor that measured nothing."""
     measured = problem.measured
     for name in problem.plan.unknowns:
-        field, column = _MEASURES.get(name.partition("_")[0], ("", ""))
-        if field and getattr(measured, field) is None:
+        sensor = name.partition("_")[0]
+        if sensor in SENSORS and not measured.has(sensor):
+            column = SENSORS[sensor][1]
             raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
 
 

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array
+
+SENSORS: Final = {"tension": ("tensions", "f_1"), "swivel": ("swivel", "swivel_1"), "tilt": ("tilt", "tilt_x"),
+                  "yaw": ("yaw", "yaw")}  # fmt: skip
+"""Sensors that have a zero: the field of what they measured, and the first of the columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +31,10 @@ class Measured:
     yaw: Array | None = None  # (N, 1) rad: azimuth of the platform's x axis, 0 is world +x
     places: Sequence[int] = field(default=())  # (N,) line number of each pose in the file
     origin: str = "the data"  # the name in messages
+
+    def has(self, sensor: str) -> bool:
+        """Whether there are measurements by one of `SENSORS`."""
+        return getattr(self, SENSORS[sensor][0]) is not None
 
     def lengths_alone(self) -> Measured:
         """Return the lengths, and the start values of the poses, without what other sensors measured."""

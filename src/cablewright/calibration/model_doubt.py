@@ -14,6 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cablewright.arrays import Array, Indices
+from cablewright.calibration.measured import SENSORS
 from cablewright.calibration.observability import Information, projected
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.pose_fit import PoseFit
@@ -166,13 +167,9 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
 
 def _of_sensors(problem: CalibrationProblem) -> dict[str, float]:
     """Return what is believed of the sensors that measured: a zero that is off by as much as their noise, a scale."""
-    measured, sigma, found = problem.measured, problem.plan.sigma, dict[str, float]()
-    if measured.tensions is not None:
-        found |= {"tension_offset": sigma.tension, "tension_scale": CELL}
-    for name in ("swivel", "tilt", "yaw"):
-        if getattr(measured, name) is not None:
-            found[f"{name}_offset"] = getattr(sigma, name)
-    return found
+    sensors = [name for name in SENSORS if problem.measured.has(name)]
+    found = {f"{name}_offset": float(getattr(problem.plan.sigma, name)) for name in sensors}
+    return found | ({"tension_scale": CELL} if "tension" in sensors else {})
 
 
 def _with_unknowns(plan: CalibrationPlan, names: tuple[str, ...], shared: tuple[str, ...]) -> CalibrationPlan:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Final
 
 import numpy as np
 
 from cablewright.calibration.bounds import at_bound
+from cablewright.calibration.measured import SENSORS
 from cablewright.calibration.observability import Information, beyond_frames, combination, remedy
 from cablewright.calibration.pose_fit import PoseFit
 from cablewright.calibration.problem import CalibrationProblem
@@ -36,11 +38,18 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
     limit = _NO_FIT * diagonal if given is None else max(_TOO_LARGE * given, 1e-6)
     if problem.elastic and chi > _TOO_LARGE:
         size = f"residuals are {chi:.3g} times what the sigmas predict"
-        return f"{size}: are sigma.tension and sigma.encoder those of the sensors, zeros of load cells and lines right?"
+        return f"{size}: are sigma.tension and sigma.encoder those of the sensors, lines in order?{zeros(problem)}"
     if rms > limit:
         size = f"lengths fit to {rms * 1e3:.3g} mm only, over the limit of {limit * 1e3:.3g} mm"
-        return f"{size}: check the order of the lines, wrap sides, signs and units"
+        return f"{size}: check the order of the lines, wrap sides, signs and units{zeros(problem)}"
     return ""
+
+
+def zeros(problem: CalibrationProblem, of: Iterable[str] = SENSORS) -> str:
+    """Return what to try where zeros of the sensors *of* some names may be wrong; empty if none counts as right."""
+    unsure = [each for each in of if problem.measured.has(each) and f"{each}_offset" not in problem.plan.unknowns]
+    names = " and ".join(f"{each}_offset" for each in unsure)
+    return f"; if their zero is not sure, add {names} to the unknowns" if names else ""
 
 
 def _at_bound(problem: CalibrationProblem, found: PoseFit) -> str:

@@ -13,7 +13,8 @@ from cablewright.calibration.cross_checks import others_of, predicted_halves, to
 from cablewright.calibration.kinds import kind_fits
 from cablewright.calibration.rearranged import better_arrangement, motion, stray
 from cablewright.calibration.result import Calibration
-from cablewright.calibration.weights import SENSORS, estimates_encoders
+from cablewright.calibration.status import zeros
+from cablewright.calibration.weights import WITH_DEFAULT, estimates_encoders
 
 NEED: Final = 2e-3
 """Default of what printing needs: max sigma of a coordinate of an exit point, m."""
@@ -177,18 +178,12 @@ def _unexplained(found: Calibration, need: float) -> Iterator[_Reason]:
         if kind.redundancy < 1.0 or not kind.ratio > _RATIO[0]:
             continue
         if special.chdtrc(kind.redundancy, kind.ratio**2 * kind.redundancy) < _LEVEL:
+            of = [WITH_DEFAULT[kind.name]] if kind.name in WITH_DEFAULT else []
             yield _Reason(
                 f"residuals of the {kind.name} are {kind.ratio:.3g} times what their sigma explains, limit "
-                f"{_RATIO[0]:g}: they contradict the model or the other measurements{_zero(found, kind.name)}",
+                f"{_RATIO[0]:g}: they contradict the model or the other measurements{zeros(problem, of)}",
                 kind.ratio > _RATIO[1],
             )
-
-
-def _zero(found: Calibration, kind: str) -> str:
-    """Return what to try where a sensor's zero may be the reason; empty for lengths and the like."""
-    name = f"{SENSORS[kind]}_offset" if kind in SENSORS else ""
-    untold = name and name not in found.problem.plan.unknowns
-    return f"; if their zero is not sure, add {name} to the unknowns" if untold else ""
 
 
 def _denied(found: Calibration, need: float) -> Iterator[_Reason]:

@@ -26,7 +26,7 @@ _ROUGHLY: Final = 0.2  # such a change where gross errors may still be in
 ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
 _LEAST: Final = 1.0  # redundancy with which a told sigma may grow
 _DENIED: Final = 0.05  # probability of residuals, by the told sigma, under which it grows
-SENSORS: Final = {"tensions": "tension", "swivel angles": "swivel", "tilts": "tilt", "yaw angles": "yaw"}
+WITH_DEFAULT: Final = {"tensions": "tension", "swivel angles": "swivel", "tilts": "tilt", "yaw angles": "yaw"}
 """The key of the plan's sigma of a kind, where that has a default."""
 
 _TESTED: Final = 0.05  # redundancy of a row whose residual tells of its sigma
@@ -70,7 +70,7 @@ def _is_open(problem: CalibrationProblem, name: str) -> bool:
     told = problem.plan.sigma.model_fields_set
     if name == "lengths":
         return problem.plan.sigma.encoder is None
-    return name in SENSORS and SENSORS[name] not in told
+    return name in WITH_DEFAULT and WITH_DEFAULT[name] not in told
 
 
 def _bounded(problem: CalibrationProblem, name: str, factor: float) -> float:

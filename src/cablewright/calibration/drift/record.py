@@ -16,7 +16,7 @@ from cablewright.arrays import Array
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Sigmas
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.unknowns import Unknown, unknowns_of
-from cablewright.calibration.weights import SENSORS
+from cablewright.calibration.weights import WITH_DEFAULT
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.robot import Robot
@@ -121,7 +121,7 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
     if found.verdict == "bad" or not np.isfinite(found.covariance).all():
         raise InputError(f"{data}: a calibration without sigmas has no record: nothing could be compared with it")
     plan, factors = found.problem.plan, found.problem.factors
-    sizes = {key: getattr(plan.sigma, key) * factors.get(kind, 1.0) for kind, key in SENSORS.items()}
+    sizes = {key: getattr(plan.sigma, key) * factors.get(kind, 1.0) for kind, key in WITH_DEFAULT.items()}
     sizes["encoder"] = found.encoder_sigma
     sigma = Sigmas(**{key: float(np.clip(size, *SIGMAS)) for key, size in sizes.items()})
     told = zip(found.unknowns, found.values.tolist(), found.sigma.tolist(), strict=True)
