@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.data import read_measured, write_measured
+from cablewright.calibration.drift.comparison import compared
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import load_record, record_of, record_text
 from cablewright.calibration.measured import Measured
@@ -175,6 +176,25 @@ def test_later_data_are_checked_with_the_offsets_that_were_found(tmp_path: Path)
     assert check_drift(found.robot, turned(later), known).verdict == "unchanged"
     assert check_drift(found.robot, replace(later, swivel=None), known).verdict == "unchanged"
     assert check_drift(found.robot, turned(later, ZEROS + 0.05 * np.eye(4)[1]), known).verdict != "unchanged"
+
+
+def test_a_zero_that_moved_between_two_calibrations_is_named_with_its_unit(tmp_path: Path) -> None:
+    """The same zeros, found a turn away, are the same."""
+    plan = CalibrationPlan(unknowns=(*PLAIN, "swivel_offset"), sigma=Sigmas(encoder=1e-4, swivel=1e-3))
+    file, found = tmp_path / "d.csv", []
+    for seed, zeros in (
+        (1, [0.3, -2.0, 1.0, 3.13]),
+        (2, [0.3, -2.0, 1.0, 3.13 - 2.0 * np.pi]),
+        (2, [0.3, -1.9, 1.0, 3.13]),
+    ):
+        measured = turned(made(WANG, seed, swivel=1e-3), np.array(zeros))
+        file.write_text(write_measured(measured, WANG), encoding="utf-8")
+        found.append(calibrate(WANG, measured, plan, rough=0.05))
+    record = record_of(found[0], file, datetime.now(UTC))
+    assert not compared(found[1], record).changes
+    moved = compared(found[2], record).changes
+    assert [(each.what, each.line, each.unit) for each in moved] == [("swivel offset", "south-east", "rad")]
+    assert moved[0].amount == pytest.approx(0.1, abs=5e-3)
 
 
 def test_files_with_yaw_are_read_as_they_were_written(tmp_path: Path) -> None:

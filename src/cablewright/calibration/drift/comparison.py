@@ -13,7 +13,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.drift.record import CalibrationRecord
 from cablewright.calibration.drift.suspects import Evidence, Explanation, Suspect, beside
-from cablewright.calibration.observability import motions, open_freedoms
+from cablewright.calibration.observability import azimuth_offsets, motions, open_freedoms
 from cablewright.calibration.result import Calibration
 from cablewright.errors import InputError
 
@@ -39,6 +39,8 @@ def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) 
     free = [named[name][new] for name in {*_SHIFTS, *open_freedoms(found.alone)} & set(named)]
     kept = beside(np.array(free).reshape(len(free), len(new)).T)
     change = found.values[new] - last.amounts[old]
+    around = azimuth_offsets([found.unknowns[at] for at in new]) > 0.0
+    change[around] = np.angle(np.exp(1j * change[around]))  # the same zero a turn away
     spread = found.covariance[np.ix_(new, new)] + last.spread[np.ix_(old, old)]
     size = np.eye(kept.shape[1]) * _ROUNDING**2
     freedom = min(float(max(found.posterior.redundancy, 1)), last.freedom)

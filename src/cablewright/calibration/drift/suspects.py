@@ -17,6 +17,7 @@ from scipy import special
 
 from cablewright.arrays import Array
 from cablewright.results import Figure
+from cablewright.robot.parameters import KINDS_OF
 
 READING: Final = "reading of the "
 """What begins the name of a reading that is wrong."""
@@ -24,11 +25,11 @@ READING: Final = "reading of the "
 SCALE: Final = "scale of all lengths"
 
 _UNITS: Final = {
+    **{name.replace("_", " "): kinds[0].unit for name, kinds in KINDS_OF.items()},
     SCALE: "1",
     f"{READING}tensions": "N",
     **{f"{READING}{angles}": "rad" for angles in ("swivel angles", "tilts", "yaw angles")},
 }
-_PLAIN: Final = ("modulus", "length scale")  # factors
 _MAX_NAMED: Final = 4
 _MORE: Final = 1e-3  # probability of what more amounts explain by chance, under which they are said to be needed
 _ALIKE: Final = 6.0  # difference of two scores under which a suspect is 20 times as likely as another, at most
@@ -67,7 +68,7 @@ class DriftChange:
     @property
     def unit(self) -> str:
         """The SI unit of its amount."""
-        return "1/m" if self.what == "build up" else _UNITS.get(self.what, "1" if self.what in _PLAIN else "m")
+        return _UNITS.get(self.what, "m")
 
     @property
     def sentence(self) -> str:
