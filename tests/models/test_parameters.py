@@ -26,7 +26,7 @@ ACTING_ON_LENGTHS = ("length_scale", "length_offset", "temperature")
 
 def all_of(robot: Robot, shared: bool = False) -> list[Parameter]:
     """Every number of a robot that may be uncertain; *shared*: those that all its lines can have in common."""
-    known = [kind for kind in KINDS.values() if kind.role != "winch"]
+    known = [kind for kind in KINDS.values() if kind.role in ("hardware", "command")]
     kinds = [kind for kind in known if why_not(robot, kind, None, shared and kind.per_line) is None]
     return [one for kind in kinds for one in parameters_of(robot, kind.name, shared=shared and kind.per_line)]
 

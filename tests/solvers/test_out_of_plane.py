@@ -41,7 +41,7 @@ def test_none_is_certified_and_none_is_called_the_only_one() -> None:
         (lambda: cw.excess_lengths(cw.inverse(TILTED, PLACE)), "excess lengths"),
         (lambda: refuse_unfit(cw.Model(TILTED), np.full(4, 5.0)), "exhaustive"),
         (lambda: cw.enclose_poses(cw.inverse(TILTED, PLACE), 1e-4), "a box of poses"),
-        (lambda: cw.calibration_poses(TILTED), "calibration"),
+        (lambda: cw.simulate_calibration(TILTED, 20, 1e-4, cable="elastic"), "calibration of lines that stretch"),
         (lambda: settings.require_hanging(TILTED), "the simulated machine"),
         (lambda: estimator("encoders", TILTED, cw.load_machine("merlet2023"), np.zeros(3)), "estimation"),
     ],
