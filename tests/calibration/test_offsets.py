@@ -13,13 +13,17 @@ from cablewright.calibration.data import read_measured, write_measured
 from cablewright.calibration.drift.comparison import compared
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import load_record, record_of, record_text
+from cablewright.calibration.guidance.guide import guide
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.simulation import SensorNoise, aligned, simulate_calibration
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
+from cablewright.models.fidelity import Fidelity
+from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
+from cablewright.solvers.inverse import solve_inverse
 
 WANG, PATY, COGIRO = load("wang2021"), load("paty2021"), load("cogiro")
 PLAIN = ("exit_point", "length_offset")
@@ -150,6 +154,19 @@ def test_an_offset_is_hardly_told_from_a_tilt_of_eyelets_until_they_are_levelled
         sigmas.append(float(sigma.max()))
     assert sigmas[0] > 5e-3
     assert sigmas[1] < 1.5e-3
+
+
+def test_the_guide_does_not_take_unknown_zeros_for_known() -> None:
+    """Before there are enough poses, counts to move to come from lengths; they were wrong by 184 mm."""
+    simulated = simulate_calibration(WANG, 6, 1e-5, seed=1, guess=1e-3, sensors=SensorNoise(swivel=1e-3))
+    measured = turned(simulated.measured, np.array([5.5, 1.0, 3.0, 0.2]))
+    advice = guide(WANG, measured, CalibrationPlan(unknowns=(*PLAIN, "swivel_offset")))
+    model = Model(WANG, Fidelity.of("rigid"))
+    home = solve_inverse(model, simulated.poses[:1]).lengths[0]
+    assert advice.next_poses
+    for each in advice.next_poses:
+        lengths = solve_inverse(model, np.array([each.pose])).lengths[0]
+        assert each.counts == pytest.approx(lengths - home, abs=1e-3)
 
 
 def test_a_prior_holds_an_offset() -> None:

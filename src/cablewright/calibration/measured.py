@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -35,6 +35,14 @@ class Measured:
     def has(self, sensor: str) -> bool:
         """Whether there are measurements by one of `SENSORS`."""
         return getattr(self, SENSORS[sensor][0]) is not None
+
+    def without_open_zeros(self, unknowns: Sequence[str]) -> Measured:
+        """Return the same without sensors whose zero is among the *unknowns*: they tell nothing until it is found."""
+        told = self
+        for sensor, (name, _) in SENSORS.items():
+            if f"{sensor}_offset" in unknowns:
+                told = replace(told, **{name: None})  # type: ignore[arg-type]  # each of these may be None
+        return told
 
     def lengths_alone(self) -> Measured:
         """Return the lengths, and the start values of the poses, without what other sensors measured."""

@@ -62,7 +62,9 @@ class Known:
         theta = problem.free
         if measured is not None:
             check_lengths(robot, measured)
-            theta = with_new_home(problem, theta)
+            told = measured.without_open_zeros(plan.unknowns)
+            alone = CalibrationProblem.of(robot, told, _of_encoders(plan, count), hold=False)
+            theta = with_new_home(alone, theta)
         exits = problem.named("exit_point")
         sigma = max(rough, 1e-6) / np.sqrt(3.0)
         rows = np.concatenate([problem.rows.linear, np.eye(len(theta))[exits] / sigma])
