@@ -16,6 +16,7 @@ from cablewright.calibration.drift.suspects import Evidence, Explanation, Suspec
 from cablewright.calibration.observability import azimuth_offsets, motions, open_freedoms
 from cablewright.calibration.result import Calibration
 from cablewright.errors import InputError
+from cablewright.models.rotation import wrap_angles
 
 LEVEL: Final = 0.01
 """The share of comparisons that say that something moved though nothing did."""
@@ -40,7 +41,7 @@ def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) 
     kept = beside(np.array(free).reshape(len(free), len(new)).T)
     change = found.values[new] - last.amounts[old]
     around = azimuth_offsets([found.unknowns[at] for at in new]) > 0.0
-    change[around] = np.angle(np.exp(1j * change[around]))  # the same zero a turn away
+    change[around] = wrap_angles(change[around])  # the same zero a turn away
     spread = found.covariance[np.ix_(new, new)] + last.spread[np.ix_(old, old)]
     size = np.eye(kept.shape[1]) * _ROUNDING**2
     freedom = min(float(max(found.posterior.redundancy, 1)), last.freedom)

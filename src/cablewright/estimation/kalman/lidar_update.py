@@ -22,8 +22,9 @@ from cablewright.estimation.kalman.state import (
     update_state,
 )
 from cablewright.estimation.lidar import localisation
-from cablewright.estimation.lidar.constraints import ObservedLine, contradicting_walls, find_constraints, wrap_angle
+from cablewright.estimation.lidar.constraints import ObservedLine, contradicting_walls, find_constraints
 from cablewright.estimation.lidar.localisation import LidarTurn, drift_of
+from cablewright.models.rotation import wrap_angle
 from cablewright.signals import Scan
 
 _SETTLING_TIME: Final = 4.0  # s from the start in which ...

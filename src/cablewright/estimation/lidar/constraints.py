@@ -15,6 +15,7 @@ from cablewright.arrays import Array, Indices, Mask
 from cablewright.estimation.lidar.room import Laser, RoomMap
 from cablewright.estimation.lidar.wall_lines import WallLine
 from cablewright.kernels.fitting.scan_lines import explain
+from cablewright.models.rotation import wrap_angle, wrap_angles
 
 _MIN_ANGLE: Final = math.radians(20.0)  # between the two walls of a candidate
 _MAX_CANDIDATES: Final = 40
@@ -59,16 +60,6 @@ class Candidate(NamedTuple):
     variance: float  # m^2, of both lines together
     explained: float  # share of the points on a wall less those beyond one; NaN if not scored
     laser_misfit: float  # sigmas, largest of the operator's distances; 0 without any
-
-
-def wrap_angle(angle: float) -> float:
-    """Return an *angle*, rad, within half a turn of 0."""
-    return math.remainder(angle, math.tau)
-
-
-def wrap_angles(angles: Array) -> Array:
-    """Return *angles*, rad, within half a turn of 0."""
-    return np.asarray(np.remainder(angles + math.pi, math.tau) - math.pi)
 
 
 class Candidates(NamedTuple):

@@ -25,12 +25,11 @@ from cablewright.estimation.lidar.constraints import (
     find_candidates,
     find_constraints,
     score_candidates,
-    wrap_angle,
-    wrap_angles,
 )
 from cablewright.estimation.lidar.room import Laser, RoomMap
 from cablewright.estimation.lidar.scan import LidarModel, level_mount, level_points
 from cablewright.estimation.lidar.wall_lines import LineSearch, find_lines
+from cablewright.models.rotation import wrap_angle, wrap_angles
 
 WallStatus = Literal["ok", "ambiguous", "parallel", "no-wall"]
 
