@@ -22,6 +22,7 @@ from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.simulation import SensorNoise, aligned, simulate_calibration
 from cablewright.calibration.solve import calibrate
+from cablewright.models.rotation import wrap_angle
 from cablewright.robot import load
 
 Array = NDArray[np.float64]
@@ -32,7 +33,7 @@ CELL, TILT, SCALE = 20.0, 0.02, 0.05  # N, rad, 1
 
 
 @dataclass(frozen=True)
-class Kind:
+class Setup:
     """A robot with sensors: what is unknown of them."""
 
     robot: str
@@ -41,11 +42,11 @@ class Kind:
     unknowns: tuple[str, ...]
 
 
-KINDS: Final = (
-    Kind("wang2021", "rigid", SensorNoise(swivel=1e-3), ("swivel_offset",)),
-    Kind("wang2021", "rigid", SensorNoise(tension=2.0), ("tension_offset", "tension_scale")),
-    Kind("cogiro", "rigid", SensorNoise(tilt=1e-3, yaw=1e-2), ("tilt_offset", "yaw_offset")),
-    Kind("paty2021", "catenary", SensorNoise(tension=5.0), ("tension_offset", "tension_scale")),
+SETUPS: Final = (
+    Setup("wang2021", "rigid", SensorNoise(swivel=1e-3), ("swivel_offset",)),
+    Setup("wang2021", "rigid", SensorNoise(tension=2.0), ("tension_offset", "tension_scale")),
+    Setup("cogiro", "rigid", SensorNoise(tilt=1e-3, yaw=1e-2), ("tilt_offset", "yaw_offset")),
+    Setup("paty2021", "catenary", SensorNoise(tension=5.0), ("tension_offset", "tension_scale")),
 )
 
 
@@ -76,27 +77,27 @@ def errors(found: Calibration, true: dict[str, Array]) -> Iterator[tuple[float, 
             continue
         off = float(value) - left[each.name].pop(0)
         if each.unit == "rad":
-            off = float(np.angle(np.exp(1j * off)))
+            off = wrap_angle(off)
         yield off / float(noise), off / float(sigma)
 
 
 def main(count: int, first: int) -> None:
-    """Print a row for each kind."""
+    """Print a row for each setup."""
     print(
         "| robot, lines, unknown | verdicts | over sigma by noise: mean, rms | over sigma: rms | exit points within |"
     )
     print("| --- | --- | --- | --- | --- |")
-    for kind in KINDS:
-        robot, pulls, inside, verdicts = load(kind.robot), [], [], []
+    for setup in SETUPS:
+        robot, pulls, inside, verdicts = load(setup.robot), [], [], []
         file = np.array([line.exit_point for line in robot.lines])
         plan = CalibrationPlan(
-            unknowns=("exit_point", "length_offset", *kind.unknowns),
-            sigma=Sigmas(encoder=ENCODER, tension=kind.noise.tension or 5.0),
+            unknowns=("exit_point", "length_offset", *setup.unknowns),
+            sigma=Sigmas(encoder=ENCODER, tension=setup.noise.tension or 5.0),
         )
         for seed in range(first, first + count):
-            made = simulate_calibration(robot, 40, ENCODER, seed=seed, cable=kind.cable, sensors=kind.noise).measured
+            made = simulate_calibration(robot, 40, ENCODER, seed=seed, cable=setup.cable, sensors=setup.noise).measured
             measured, true = spoiled(made, np.random.default_rng((seed, 1)))
-            found = calibrate(robot, measured, plan, cable=kind.cable, rough=ROUGH)
+            found = calibrate(robot, measured, plan, cable=setup.cable, rough=ROUGH)
             verdicts.append(found.verdict if found.status == "ok" else found.status)
             if found.status != "ok":
                 continue
@@ -106,7 +107,7 @@ def main(count: int, first: int) -> None:
             inside.append(np.abs(points - file).ravel() < 1.96 * found.sigma[exits])
         by_noise, told = np.array(pulls).T
         print(
-            f"| {kind.robot}, {kind.cable}, {', '.join(kind.unknowns)} | "
+            f"| {setup.robot}, {setup.cable}, {', '.join(setup.unknowns)} | "
             f"{', '.join(f'{verdicts.count(each)} {each}' for each in sorted(set(verdicts)))} | "
             f"{by_noise.mean():.2f}, {np.sqrt(np.mean(by_noise**2)):.2f} | {np.sqrt(np.mean(told**2)):.2f} | "
             f"{100.0 * np.mean(inside):.1f} % |",

@@ -188,8 +188,10 @@ def test_later_data_are_checked_with_the_offsets_that_were_found(tmp_path: Path)
     record = tmp_path / "r.toml"
     record.write_text(record_text(record_of(found, file, datetime.now(UTC))), encoding="utf-8")
     known = load_record(record)
-    later = made(WANG, 1, poses=40, swivel=1e-3)
-    later = Measured(later.counted[:8], later.guess[:8], swivel=later.swivel[:8])  # type: ignore[index]
+    whole = made(WANG, 1, poses=40, swivel=1e-3)
+    assert whole.guess is not None
+    assert whole.swivel is not None
+    later = Measured(whole.counted[:8], whole.guess[:8], swivel=whole.swivel[:8])
     assert check_drift(found.robot, turned(later), known).verdict == "unchanged"
     assert check_drift(found.robot, replace(later, swivel=None), known).verdict == "unchanged"
     assert check_drift(found.robot, turned(later, ZEROS + 0.05 * np.eye(4)[1]), known).verdict != "unchanged"

@@ -16,7 +16,6 @@ from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import SIGMAS
 from cablewright.csv_input import Column, cells_of, find_column, number_rows, separator_of, shown, text_lines
 from cablewright.errors import InputError, suggestion
-from cablewright.models.coil import TURN
 from cablewright.models.drum import drum_of
 from cablewright.robot import Robot
 from cablewright.units import ANGLE, FORCE, LENGTH, Dimension
@@ -135,7 +134,7 @@ def _of_drum(name: str, robot: Robot, cells: Sequence[str], place: str) -> Dimen
         raise InputError(
             f"{place}: column {shown(given[0][0])}: say how many a turn of the drum, as in '{name} (counts/4096)'"
         )
-    turn = TURN * drum.radius
+    turn = drum.per_turn(0.0)
     sizes = {"turns": turn, "rad": drum.radius, "deg": turn / 360.0}
     sizes |= {each["unit"]: turn / int(each["counts"]) for each in given if each["counts"]}
     return Dimension("length", {**LENGTH.units, **{unit: Decimal(size) for unit, size in sizes.items()}})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -38,11 +38,8 @@ class Measured:
 
     def without_open_zeros(self, unknowns: Sequence[str]) -> Measured:
         """Return the same without sensors whose zero is among the *unknowns*: they tell nothing until it is found."""
-        told = self
-        for sensor, (name, _) in SENSORS.items():
-            if f"{sensor}_offset" in unknowns:
-                told = replace(told, **{name: None})  # type: ignore[arg-type]  # each of these may be None
-        return told
+        silent: dict[str, Any] = {name: None for sensor, (name, _) in SENSORS.items() if f"{sensor}_offset" in unknowns}
+        return replace(self, **silent)
 
     def lengths_alone(self) -> Measured:
         """Return the lengths, and the start values of the poses, without what other sensors measured."""

@@ -148,7 +148,7 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
         names.append("build_up")
     if problem.elastic and "modulus" not in plan.unknowns:
         names.append("modulus")
-    shared = tuple(names[1:] if names[:1] == ["sheave_radius"] else names)
+    shared = tuple(name for name in names if name != "sheave_radius")
     sensors = _of_sensors(problem)
     names += [name for name in sensors if name not in plan.unknowns]
     wider = problem.with_plan(_with_unknowns(plan, tuple(names), shared))

@@ -16,7 +16,7 @@ from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import random_poses
-from cablewright.calibration.unknowns import require_straight
+from cablewright.calibration.unknowns import require_covered
 from cablewright.choices import PoseCriterion
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw
@@ -106,7 +106,7 @@ def calibration_poses(
         raise InputError(f"sigma = {sigma:g}: must be over 0 and under 1 m")
     model = Model.of(robot, tension_limits=tension_limits, default=CableLaw.RIGID)
     robot, plan = model.robot, plan_of(plan)
-    require_straight(robot)
+    require_covered(robot, elastic=False)
     rng = np.random.default_rng(seed)
     places = random_poses(model, candidates, rng)
     problem = CalibrationProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)

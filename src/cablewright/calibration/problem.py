@@ -20,7 +20,7 @@ from cablewright.calibration.unknowns import (
     Unknown,
     coordinates_of,
     numbers_of_lines,
-    require_straight,
+    require_covered,
     targets,
     unknowns_of,
 )
@@ -287,10 +287,7 @@ def equations(
     robot: Robot, measured: Measured, plan: CalibrationPlan, hold: bool, elastic: bool
 ) -> tuple[tuple[Unknown, ...], MeasurementRows, Array, Array, int, Array, Mask, Mask, Array]:
     """Return the fields of a `CalibrationProblem` from `unknowns` on; *elastic*: whether lines stretch or sag."""
-    if elastic:
-        robot.require_plain("calibration of lines that stretch")
-    else:
-        require_straight(robot)
+    require_covered(robot, elastic)
     unknowns = unknowns_of(robot, plan.unknowns, plan.shared, elastic, plan.grouped)
     if not unknowns:
         raise InputError("unknowns: must name at least one number")

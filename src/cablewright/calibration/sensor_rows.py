@@ -28,7 +28,7 @@ _OF_A_BODY: Final = (
 """Sensors of a rigid platform: the field of what they measured, the columns, and the kind of their rows."""
 
 
-class Block(NamedTuple):
+class SensorRows(NamedTuple):
     """Rows of one sensor, r at each of N poses; what is not an array is the same in all rows, see `MeasurementRows`."""
 
     kind: int
@@ -39,22 +39,22 @@ class Block(NamedTuple):
     extra: ArrayLike = 0
 
 
-def distance_rows(robot: Robot, plan: CalibrationPlan) -> Block:
+def distance_rows(robot: Robot, plan: CalibrationPlan) -> SensorRows:
     """Return the rows (1, d) of measured distances between exit points, which belong to no pose."""
     ends = [
         line_index(robot, name, f"distances[{at}]") for at, each in enumerate(plan.distances) for name in each.between
     ]
     values, sigmas = (np.array([[getattr(each, name) for each in plan.distances]]) for name in ("value", "deviation"))
-    return Block(calibration_residuals.BETWEEN, values, 1.0 / sigmas, ends[::2], ends[1::2])
+    return SensorRows(calibration_residuals.BETWEEN, values, 1.0 / sigmas, ends[::2], ends[1::2])
 
 
-def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bool) -> Iterator[Block]:
+def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bool) -> Iterator[SensorRows]:
     """Yield the rows of each sensor that the data have: encoders first, then tensions if each is a row of its own."""
     sigma, lines = plan.sigma, np.arange(robot.m)
     encoder = calibration_residuals.PAID_OUT if elastic else calibration_residuals.ENCODER
-    yield Block(encoder, measured.counted, 1.0 / (sigma.encoder or ENCODER_SIGMA), lines)
+    yield SensorRows(encoder, measured.counted, 1.0 / (sigma.encoder or ENCODER_SIGMA), lines)
     if elastic and measured.tensions is not None:
-        yield Block(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma.tension, lines)
+        yield SensorRows(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma.tension, lines)
     if measured.pose_sigma is not None:
         assert measured.guess is not None
         places = np.nan_to_num(measured.guess)
@@ -62,17 +62,17 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
         if robot.n == 6:
             extra[:, 3:, :3] = places[:, None, 3:]
         weights = np.nan_to_num(1.0 / measured.pose_sigma)  # 0 where it is blank
-        yield Block(calibration_residuals.COORDINATE, places, weights, other=np.arange(robot.n), extra=extra)
+        yield SensorRows(calibration_residuals.COORDINATE, places, weights, other=np.arange(robot.n), extra=extra)
     if measured.swivel is not None:
         _require_azimuths(robot, measured)
-        yield Block(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
+        yield SensorRows(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
     for name, columns, kind in _OF_A_BODY:
         values = getattr(measured, name)
         if values is None:
             continue
         if robot.n == 3:
             raise InputError(f"{measured.origin}: {columns}: {robot.name!r} is a point platform, which has no {name}")
-        yield Block(kind, values, 1.0 / getattr(sigma, name), other=np.arange(values.shape[1]))
+        yield SensorRows(kind, values, 1.0 / getattr(sigma, name), other=np.arange(values.shape[1]))
     if not elastic and measured.tensions is not None:
         yield _balance(robot, measured, sigma.tension)
     nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else robot.lines[0].platform_point
@@ -81,12 +81,12 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
         normal = np.asarray(plane.normal) / math.hypot(*plane.normal)
         weights = at[:, None] / plane.deviation
         values = np.full(weights.shape, float(normal @ plane.point))
-        yield Block(calibration_residuals.PLANE, values, weights, extra=np.append(normal, nozzle))
+        yield SensorRows(calibration_residuals.PLANE, values, weights, extra=np.append(normal, nozzle))
     for index, reach in enumerate(plan.ranges):
         at = _at_poses(measured, reach.poses, f"ranges[{index}]")
         values = np.zeros((len(at), 1))
         values[np.asarray(reach.poses) - 1, 0] = reach.values
-        yield Block(
+        yield SensorRows(
             calibration_residuals.REACH, values, at[:, None] / reach.deviation, extra=np.append(reach.point, nozzle)
         )
 
@@ -110,7 +110,7 @@ def _at_poses(measured: Measured, poses: Sequence[int], where: str) -> Array:
     return at
 
 
-def _balance(robot: Robot, measured: Measured, sigma: float) -> Block:
+def _balance(robot: Robot, measured: Measured, sigma: float) -> SensorRows:
     """Return the rows of measured tensions: the wrench they leave unbalanced, along directions of independent errors.
 
     A tension's error acts along its line, so the wrench has the covariance sigma^2 sum w w^T, w = pull (u, r x u). The
@@ -131,7 +131,7 @@ def _balance(robot: Robot, measured: Measured, sigma: float) -> Block:
     size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: small is relative to the same row
     extra = np.zeros((count, n, 6))
     extra[..., :n] = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
-    return Block(calibration_residuals.BALANCE, np.zeros((count, n)), 1.0, extra=extra)
+    return SensorRows(calibration_residuals.BALANCE, np.zeros((count, n)), 1.0, extra=extra)
 
 
 def load_on(robot: Robot) -> Array:

@@ -14,7 +14,7 @@ from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.pose_fit import yaw_between
 from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.unknowns import require_straight
+from cablewright.calibration.unknowns import require_covered
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.rotation import matrices
@@ -90,10 +90,7 @@ def simulate_calibration(
     if seed < 0:
         raise InputError(f"seed = {seed}: must not be negative")
     model = Model.of(robot, cable=cable, default=CableLaw.RIGID)
-    if model.fidelity.cable is CableLaw.RIGID:
-        require_straight(model.robot)
-    else:
-        model.robot.require_plain("calibration of lines that stretch")
+    require_covered(model.robot, model.fidelity.cable is not CableLaw.RIGID)
     rng = np.random.default_rng(seed)
     made = measure(model, random_poses(model, poses, rng), noise, rng, guess, sensors=sensors)
     return replace(made, seed=seed)

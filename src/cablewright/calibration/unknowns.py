@@ -172,8 +172,14 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
             yield replace(each, others=tuple(group[1:]))
 
 
-def require_straight(robot: Robot) -> None:
-    """Raise `InputError` for a line whose length straight lines do not have: that changes before the exit point too."""
+def require_covered(robot: Robot, elastic: bool) -> None:
+    """Raise `InputError` for a robot that is not covered, with *elastic* lines or straight ones.
+
+    Straight lines cover all whose length changes beyond the exit point only.
+    """
+    if elastic:
+        robot.require_plain("calibration of lines that stretch")
+        return
     robot.require_no_plane("calibration")
     for line in robot.lines:
         if isinstance(line.sheave, Pulley) or line.is_aside or line.platform_sheave is not None:

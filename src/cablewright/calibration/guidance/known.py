@@ -51,7 +51,8 @@ class Known:
         """Calibrate where there are enough poses; else what is known is the file, to *rough*."""
         blank = Measured(np.zeros((1, robot.m)), np.zeros((1, robot.n)))
         count = 0 if measured is None else len(measured.counted)
-        problem = CalibrationProblem.of(robot, measured or blank, _of_encoders(plan, count), hold=False)
+        own = _of_encoders(plan, count)
+        problem = CalibrationProblem.of(robot, measured or blank, own, hold=False)
         needed = min_poses(problem) + _SPARE
         if measured is not None and count >= needed:
             found = calibrate(robot, measured, plan, need=need, rough=rough, seed=seed, progress=progress)
@@ -63,8 +64,7 @@ class Known:
         if measured is not None:
             check_lengths(robot, measured)
             told = measured.without_open_zeros(plan.unknowns)
-            alone = CalibrationProblem.of(robot, told, _of_encoders(plan, count), hold=False)
-            theta = with_new_home(alone, theta)
+            theta = with_new_home(CalibrationProblem.of(robot, told, own, hold=False), theta)
         exits = problem.named("exit_point")
         sigma = max(rough, 1e-6) / np.sqrt(3.0)
         rows = np.concatenate([problem.rows.linear, np.eye(len(theta))[exits] / sigma])
