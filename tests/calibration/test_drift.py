@@ -21,6 +21,7 @@ from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.simulation import SensorNoise, measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
+from cablewright.models.drum import Drum
 from cablewright.robot import load
 
 WANG, COGIRO = load("wang2021"), load("cogiro")
@@ -157,6 +158,29 @@ def test_lines_that_stretch_are_checked_by_their_tensions(tmp_path: Path) -> Non
     changed = cw.check_drift(found.robot, replace(later, counted=counted), record)
     assert changed.verdict == "moved"
     assert any(robot.lines[2].name in (each.line, *each.instead) or each.line is None for each in changed.changes)
+
+
+def test_a_spool_that_builds_up_passes_its_own_check(tmp_path: Path) -> None:
+    """With a drum that is 2 % larger than in the file: later counts are of its radius, the build-up of true metres."""
+    true = Drum(0.0612, build_up=0.01)
+    lines = tuple(
+        line.model_copy(update={"winch": line.winch.model_copy(update={"drum_radius": 0.06})}) for line in WANG.lines
+    )
+    robot = WANG.model_copy(update={"lines": lines})
+    rng = np.random.default_rng(6)
+    poses = random_poses(robot, 60, rng)
+    made = measure(robot, poses, 1e-4, rng).measured
+    turns = true.angles(made.counted) / (2.0 * np.pi)
+    file = tmp_path / "d.csv"
+    header = ",".join([*(f"dl_{i + 1} (turns)" for i in range(4)), "x,y,z,sigma_x,sigma_y,sigma_z"])
+    table = np.column_stack([turns, poses + rng.normal(0.0, 1e-3, poses.shape), np.full(poses.shape, 1e-3)])
+    np.savetxt(file, table, "%.12g", ",", header=header, comments="")
+    unknowns = ("exit_point", "length_offset", "drum_radius", "build_up")
+    found = calibrate(robot, file, CalibrationPlan(unknowns=unknowns, shared=unknowns[2:]), rough=0.05)
+    for at, wanted in ((-2, true.radius), (-1, true.build_up)):
+        assert abs(found.values[at] - wanted) < 4.0 * found.sigma[at] < 0.1 * wanted
+    record = record_of(found, file, DAY)
+    assert cw.check_drift(found.robot, file, record).verdict == "unchanged"
 
 
 def test_false_alarms_are_as_rare_as_was_asked() -> None:

@@ -10,7 +10,7 @@ import pytest
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import information, open_freedoms
-from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas
+from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.simulation import (
     SensorNoise,
@@ -226,6 +226,20 @@ def test_a_datum_and_a_yaw_far_from_the_file() -> None:
     assert (found.sigma[:3] == 0.0).all()
     assert found.gauge == GAUGE
     assert max(error(found, made, robot)[:2]) < 1e-9
+
+
+def test_the_range_of_the_modulus_is_that_of_the_plan() -> None:
+    robot = load("paty2021")
+    made = simulate_calibration(robot, 24, 1e-4, seed=1, cable="elastic", sensors=SensorNoise(tension=5.0))
+    plan = CalibrationPlan(
+        unknowns=("exit_point", "length_offset", "modulus"),
+        shared=("modulus",),
+        bounds=(Bound(name="modulus", min=0.8, max=1.25),),
+        sigma=Sigmas(encoder=1e-4, tension=5.0),
+    )
+    found = calibrate(robot, made.measured, plan, cable="elastic", rough=0.05)
+    assert found.status == "ok"
+    assert 0.8 < found.values[-1] < 1.25
 
 
 def test_stiff_lines_with_rough_tensions_say_what_straight_ones_do() -> None:

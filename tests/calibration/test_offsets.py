@@ -216,6 +216,76 @@ def test_a_zero_that_moved_between_two_calibrations_is_named_with_its_unit(tmp_p
     assert moved[0].amount == pytest.approx(0.1, abs=5e-3)
 
 
+def test_load_cells_set_to_zero_under_a_load_are_found() -> None:
+    """Offsets larger than any reading; the line's max tension limits them."""
+    measured = made(WANG, tension=2.0)
+    assert measured.tensions is not None
+    zeros = measured.tensions.max(axis=0)
+    low = replace(measured, tensions=measured.tensions - zeros)
+    plan = CalibrationPlan(unknowns=(*PLAIN, "tension_offset"), sigma=CALIBRATED)
+    found = calibrate(WANG, low, plan, rough=0.05)
+    values, sigma = found_of(found, "tension_offset")
+    assert found.status == "ok"
+    assert np.abs((values - zeros) / sigma).max() < 4.0
+    assert (zeros > np.ptp(measured.tensions, axis=0)).any()
+
+
+def test_bounds_of_an_azimuth_may_be_any_turn() -> None:
+    """The zero of 0.3 rad is 0.3 rad and a turn within these."""
+    bound = Bound(name="swivel_offset", lines=("south-west",), min=5.0, max=8.0)
+    plan = CalibrationPlan(unknowns=(*PLAIN, "swivel_offset"), bounds=(bound,))
+    found = calibrate(WANG, turned(made(WANG, swivel=1e-3)), plan, rough=0.05)
+    assert found.verdict == "good"
+    assert found_of(found, "swivel_offset")[0] - ZEROS == pytest.approx([2.0 * np.pi, 0.0, 0.0, 0.0], abs=5e-3)
+
+
+@pytest.mark.parametrize("angle", [1.0, -2.5])
+def test_a_gyro_that_was_set_to_zero_at_home_is_named_and_its_own_data_pass(angle: float, tmp_path: Path) -> None:
+    """It turns the whole frame, so start values of the poses are of another one."""
+    measured = made(COGIRO, yaw=1e-2)
+    assert measured.yaw is not None
+    wrong = replace(measured, yaw=measured.yaw - angle)
+    found = calibrate(COGIRO, wrong, rough=0.05, outliers=False, need=0.5)
+    assert found.verdict == "doubtful"
+    assert len(found.reasons) == 1
+    told = found.reasons[0].removeprefix("readings of yaw turn the whole frame by ").partition(" deg")[0]
+    assert float(told) == pytest.approx(-np.degrees(angle), abs=1.0)
+    assert "add yaw_offset to the unknowns" in found.reasons[0]
+    file = tmp_path / "d.csv"
+    file.write_text(write_measured(wrong, COGIRO), encoding="utf-8")
+    assert check_drift(found.robot, wrong, record_of(found, file, datetime.now(UTC))).verdict == "unchanged"
+
+
+def test_a_sensor_that_the_calibration_lacked_is_known_to_its_sigma(tmp_path: Path) -> None:
+    file = tmp_path / "d.csv"
+    whole = made(WANG, swivel=1e-3)
+    file.write_text(write_measured(replace(whole, swivel=None), WANG), encoding="utf-8")
+    sigma = Sigmas(encoder=1e-4, swivel=1e-2)
+    found = calibrate(WANG, file, CalibrationPlan(sigma=sigma), rough=0.05)
+    record = record_of(found, file, datetime.now(UTC))
+    zeros = 1e-2 * np.array([1.0, -1.0, -1.0, 1.0])
+    later = check_drift(found.robot, turned(whole, zeros), record)
+    assert later.verdict == "unchanged"
+    assert later.notes[0].startswith("the calibration did not have these sensors: swivel_offset count as known")
+    assert check_drift(found.robot, turned(whole, 10.0 * zeros), record).verdict == "moved"
+
+
+def test_zeros_without_data_need_no_more_poses() -> None:
+    plans = [CalibrationPlan(unknowns=names) for names in (PLAIN, (*PLAIN, "swivel_offset"))]
+    plain, more = (len(guide(WANG, plan=plan, rough=0.05).next_poses) for plan in plans)
+    assert more == plain
+
+
+def test_an_end_of_a_range_may_be_of_zeros_that_are_off() -> None:
+    plan = CalibrationPlan(
+        unknowns=(*PLAIN, "sheave_radius"), bounds=(Bound(name="sheave_radius", min=0.074, max=0.0756),)
+    )
+    found = calibrate(WANG, turned(made(WANG, swivel=1e-3), 0.02 * ZEROS), plan, rough=0.05)
+    assert found.status == "degenerate"
+    assert "the edge of its range" in found.reason
+    assert found.reason.endswith("if their zero is not sure, add swivel_offset to the unknowns")
+
+
 def test_files_with_yaw_are_read_as_they_were_written(tmp_path: Path) -> None:
     measured = made(COGIRO, tilt=1e-3, yaw=1e-2, poses=30)
     file = tmp_path / "d.csv"
@@ -242,7 +312,7 @@ def test_counts_of_encoders_are_turns_of_the_drum(tmp_path: Path) -> None:
             "house-printer",
             r"say how many a turn of the drum, as in 'dl_1 \(counts/4096\)'",
         ),
-        ("dl_1 (counts/0),dl_2,dl_3,dl_4", "house-printer", "unknown unit 'counts/0'"),
+        ("dl_1 (counts/0),dl_2,dl_3,dl_4", "house-printer", "unknown unit 'counts/0'.*turns, rad, deg, counts/4096$"),
         ("dl_1 (turns),dl_2,dl_3,dl_4", "wang2021", "line 'south-west' gives no winch.drum_radius; give lengths"),
         ("dl_1,dl_2,dl_3,dl_4,yaw", "wang2021", "is a point platform, which has no yaw"),
     ],

@@ -191,7 +191,10 @@ def test_a_fit_is_that_of_dense_least_squares() -> None:
 
 
 def test_a_spool_builds_up() -> None:
-    """Counts of a drum the square of whose radius falls with what is paid out, integrated, against the closed form."""
+    """Counts of a drum the square of whose radius falls with what is paid out, integrated, against the closed form.
+
+    The scale is of the radius at home: what is paid out is in true metres.
+    """
     rng = np.random.default_rng(2)
     robot = load("wang2021")
     plan = CalibrationPlan(unknowns=("length_offset", "length_scale", "build_up"))
@@ -202,10 +205,12 @@ def test_a_spool_builds_up() -> None:
     rest = problem.derivatives(theta, poses).residual[0] * problem.encoder_sigma
     lengths = problem.lengths(theta, poses)[0]
     for i in range(4):
-        radius = partial(lambda rate, _, out: np.sqrt(1.0 - 2.0 * rate * out), theta[8 + i])  # as a share
-        end = solve_ivp(radius, (0.0, counted[0, i]), [0.0], rtol=1e-12, atol=1e-13).y[0, -1]
-        paid_out = float(theta[4 + i] * end)
+        radius = partial(lambda scale, rate, _, out: scale * np.sqrt(1.0 - 2.0 * rate * out), *theta[[4 + i, 8 + i]])
+        paid_out = float(solve_ivp(radius, (0.0, counted[0, i]), [0.0], rtol=1e-12, atol=1e-13).y[0, -1])
         assert lengths[i] - theta[i] - paid_out == pytest.approx(rest[i], abs=1e-10)
+    read = problem.counts_at(theta, poses)
+    again = CalibrationProblem.of(robot, Measured(read), plan).derivatives(theta, poses)
+    assert again.residual * problem.encoder_sigma == pytest.approx(np.zeros((1, 4)), abs=1e-12)
 
 
 def test_kernels_have_one_compiled_signature() -> None:

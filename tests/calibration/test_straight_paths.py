@@ -14,9 +14,10 @@ from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import SensorNoise, aligned, random_poses, simulate_calibration
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
+from cablewright.models.drum import Drum
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
-from cablewright.robot import Line, Robot, load
+from cablewright.robot import Line, Robot, Swivel, load
 from cablewright.solvers.inverse import solve_inverse
 from out_of_plane import body, point
 
@@ -31,6 +32,16 @@ def several(robot: Robot) -> Robot:
 def changed(robot: Robot, how: Callable[[int, Line], dict[str, object]]) -> Robot:
     lines = tuple(line.model_copy(update=how(i, line)) for i, line in enumerate(robot.lines))
     return Robot.model_validate(robot.model_copy(update={"lines": lines}).model_dump())
+
+
+def tilted(robot: Robot) -> Robot:
+    """The robot with swivels whose axes are a little off the vertical."""
+
+    def how(_: int, line: Line) -> dict[str, object]:
+        assert isinstance(line.sheave, Swivel)
+        return {"sheave": line.sheave.model_copy(update={"axis": (0.05, 0.0, 1.0), "facing": None, "swing": None})}
+
+    return changed(robot, how)
 
 
 ROBOTS = [HANGPRINTER, several(load("jung2020")), point("tilted"), body("tilted"), body("horizontal"), body("guides")]
@@ -105,8 +116,7 @@ def test_an_unknown_of_the_spool_is_per_cable_paid_out() -> None:
     """A scale and a build-up of counts that are of cable, of which two spans take half."""
     made = simulate_calibration(HANGPRINTER, 60, 1e-5, seed=2)
     rate, scale = 0.01, 1.002
-    counted = made.measured.counted / scale
-    counted = (1.0 - np.sqrt(1.0 - 2.0 * rate * counted)) / rate  # of which the cable is c - rate c^2 / 2
+    counted = Drum(scale, build_up=rate).angles(made.measured.counted)
     measured = Measured(counted, made.poses, np.full(made.poses.shape, 1e-3))
     plan = CalibrationPlan(
         unknowns=("exit_point", "length_offset", "length_scale", "build_up"), sigma=Sigmas(encoder=1e-5)
@@ -125,6 +135,12 @@ def test_swivels_of_any_axis_are_calibrated_where_points_are_surveyed() -> None:
     assert error < 4.0 * sigma < 0.05
 
 
+def test_all_motions_of_eyelets_are_named() -> None:
+    """Tilts too, though they are not at right angles to the others where lines have several spans."""
+    found = calibrate(HANGPRINTER, simulate_calibration(HANGPRINTER, 40, 1e-4, seed=1).measured)
+    assert found.gauge == (*(f"translation along {axis}" for axis in "xyz"), "yaw", "tilt about x", "tilt about y")
+
+
 def test_poses_are_chosen_for_several_spans() -> None:
     found = calibration_poses(HANGPRINTER, 16, candidates=100)
     lengths = solve_inverse(Model(HANGPRINTER, Fidelity.of("rigid")), found.poses).lengths
@@ -137,8 +153,9 @@ def test_poses_are_chosen_for_several_spans() -> None:
         (body("pulleys"), "has a pulley in a fixed plane; it is not covered"),
         (body("aside"), "has a winch that is not on the axis of its swivel"),
         (body("platform sheaves"), "has a sheave on the platform"),
+        (tilted(body("aside")), "has a winch that is not on the axis of its swivel"),
     ],
-    ids=["pulleys", "aside", "platform sheaves"],
+    ids=["pulleys", "aside", "platform sheaves", "aside of tilted axes"],
 )
 def test_lines_whose_length_changes_elsewhere_are_refused(robot: Robot, message: str) -> None:
     with pytest.raises(InputError, match=message):
@@ -151,11 +168,26 @@ def test_what_is_not_covered_is_refused() -> None:
     elastic = "calibration of lines that stretch: line 'A' has advantage = 2; only 1 is covered"
     with pytest.raises(InputError, match=elastic):
         simulate_calibration(HANGPRINTER, 20, 1e-4, cable="elastic")
-    tilted = point("tilted")
-    made = simulate_calibration(tilted, 20, 1e-4)
-    measured = Measured(made.measured.counted, made.measured.guess, swivel=np.zeros((20, tilted.m)))
+    robot = point("tilted")
+    made = simulate_calibration(robot, 20, 1e-4)
+    measured = Measured(made.measured.counted, made.measured.guess, swivel=np.zeros((20, robot.m)))
     with pytest.raises(InputError, match="has an axis that is not vertical, so the angle is no azimuth"):
-        calibrate(tilted, measured)
+        calibrate(robot, measured)
+
+
+def test_swivels_that_hang_are_read_as_those_that_stand() -> None:
+    """A cable that comes from below over an axis that points up is one from below against an axis that points down."""
+
+    def hung(_: int, line: Line) -> dict[str, object]:
+        assert isinstance(line.sheave, Swivel)
+        wrap = "under" if line.sheave.wrap == "over" else "over"
+        return {"sheave": line.sheave.model_copy(update={"axis": (0.0, 0.0, -1.0), "wrap": wrap})}
+
+    wang = load("wang2021")
+    measured = simulate_calibration(wang, 40, 1e-4, seed=1, sensors=SensorNoise(swivel=1e-3)).measured
+    standing, hanging = (calibrate(robot, measured, rough=0.05) for robot in (wang, changed(wang, hung)))
+    assert (standing.status, hanging.status) == ("ok", "ok")
+    assert hanging.fit.theta == pytest.approx(standing.fit.theta, abs=1e-8)
 
 
 def test_counts_of_several_spans_may_be_as_long_as_they_are() -> None:

@@ -36,8 +36,9 @@ _AT: Final = 1e-9  # of the range: nearer than this is at the bound
 def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array, measured: Measured) -> Array:
     """Return the min and max (2, k) of each unknown, over its size.
 
-    The offset of a load cell is at most its largest reading. The length out, offset and count, is positive at every
-    pose. Raises `InputError` for bounds in the plan that are not of an unknown, or that exclude the file's value.
+    The offset of a load cell is at most its largest reading, or the line's max tension where that is more: one that was
+    set to zero under a load reads the rest. The length out, offset and count, is positive at every pose. Raises
+    `InputError` for bounds in the plan that are not of an unknown, or that exclude the file's value.
     """
     diagonal = math.dist(robot.scene.frame_min, robot.scene.frame_max)
     found = np.zeros((2, len(unknowns)))
@@ -78,7 +79,8 @@ def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:
         return TILT if unknown.name == "tilt_offset" else AZIMUTH
     if measured.tensions is None:
         return 0.0
-    return float(np.abs(measured.tensions[:, lines_of(robot, unknown)]).max())
+    of = lines_of(robot, unknown)
+    return max(float(np.abs(measured.tensions[:, of]).max()), *(robot.lines[i].tension_limits[1] for i in of))
 
 
 def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:

@@ -68,7 +68,8 @@ def surplus_per_pose(problem: CalibrationProblem) -> int:
 def min_poses(problem: CalibrationProblem) -> int:
     """Return how many different poses are required to determine the unknowns, except for the gauge freedoms.
 
-    Raises `InputError` where no number of poses is enough.
+    Zeros of sensors that did not measure do not count: nothing tells them. Raises `InputError` where no number of poses
+    is enough.
     """
     surplus = surplus_per_pose(problem)
     if surplus < 1:
@@ -82,7 +83,8 @@ def min_poses(problem: CalibrationProblem) -> int:
     rows = (problem.of_poses(problem.weights) > 0.0).sum(axis=1)
     given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
     given += int((rows - rows.min()).sum())  # positions at some poses, contacts
-    return max(1, -(-(len(problem.unknowns) - gauge_size(problem) - given) // surplus))
+    told = sum(problem.measured.tells(each.name) for each in problem.unknowns)
+    return max(1, -(-(told - gauge_size(problem) - given) // surplus))
 
 
 def _measurements_per_pose(problem: CalibrationProblem) -> int:
@@ -93,9 +95,8 @@ def _check_sensors(problem: CalibrationProblem) -> None:
     """Raise `InputError` for an unknown of a sensor that measured nothing."""
     measured = problem.measured
     for name in problem.plan.unknowns:
-        sensor = name.partition("_")[0]
-        if sensor in SENSORS and not measured.has(sensor):
-            column = SENSORS[sensor][1]
+        if not measured.tells(name):
+            column = SENSORS[name.partition("_")[0]][1]
             raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
 
 

@@ -28,6 +28,7 @@ _POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
 _OF_DRUM: Final = re.compile(
     r"(?P<name>(?i:dl)_[0-9]+) *[(\[](?P<unit>turns|rad|deg|counts(?:/(?P<counts>[1-9][0-9]{0,8}))?)[)\]]"
 )
+_COUNTS: Final = "counts/4096"  # one such unit, in messages
 _MAY_BE_BLANK: Final = frozenset((*_POSE, *(f"sigma_{name}" for name in _POSE)))
 
 
@@ -121,21 +122,24 @@ def _dimension(name: str, robot: Robot, cells: Sequence[str], place: str) -> Dim
 
 
 def _of_drum(name: str, robot: Robot, cells: Sequence[str], place: str) -> Dimension:
-    """Return lengths, and turns of the drum of a column's line. Raises `InputError` where it has no one radius."""
+    """Return lengths, and turns of the drum of a column's line if it has one radius.
+
+    Raises `InputError` for a header with turns of a drum that has none, and for counts of no size.
+    """
     given = [each for each in map(_OF_DRUM.fullmatch, cells) if each and each["name"].casefold() == name]
-    if not given:
-        return LENGTH
     line = robot.lines[int(name.removeprefix("dl_")) - 1]
     drum = drum_of(line)
     if drum is None or drum.build_up > 0.0:
+        if not given:
+            return LENGTH
         why = "gives no winch.drum_radius" if drum is None else "has winch.build_up, so its drum has no one radius"
         raise InputError(f"{place}: column {shown(given[0][0])}: line {line.name!r} {why}; give lengths")
     if any(each["unit"] == "counts" for each in given):
         raise InputError(
-            f"{place}: column {shown(given[0][0])}: say how many a turn of the drum, as in '{name} (counts/4096)'"
+            f"{place}: column {shown(given[0][0])}: say how many a turn of the drum, as in '{name} ({_COUNTS})'"
         )
     turn = drum.per_turn(0.0)
-    sizes = {"turns": turn, "rad": drum.radius, "deg": turn / 360.0}
+    sizes = {"turns": turn, "rad": drum.radius, "deg": turn / 360.0, _COUNTS: turn / int(_COUNTS.partition("/")[2])}
     sizes |= {each["unit"]: turn / int(each["counts"]) for each in given if each["counts"]}
     return Dimension("length", {**LENGTH.units, **{unit: Decimal(size) for unit, size in sizes.items()}})
 

@@ -62,8 +62,10 @@ def straight_plan(problem: ElasticProblem) -> CalibrationPlan:
     kept = {
         "unknowns": tuple(name for name in plan.unknowns if name != "modulus"),
         "shared": tuple(name for name in plan.shared if name != "modulus"),
-        "groups": tuple(group for group in plan.groups if group.name != "modulus"),
-        "priors": tuple(prior for prior in plan.priors if prior.name != "modulus"),
+        **{
+            name: tuple(each for each in getattr(plan, name) if each.name != "modulus")
+            for name in ("groups", "priors", "bounds")
+        },
         "sigma": plan.sigma.model_copy(update=exact),
     }
     return plan.model_copy(update=kept)

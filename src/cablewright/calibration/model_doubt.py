@@ -14,9 +14,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cablewright.arrays import Array, Indices
-from cablewright.calibration.measured import SENSORS
+from cablewright.calibration.measured import SENSORS, Measured
 from cablewright.calibration.observability import Information, projected
-from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.pose_fit import PoseFit
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.models.fidelity import CableLaw, Fidelity
@@ -149,7 +149,7 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
     if problem.elastic and "modulus" not in plan.unknowns:
         names.append("modulus")
     shared = tuple(name for name in names if name != "sheave_radius")
-    sensors = _of_sensors(problem)
+    sensors = believed_of_sensors(problem.measured, plan.sigma)
     names += [name for name in sensors if name not in plan.unknowns]
     wider = problem.with_plan(_with_unknowns(plan, tuple(names), shared))
     numbers = []
@@ -165,10 +165,10 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
     return wider, extra, [*numbers, Considered(STRETCH_NAME, None, _STRETCH_WORDS, "1", 0.0, STRETCH, 0.0)]
 
 
-def _of_sensors(problem: CalibrationProblem) -> dict[str, float]:
+def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
     """Return what is believed of the sensors that measured: a zero that is off by as much as their noise, a scale."""
-    sensors = [name for name in SENSORS if problem.measured.has(name)]
-    found = {f"{name}_offset": float(getattr(problem.plan.sigma, name)) for name in sensors}
+    sensors = [name for name in SENSORS if measured.has(name)]
+    found = {f"{name}_offset": float(getattr(sigma, name)) for name in sensors}
     return found | ({"tension_scale": CELL} if "tension" in sensors else {})
 
 

@@ -185,13 +185,15 @@ def frame_rows(found: Information, start: Array, weight: float) -> tuple[Array, 
 
 def open_freedoms(found: Information) -> tuple[str, ...]:
     """Return the open freedoms in words: named motions first, then combinations of unknowns."""
-    null, words = found.null, []
+    null, words, named = found.null, [], np.zeros((len(found.unknowns), 0))
     for name, vector in motions(found).items():
         unit = vector / np.linalg.norm(vector)
-        if np.linalg.norm(null.T @ unit) > 1.0 - 1e-6 and null.shape[1]:
+        rest = unit - named @ (named.T @ unit)  # motions need not be at right angles
+        if np.linalg.norm(null.T @ unit) > 1.0 - 1e-6 and np.linalg.norm(rest) > 1e-3:
             words.append(name)
-            null = without(null, unit[:, None])
-    return (*words, *(combination(found.unknowns, null[:, d]) for d in range(null.shape[1])))
+            named = np.column_stack([named, rest / np.linalg.norm(rest)])
+    left = without(null, named)
+    return (*words, *(combination(found.unknowns, left[:, d]) for d in range(left.shape[1])))
 
 
 def without(basis: Array, part: Array) -> Array:

@@ -24,7 +24,7 @@ from cablewright.kernels.fitting import calibration_residuals
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.parameters import lines_of
-from cablewright.models.rotation import matrices, turn_between
+from cablewright.models.rotation import matrices, wrap_angle, yawed
 from cablewright.progress import Progress, silent
 
 NEAR: Final = StopRule(1e-12, 0.0, 3000, 1e-6)
@@ -253,14 +253,19 @@ def _of_open_zero(problem: CalibrationProblem) -> Mask:
 
 
 def _with_azimuths(problem: CalibrationProblem, theta: Array, poses: Array, known: Mask) -> Array:
-    """Return the unknowns (k,) with the zeros of sensors of azimuths that fit on average where *poses* are *known*."""
+    """Return the unknowns (k,) with the zeros of sensors of azimuths that fit on average where *poses* are *known*.
+
+    Of the values that are whole turns apart, each is the nearest to the middle of its range.
+    """
     rows_of = np.flatnonzero(_of_open_zero(problem))
     if not len(rows_of):
         return theta
     rows, changed = problem.derivatives(theta, poses, np.ones(len(problem.values))), theta.copy()
+    middle = problem.limits.mean(axis=0)
     for at in np.flatnonzero(azimuth_offsets(problem.free_unknowns)):
         own = rows_of[rows.by_unknown[0, rows_of, at] != 0.0]
         changed[at] += float(np.angle(np.nanmean(np.exp(1j * rows.residual[np.ix_(known, own)]))))
+        changed[at] = middle[at] + wrap_angle(changed[at] - middle[at])
     return changed
 
 
@@ -277,7 +282,8 @@ def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Return the fit at which the unknowns are as near to the file's as the open freedoms allow.
 
     This is the inner constraint: translation and yaw of the exit points, as a whole, are those of the file. Home
-    lengths, which the file does not have, do not count. It holds within the fit: what the data leave open cannot creep.
+    lengths and offsets of sensors, which the file does not have, do not count. It holds within the fit: what the data
+    leave open cannot creep.
     """
     found = _turned_back(problem, found)
     for turn in range(_ROUNDS):
@@ -329,8 +335,5 @@ def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     turn, theta = matrices([0.0, 0.0, angle]), found.theta.copy()
     theta[exits] = (arms @ turn.T + points.mean(axis=0)).ravel()
     theta += angle * azimuth_offsets(problem.free_unknowns)
-    poses = problem.poses_of(found.poses).copy()
-    poses[:, :3] = (poses[:, :3] - points.mean(axis=0)) @ turn.T + points.mean(axis=0)
-    if problem.robot.n == 6:  # rotation by turn after the pose's own
-        poses[:, 3:] = turn_between(-poses[:, 3:], np.tile([0.0, 0.0, angle], (len(poses), 1)))
+    poses = yawed(problem.poses_of(found.poses), angle, points.mean(axis=0))
     return replace(found, theta=theta, poses=problem.with_poses(found.poses, poses))

@@ -197,11 +197,10 @@ class CalibrationProblem:
     def counts_at(self, theta: Array, states: Array) -> Array:
         """Return what the encoders (N, m) should read at these states of the poses, m."""
         lines = self.line_numbers(theta)
-        out = (self.lengths(theta, states) - lines[:, calibration_residuals.OFFSET]) / lines[
-            :, calibration_residuals.SCALE
-        ]
+        out = self.lengths(theta, states) - lines[:, calibration_residuals.OFFSET]
         left = 1.0 - 2.0 * lines[:, calibration_residuals.BUILD_UP] * out  # square of the radius, as a share
-        return np.asarray(2.0 * out / (1.0 + np.sqrt(np.maximum(left, 0.0))))
+        first = 2.0 * out / (1.0 + np.sqrt(np.maximum(left, 0.0)))
+        return np.asarray(first / lines[:, calibration_residuals.SCALE])
 
     @property
     def free(self) -> Array:

@@ -17,6 +17,7 @@ from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot, Swivel
+from cablewright.robot.direction import unit_vector
 
 ENCODER_SIGMA: Final = 1e-4
 """Default standard deviation of the encoders, m, which weighs them against other sensors."""
@@ -94,7 +95,7 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
 def _require_azimuths(robot: Robot, measured: Measured) -> None:
     """Raise `InputError` for a swivel whose angle is no azimuth."""
     for index, line in enumerate(robot.lines):
-        if isinstance(line.sheave, Swivel) and not line.sheave.upright:
+        if isinstance(line.sheave, Swivel) and abs(unit_vector(line.sheave.axis)[2]) < 1.0:
             raise InputError(
                 f"{measured.origin}: swivel_{index + 1}: line {line.name!r} has an axis that is not vertical, so the "
                 "angle is no azimuth; leave these columns out"

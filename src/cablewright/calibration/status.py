@@ -67,7 +67,7 @@ def _at_bound(problem: CalibrationProblem, found: PoseFit) -> str:
     return (
         f"{first.label} ends at {value:.4g}{unit}, the edge of its range from {low:.4g} to {high:.4g}{unit}{others}: "
         "the data do not determine it, or are of another machine; measure positions or a distance, leave it out of the "
-        "unknowns, or give its range in the plan's bounds"
+        f"unknowns, or give its range in the plan's bounds{zeros(problem)}"
     )
 
 

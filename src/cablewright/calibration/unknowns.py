@@ -39,7 +39,7 @@ COORDINATES: Final = tuple(kind.name for name in NAMES for kind in KINDS_OF[name
 """Those of them that have an axis: ``exit_point.z``."""
 
 BOUNDED: Final = tuple(name for name in NAMES if not name.endswith("_point"))
-"""Those that are one number, not coordinates: a plan may give their range."""
+"""Those that are no coordinates of points: a plan may give their range, that of tilts for both axes."""
 
 DEFAULT: Final = ("exit_point", "length_offset")
 """The default unknowns, those of Wang and Caro 2021."""

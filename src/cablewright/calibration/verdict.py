@@ -11,6 +11,7 @@ from scipy import special
 
 from cablewright.calibration.cross_checks import others_of, predicted_halves, together
 from cablewright.calibration.kinds import kind_fits
+from cablewright.calibration.pose_fit import yaw_between
 from cablewright.calibration.rearranged import better_arrangement, motion, stray
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.status import zeros
@@ -39,8 +40,8 @@ def judged(found: Calibration, need: float, rough: float) -> tuple[str, tuple[st
     if found.status != "ok":
         other = better_arrangement(found.problem, found.fit, rough)
         return "bad", tuple(each for each in (other, found.reason) if each)
-    doubts = [*_moved(found, rough), *_left_out(found), *_sigma_of_positions(found), *_together(found)]
-    doubts += [*_unexplained(found, need), *_halves(found), *_denied(found, need)]
+    doubts = [*_moved(found, rough), *_turned(found, rough), *_left_out(found), *_sigma_of_positions(found)]
+    doubts += [*_together(found), *_unexplained(found, need), *_halves(found), *_denied(found, need)]
     if doubts or _elsewhere(found, rough):
         other = better_arrangement(found.problem, found.fit, rough)
         doubts = [_Reason(other, True)] * bool(other) + doubts
@@ -102,6 +103,27 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
                 times = abs(change) / prior.deviation
                 moved = f"{unknown.label} moves by {times:.3g} times the {prior.deviation:g} of its prior"
                 yield _Reason(f"{moved}, limit {_PRIOR[0]:g}", times > _PRIOR[1])
+
+
+def _turned(found: Calibration, rough: float) -> Iterator[_Reason]:
+    """A frame that azimuths alone place, and turn further than exit points are said to be off."""
+    problem = found.problem
+    of = [each for each in ("swivel", "yaw") if problem.measured.has(each)]
+    of = [each for each in of if f"{each}_offset" not in problem.plan.unknowns]
+    if not of or problem.measured.positioned or problem.plan.points or problem.held.any():
+        return
+    file = np.array([line.exit_point for line in problem.robot.lines])
+    points = problem.exit_points(found.fit.theta)
+    arms = file - file.mean(axis=0)
+    angle = yaw_between(arms, points - points.mean(axis=0))
+    reach = float(np.sqrt(np.mean(np.sum(arms[:, :2] ** 2, axis=1))))
+    if abs(angle) * reach > rough + _BEYOND * float(np.nan_to_num(found.exit_sigma or 0.0)):
+        yield _Reason(
+            f"readings of {' and '.join(of)} turn the whole frame by {math.degrees(angle):.3g} deg from the file's, "
+            f"more than {rough:.3g} m at exit points (--rough): where such a sensor was set to zero anywhere else "
+            f"than along world +x, add {' and '.join(f'{each}_offset' for each in of)} to the unknowns",
+            False,
+        )
 
 
 def _left_out(found: Calibration) -> Iterator[_Reason]:

@@ -55,6 +55,15 @@ def placed(poses: Array, points: ArrayLike) -> Array:
     return np.asarray(poses[..., None, :3] + arms)
 
 
+def yawed(poses: Array, angle: float, about: Array) -> Array:
+    """Return the *poses* (N, n) turned by *angle*, rad, about the vertical through the point *about* (3,), m."""
+    found, turn = poses.copy(), np.array([0.0, 0.0, angle])
+    found[:, :3] = (poses[:, :3] - about) @ matrices(turn).T + about
+    if poses.shape[1] == 6:
+        found[:, 3:] = turn_between(-poses[:, 3:], np.tile(turn, (len(poses), 1)))
+    return found
+
+
 def shortest(vectors: Array) -> Array:
     """Return the rotation vectors (..., 3) of length at most pi with the same rotations as *vectors*."""
     angle = np.linalg.norm(vectors, axis=-1, keepdims=True)

@@ -80,12 +80,12 @@ class Line(Description):
         """What takes the line out of the vertical plane through its exit point and platform point; empty if nothing."""
         if isinstance(self.sheave, Pulley):
             return "a pulley in a fixed plane"
-        if isinstance(self.sheave, Swivel) and not self.sheave.upright:
-            return "a swivel whose axis is not vertical"
         if isinstance(self.sheave, Swivel) and self.is_aside:
             return "a winch that is not on the axis of its swivel"
         if self.platform_sheave is not None:
             return "a sheave on the platform"
+        if isinstance(self.sheave, Swivel) and not self.sheave.upright:
+            return "a swivel whose axis is not vertical"
         return "guides" if self.guides else ""
 
     @property

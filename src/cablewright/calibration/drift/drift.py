@@ -24,7 +24,7 @@ from cablewright.calibration.drift.suspects import CHANGE_PARTS, READING, SCALE,
 from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.kinds import kind_of
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.model_doubt import STRETCH_NAME, stretch_of
+from cablewright.calibration.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
 from cablewright.calibration.problem import CalibrationProblem, Derivatives
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
@@ -166,14 +166,18 @@ def check_drift(
         problem.poses,
         len(eliminated.numbers),
         known.date.isoformat(timespec="minutes"),
-        tuple(_notes(measured, new_home, found.probability < false_alarm)),
+        tuple(_notes(measured, known, new_home, found.probability < false_alarm)),
     )
 
 
 def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> CalibrationProblem:
-    """Return the equations with the record's unknowns, what it considers, exit points and home lengths."""
+    """Return the equations with the record's unknowns, what it considers, exit points and home lengths.
+
+    And with what is believed of sensors that the calibration did not have.
+    """
     plan, considered = known.plan, [each for each in known.considered if each.name != STRETCH_NAME]
     names = (*plan.unknowns, *(each.name.partition(".")[0] for each in considered), *_FREED)
+    names += tuple(believed_of_sensors(measured, plan.sigma))
     shared = (*plan.shared, *(each.name for each in considered if each.line is None and KINDS[each.name].per_line))
     plan = plan.model_copy(update={"unknowns": tuple(dict.fromkeys(names)), "shared": tuple(dict.fromkeys(shared))})
     problem: CalibrationProblem
@@ -191,7 +195,7 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
 def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[Array, Array]:
     """Return the unknowns (k,) at the record's values, and their covariance (k + 1, k + 1), SI, the stretch's last.
 
-    It is 0 of what the record does not know to be uncertain.
+    It is 0 of what the record does not know to be uncertain, and what is believed of sensors that it does not know.
     """
     its = {(each.name, each.line): at for at, each in enumerate((*known.values, *known.considered))}
     mine = [*((each.kind, each.line) for each in problem.unknowns), (STRETCH_NAME, None)]
@@ -206,7 +210,8 @@ def _of_record(problem: CalibrationProblem, known: CalibrationRecord) -> tuple[A
             by[at] = 1.0 / value
         else:
             theta[mine_at] = value / unknown.size
-    spread = np.zeros((len(mine), len(mine)))
+    believed = believed_of_sensors(problem.measured, known.sigma)
+    spread = np.diag([believed.get(each.name, 0.0) ** 2 for each in problem.unknowns] + [0.0])
     spread[np.ix_(here, here)] = known.spread[np.ix_(there, there)] * np.outer(by, by)
     return theta, spread
 
@@ -291,7 +296,11 @@ def _lines(evidence: Evidence, suspects: list[Suspect], level: float) -> Iterato
             yield LineDrift(each.line, change, sigma, evidence.detectable(at, level))
 
 
-def _notes(measured: Measured, new_home: bool, moved: bool) -> Iterator[str]:
+def _notes(measured: Measured, known: CalibrationRecord, new_home: bool, moved: bool) -> Iterator[str]:
+    told = {each.name.partition(".")[0] for each in (*known.values, *known.considered)}
+    new = sorted(set(believed_of_sensors(measured, known.sigma)) - told)
+    if new:
+        yield f"the calibration did not have these sensors: {', '.join(new)} count as known to about their sigma"
     if measured.pose_sigma is not None:
         yield "measured positions are start values here: they are in a frame of their own"
     if new_home:

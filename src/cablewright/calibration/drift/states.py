@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -11,7 +12,12 @@ from cablewright.calibration.elastic_lines import ElasticProblem
 from cablewright.calibration.elastic_start import equilibria_at, straight_plan
 from cablewright.calibration.pose_fit import best_fit, fit, fitted_poses, unmirrored
 from cablewright.calibration.problem import CalibrationProblem
+from cablewright.models.rotation import yawed
 from cablewright.models.statics import Model
+
+_YAWS: Final = tuple(np.radians(range(30, 360, 30)).tolist())
+_FITS: Final = 100.0  # max mean square of a pose's residuals over their sigma: beyond, other start values are tried
+_BETTER: Final = 0.5  # of the squares, to prefer those of another start
 
 
 def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tuple[Array, Array]:
@@ -40,14 +46,31 @@ def _moved(problem: CalibrationProblem, theta: Array, straight: CalibrationProbl
 
 
 def _poses(problem: CalibrationProblem, theta: Array) -> Array:
-    """Return the poses (N, n) that fit, from the start values in the data, or from the middle of the frame."""
+    """Return the poses (N, n) that fit, from the start values in the data, or from the middle of the frame.
+
+    A calibration with azimuths may have turned the frame, so where start values do not fit others are tried that turn
+    about the middle with it.
+    """
     scene, guess = problem.robot.scene, problem.measured.guess
+    middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
     start = np.zeros((problem.poses, problem.robot.n))
-    start[:, :3] = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
+    start[:, :3] = middle
     if guess is not None:
         known = np.asarray(np.isfinite(guess).all(axis=1))
         start = np.where(known[:, None], guess, start)
-    return unmirrored(problem, theta, fitted_poses(problem, theta, start))
+    best, cost = _fitted(problem, theta, start)
+    for yaw in _YAWS if (cost > _FITS * problem.per_pose).any() else ():
+        found, its = _fitted(problem, theta, yawed(start, yaw, middle))
+        better = its < _BETTER * cost
+        best, cost = np.where(better[:, None], found, best), np.where(better, its, cost)
+    return best
+
+
+def _fitted(problem: CalibrationProblem, theta: Array, start: Array) -> tuple[Array, Array]:
+    """Return the poses (N, n) that fit from a *start* (N, n), and their sums (N,) of squared residuals."""
+    poses = unmirrored(problem, theta, fitted_poses(problem, theta, start))
+    squares = np.sum(problem.derivatives(theta, poses).residual ** 2, axis=1)
+    return poses, np.where(np.isfinite(squares), squares, np.inf)
 
 
 def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:

@@ -129,11 +129,12 @@ def over_sheave(line, x, y, z, free):
 def paid_out(line, counted):
     """True length of *counted*, m, and its derivatives by the scale and the build-up.
 
-    The square of the spool's radius falls linearly with the length paid out, so the radius with its angle.
+    The square of the spool's radius falls linearly with the length paid out, so the radius with its angle: the true
+    radius, of which the scale is the share. The build-up is per true metre, as that of a robot file.
     """
-    half = 0.5 * counted * counted
-    one = counted - line[BUILD_UP] * half
-    return line[SCALE] * one, one, -line[SCALE] * half
+    first = line[SCALE] * counted  # if the radius stayed
+    half = 0.5 * first * first
+    return first - line[BUILD_UP] * half, counted * (1.0 - line[BUILD_UP] * first), -half
 
 
 @jit
