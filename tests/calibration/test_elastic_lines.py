@@ -62,7 +62,7 @@ def everything(name: str, cable: str) -> tuple[ElasticProblem, np.ndarray, np.nd
     robot, rng = load(name), np.random.default_rng(5)
     model, body = Model(robot, Fidelity.of(cable)), robot.n == 6
     held = solve_inverse(model, random_poses(robot, 4, rng, cable)).checked()
-    names = ("exit_point", "length_offset", "length_scale", "build_up", "modulus")
+    names = ("exit_point", "length_offset", "length_scale", "build_up", "modulus", "exit_compliance")
     names += ("sheave_radius",) * (robot.lines[0].sheave.kind != "eyelet") + ("platform_point",) * body
     plan = CalibrationPlan(
         unknowns=names,

@@ -27,7 +27,7 @@ from cablewright.solvers.linearise import linearise
 
 ALL = (
     *("exit_point", "length_offset", "sheave_radius", "length_scale", "build_up"),
-    *("tension_offset", "tension_scale", "swivel_offset"),
+    *("exit_compliance", "tension_offset", "tension_scale", "swivel_offset"),
 )
 
 

@@ -71,7 +71,8 @@ def test_lengths_and_forces_are_those_of_rigid_statics(robot: Robot) -> None:
 def test_derivatives_are_those_of_differences(robot: Robot) -> None:
     rng = np.random.default_rng(5)
     poses = random_poses(robot, 4, rng)
-    names = ("exit_point", "length_offset", "length_scale", "build_up", "tension_offset", "tension_scale")
+    names = ("exit_point", "length_offset", "length_scale", "build_up", "exit_compliance")
+    names += ("tension_offset", "tension_scale")
     names += ("sheave_radius",) if robot.lines[0].sheave.kind == "swivel" else ()
     names += ("platform_point",) if robot.n == 6 else ()
     measured = Measured(rng.uniform(-1.0, 1.0, (4, robot.m)), poses, tensions=rng.uniform(50.0, 200.0, (4, robot.m)))

@@ -113,7 +113,7 @@ def test_every_kind_takes_a_width_about_its_nominal(kind: str, way: str) -> None
         assert one.low < one.nominal < one.high
 
 
-@pytest.mark.parametrize("kind", ["drum_radius", "build_up", "tension_scale", "yaw_offset"])
+@pytest.mark.parametrize("kind", ["drum_radius", "build_up", "exit_compliance", "tension_scale", "yaw_offset"])
 def test_what_only_a_calibration_knows_is_not_uncertain(kind: str) -> None:
     with pytest.raises(ValidationError, match="name: unknown parameter"):
         entry(HOUSE, name=kind, plus_minus=1e-3)

@@ -26,7 +26,12 @@ SHARES: Final = {
 }
 """Range of each of these over its value in the robot file, or over 1."""
 
-BUILD_UP: Final = (0.0, 0.2)  # 1/m: cable wound on a spool makes it thicker, never thinner
+OF_NOTHING: Final = {
+    "build_up": (0.0, 0.2),  # 1/m: cable wound on a spool makes it thicker, never thinner
+    "exit_compliance": (0.0, 1e-3),  # m/N: a mount that gives more bends in the hand
+}
+"""Range of these, which a robot file does not have."""
+
 AWAY: Final = 3.0  # frame diagonals: max distance of a coordinate from the file's, and a third of the longest line
 AZIMUTH: Final = 2.0 * math.pi  # rad: the zero of a sensor of azimuths may be anywhere
 TILT: Final = 0.3  # rad: a tilt that is that far off is of a sensor mounted the wrong way
@@ -45,14 +50,20 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
     for at, each in enumerate(unknowns):
         if each.name in SHARES:
             found[:, at] = np.array(SHARES[each.name]) * start[at]
-        elif each.name == "build_up":
-            found[:, at] = BUILD_UP
+        elif each.name in OF_NOTHING:
+            found[:, at] = np.array(OF_NOTHING[each.name]) / each.size
         elif each.name == "length_offset":
             found[:, at] = -measured.counted[:, lines_of(robot, each)].min(), _farthest(robot, each, diagonal)
         elif each.entry.role == "sensor":
             found[:, at] = np.array([-1.0, 1.0]) * _largest(robot, each, measured)
         else:
             found[:, at] = start[at] - AWAY * diagonal, start[at] + AWAY * diagonal
+    _bound(found, robot, unknowns, plan, start)
+    return found
+
+
+def _bound(found: Array, robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array) -> None:
+    """Write the bounds of the plan to what was *found*, (2, k). Raises `InputError` as `ranges`."""
     for index, bound in enumerate(plan.bounds):
         where = f"bounds[{index}]"
         if bound.name not in plan.unknowns:
@@ -65,7 +76,6 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
                 if each.in_file and not found[0, at] <= start[at] <= found[1, at]:
                     value = start[at] * each.size
                     raise InputError(f"{where}: {each.label} is {value:g} in the file, out of the bounds")
-    return found
 
 
 def _farthest(robot: Robot, unknown: Unknown, diagonal: float) -> float:
@@ -86,7 +96,7 @@ def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:
 def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:
     """Return which *values* (k,) are at their min and at their max in *limits* (2, k), if that is not their *start*.
 
-    A spool's build-up of nothing is where the file has it: the data then ask for no other. NaN: there is no start.
+    Build-up or compliance of nothing is where the file has it: the data then ask for no other. NaN: there is no start.
     """
     room = _AT * np.maximum(limits[1] - limits[0], 1e-300)
     at_start = np.abs(start - limits) <= room

@@ -68,8 +68,8 @@ def surplus_per_pose(problem: CalibrationProblem) -> int:
 def min_poses(problem: CalibrationProblem) -> int:
     """Return how many different poses are required to determine the unknowns, except for the gauge freedoms.
 
-    Zeros of sensors that did not measure do not count: nothing tells them. Raises `InputError` where no number of poses
-    is enough.
+    Unknowns that nothing tells do not count: zeros of sensors that did not measure. Raises `InputError` where no number
+    of poses is enough.
     """
     surplus = surplus_per_pose(problem)
     if surplus < 1:
@@ -83,7 +83,7 @@ def min_poses(problem: CalibrationProblem) -> int:
     rows = (problem.of_poses(problem.weights) > 0.0).sum(axis=1)
     given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
     given += int((rows - rows.min()).sum())  # positions at some poses, contacts
-    told = sum(problem.measured.tells(each.name) for each in problem.unknowns)
+    told = sum(_lacks(problem, each.name) is None for each in problem.unknowns)
     return max(1, -(-(told - gauge_size(problem) - given) // surplus))
 
 
@@ -93,11 +93,19 @@ def _measurements_per_pose(problem: CalibrationProblem) -> int:
 
 def _check_sensors(problem: CalibrationProblem) -> None:
     """Raise `InputError` for an unknown of a sensor that measured nothing."""
-    measured = problem.measured
     for name in problem.plan.unknowns:
-        if not measured.tells(name):
-            column = SENSORS[name.partition("_")[0]][1]
-            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
+        column = _lacks(problem, name)
+        if column is not None:
+            origin = problem.measured.origin
+            raise InputError(f"unknowns: {name}: {origin} has no column {column}, so nothing would tell it")
+
+
+def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
+    """Return the column without which nothing tells an *unknown*: of its sensor, or of what loads straight lines."""
+    sensor = unknown.partition("_")[0]
+    if unknown == "exit_compliance" and not problem.elastic:
+        sensor = "tension"
+    return SENSORS[sensor][1] if sensor in SENSORS and not problem.measured.has(sensor) else None
 
 
 def check(problem: CalibrationProblem) -> None:

@@ -18,7 +18,8 @@ from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.problem import NO_FRAME, CalibrationProblem, Derivatives, equations
 from cablewright.errors import AnswerError
-from cablewright.kernels.fitting.calibration_residuals import TENSION_SCALE, MeasurementRows
+from cablewright.kernels.fitting import straight_line
+from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule
 from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineNumbers
@@ -97,6 +98,12 @@ class ElasticProblem(CalibrationProblem):
         del theta
         return poses[:, : self.robot.m]
 
+    def given(self, theta: Array, states: Array) -> Array:
+        """As `CalibrationProblem.given`, by the tensions of the equilibria."""
+        if not self.is_soft:
+            return np.zeros(1)
+        return self.equilibria(theta, states).tensions * self.given_per_tension(theta, states)
+
     def balanced(self, theta: Array, poses: Array) -> CalibrationProblem:
         """Return the problem itself: tensions at an equilibrium are balanced."""
         del theta, poses
@@ -131,7 +138,11 @@ class ElasticProblem(CalibrationProblem):
     def _rows(self, theta: Array, states: Array, held: Equilibrium, weights: Array) -> Derivatives:
         """Return the rows at equilibria; NaN at a failed one, except in rows of weight 0."""
         m, ok, k = self.robot.m, held.ok, len(theta)
-        found = super().derivatives(theta, np.where(ok[:, None], held.pose, self.poses_of(states)), weights)
+        loaded, soft = self, self.is_soft
+        if soft:
+            loaded = replace(self, rows=self.rows._replace(tensions=np.where(ok[:, None], held.tensions, 0.0)))
+        poses = np.where(ok[:, None], held.pose, self.poses_of(states))
+        found = CalibrationProblem.derivatives(loaded, theta, poses, weights)
         motion, change = np.zeros((len(states), self.robot.n, m + k)), np.zeros((len(states), m, m + k))
         try:
             if ok.any():
@@ -143,14 +154,17 @@ class ElasticProblem(CalibrationProblem):
         residual = found.residual
         residual[:, :m] += weight[:, :m] * states[:, :m]
         by_all[:, range(m), range(m)] += weight[:, :m]
+        if soft:
+            each = weight[:, :m] * self.given_per_tension(theta, states)
+            by_all[:, :m] -= np.where(ok[:, None], each, 0.0)[..., None] * change
         if self.measured.tensions is not None:
             loads = slice(m, 2 * m)
-            scale = self.line_numbers(theta)[:, TENSION_SCALE]
+            scale = self.line_numbers(theta)[:, straight_line.TENSION_SCALE]
             read = np.where(ok[:, None], held.tensions, 0.0) / scale  # what load cells without an offset would read
             residual[:, loads] += weight[:, loads] * read
             by_all[:, loads] += weight[:, loads, None] * change / scale[:, None]
-            for i in np.flatnonzero(self.rows.target[:, TENSION_SCALE] >= 0):
-                at = m + self.rows.target[i, TENSION_SCALE]
+            for i in np.flatnonzero(self.rows.target[:, straight_line.TENSION_SCALE] >= 0):
+                at = m + self.rows.target[i, straight_line.TENSION_SCALE]
                 by_all[:, m + i, at] -= weight[:, m + i] * read[:, i] / scale[i]
         residual[~ok] = np.where(weight[~ok] > 0.0, np.nan, 0.0)
         by_unknown = found.by_unknown + by_all[..., m:]

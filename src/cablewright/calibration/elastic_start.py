@@ -23,6 +23,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.progress import Progress, silent
 from cablewright.solvers.inverse import solve_inverse
 
+_ELASTIC: Final = ("modulus", "exit_compliance")
 _SAG: Final = 5e-3  # m: min sigma of lengths of straight lines
 _SAGGING: Final = 0.02  # of the platform's weight: min sigma of tensions along straight lines
 _FITS: Final = 5.0  # max cost per redundant measurement of an accepted fit: 0.5 is expected
@@ -55,15 +56,16 @@ def _fit_from(problem: ElasticProblem, straight: CalibrationProblem, found: Pose
 
 
 def straight_plan(problem: ElasticProblem) -> CalibrationPlan:
-    """Return the plan for straight lines: without the modulus, with sigmas that allow for sag."""
+    """Return the plan for straight lines: without what loads do to lengths, with sigmas that allow for sag."""
     plan, robot = problem.plan, problem.robot
     min_tension = _SAGGING * robot.platform.mass * robot.scene.gravity
     exact = {"encoder": max(plan.sigma.encoder or 0.0, _SAG), "tension": max(plan.sigma.tension, min_tension)}
     kept = {
-        "unknowns": tuple(name for name in plan.unknowns if name != "modulus"),
-        "shared": tuple(name for name in plan.shared if name != "modulus"),
         **{
-            name: tuple(each for each in getattr(plan, name) if each.name != "modulus")
+            name: tuple(each for each in getattr(plan, name) if each not in _ELASTIC) for name in ("unknowns", "shared")
+        },
+        **{
+            name: tuple(each for each in getattr(plan, name) if each.name not in _ELASTIC)
             for name in ("groups", "priors", "bounds")
         },
         "sigma": plan.sigma.model_copy(update=exact),

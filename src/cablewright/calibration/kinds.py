@@ -51,8 +51,9 @@ def kind_of(problem: CalibrationProblem) -> NDArray[np.str_]:
 
 
 def leverages(problem: CalibrationProblem, found: PoseFit) -> Array:
-    """Return the leverage (N, e) of each row of the poses; 0 where it does not count."""
+    """Return the leverage (N, e) of each row of the poses; 0 where it does not count, or has no value."""
     rows = problem.derivatives(found.theta, found.poses, found.weights)
+    rows = rows.blank(np.logical_not(rows.whole))
     covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
     left, values, _ = np.linalg.svd(rows.by_pose, full_matrices=False)
     kept = left * (values > 1e-9 * np.maximum(values.max(axis=1, initial=0.0, keepdims=True), 1e-300))[:, None]

@@ -36,11 +36,6 @@ class Measured:
         """Whether there are measurements by one of `SENSORS`."""
         return getattr(self, SENSORS[sensor][0]) is not None
 
-    def tells(self, unknown: str) -> bool:
-        """Whether it may tell an *unknown*, by its name: nothing tells the zero of a sensor that did not measure."""
-        sensor = unknown.partition("_")[0]
-        return sensor not in SENSORS or self.has(sensor)
-
     def without_open_zeros(self, unknowns: Sequence[str]) -> Measured:
         """Return the same without sensors whose zero is among the *unknowns*: they tell nothing until it is found."""
         silent: dict[str, Any] = {name: None for sensor, (name, _) in SENSORS.items() if f"{sensor}_offset" in unknowns}

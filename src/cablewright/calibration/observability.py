@@ -87,8 +87,8 @@ def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
     The rows are rotated within each pose; those that the pose explains are zero.
     """
     count, e, _ = found.by_pose.shape
-    whole = np.asarray(np.isfinite(found.by_pose).all(axis=(1, 2)) & np.isfinite(found.residual).all(axis=1))
-    if not whole.all():  # inside a sheave, say: nothing explains such a pose
+    whole = found.whole
+    if not whole.all():  # nothing explains such a pose
         found = found.blank(np.logical_not(whole))
     left, values, _ = np.linalg.svd(found.by_pose, full_matrices=True)
     largest = values.max(axis=1, initial=0.0, keepdims=True)

@@ -25,7 +25,7 @@ from cablewright.calibration.unknowns import (
     unknowns_of,
 )
 from cablewright.errors import InputError
-from cablewright.kernels.fitting import calibration_residuals, pose_schur
+from cablewright.kernels.fitting import calibration_residuals, pose_schur, straight_line
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.rotation import placed
@@ -49,6 +49,12 @@ class Derivatives:
     by_unknown: Array  # (N, e, k)
     others: Array  # (g,) residuals without a pose: distances, then linear rows
     others_by_unknown: Array  # (g, k)
+
+    @property
+    def whole(self) -> Mask:
+        """Which poses (N,) have a value: not those inside a sheave, or without an equilibrium."""
+        finite = np.isfinite(self.by_pose).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=1)
+        return np.asarray(finite)
 
     def blank(self, poses: Mask) -> Derivatives:
         """Return the same without anything of some *poses* (N,)."""
@@ -194,13 +200,16 @@ class CalibrationProblem:
         lines[target >= 0] = theta[target[target >= 0]]
         return lines
 
-    def counts_at(self, theta: Array, states: Array) -> Array:
-        """Return what the encoders (N, m) should read at these states of the poses, m."""
+    def counts_at(self, theta: Array, states: Array, given: Array | float = 0.0) -> Array:
+        """Return what the encoders (N, m) should read at these states of the poses, m.
+
+        *given* (N, m): how much less cable lies beyond the winches as mounts of exits give, m.
+        """
         lines = self.line_numbers(theta)
-        out = self.lengths(theta, states) - lines[:, calibration_residuals.OFFSET]
-        left = 1.0 - 2.0 * lines[:, calibration_residuals.BUILD_UP] * out  # square of the radius, as a share
+        out = self.lengths(theta, states) - lines[:, straight_line.OFFSET] - given
+        left = 1.0 - 2.0 * lines[:, straight_line.BUILD_UP] * out  # square of the radius, as a share
         first = 2.0 * out / (1.0 + np.sqrt(np.maximum(left, 0.0)))
-        return np.asarray(first / lines[:, calibration_residuals.SCALE])
+        return np.asarray(first / lines[:, straight_line.SCALE])
 
     @property
     def free(self) -> Array:
@@ -228,10 +237,27 @@ class CalibrationProblem:
         calibration_residuals.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(poses), found)
         return found
 
+    def given(self, theta: Array, states: Array) -> Array:
+        """Return how much less cable (N, m) lies beyond the winches as mounts of exits give, m, at all N poses."""
+        return self.tensions(theta) * self.given_per_tension(theta, states) if self.is_soft else np.zeros(1)
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether mounts of exits give, or may give."""
+        unknown, known = (each[:, straight_line.COMPLIANCE] for each in (self.rows.target >= 0, self.rows.lines))
+        return bool(unknown.any() or known.any())
+
+    def given_per_tension(self, theta: Array, states: Array) -> Array:
+        """Return by how much less cable (N, m) lies beyond the winches per tension, m/N."""
+        poses = np.ascontiguousarray(self.poses_of(states))
+        found = np.zeros((len(poses), self.robot.m))
+        calibration_residuals.given_at(self.rows, np.ascontiguousarray(theta), poses, found)
+        return found
+
     def tensions(self, theta: Array) -> Array:
         """Return the tensions (N, m) that load cells measured, N, with their offsets and scales in *theta*."""
         lines = self.line_numbers(theta)
-        scale, offset = lines[:, calibration_residuals.TENSION_SCALE], lines[:, calibration_residuals.TENSION_OFFSET]
+        scale, offset = lines[:, straight_line.TENSION_SCALE], lines[:, straight_line.TENSION_OFFSET]
         return np.asarray(scale * self.rows.tensions + offset)
 
     def exit_points(self, theta: Array) -> Array:
@@ -272,7 +298,7 @@ class CalibrationProblem:
         m, cables = self.robot.m, np.array([line.cables for line in self.robot.lines])
         found = self.derivatives(theta, poses, np.ones(len(self.values)))
         u = np.swapaxes(found.by_pose[:, :m], 1, 2) * cables  # (N, n, m): lengths change as forces and moments do
-        true, scale = self.tensions(theta), self.line_numbers(theta)[:, calibration_residuals.TENSION_SCALE]
+        true, scale = self.tensions(theta), self.line_numbers(theta)[:, straight_line.TENSION_SCALE]
         left = _loads(self.rows.load, poses) - np.einsum("nam,nm->na", u, true)
         readings = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale
         return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(readings)))

@@ -11,26 +11,27 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Indices
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels.fitting import calibration_residuals
+from cablewright.kernels.fitting import straight_line
 from cablewright.models.parameters import lines_of
 from cablewright.robot import Line, Pulley, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
 
 _COLUMNS: Final = {
-    "exit_point": calibration_residuals.EXIT,
-    "platform_point": calibration_residuals.POINT,
-    "sheave_radius": calibration_residuals.RADIUS,
-    "length_offset": calibration_residuals.OFFSET,
-    "length_scale": calibration_residuals.SCALE,
-    "drum_radius": calibration_residuals.SCALE,
-    "build_up": calibration_residuals.BUILD_UP,
+    "exit_point": straight_line.EXIT,
+    "platform_point": straight_line.POINT,
+    "sheave_radius": straight_line.RADIUS,
+    "length_offset": straight_line.OFFSET,
+    "length_scale": straight_line.SCALE,
+    "drum_radius": straight_line.SCALE,
+    "build_up": straight_line.BUILD_UP,
+    "exit_compliance": straight_line.COMPLIANCE,
     "modulus": -1,  # stiff lines have none
-    "tension_offset": calibration_residuals.TENSION_OFFSET,
-    "tension_scale": calibration_residuals.TENSION_SCALE,
-    "swivel_offset": calibration_residuals.SWIVEL_OFFSET,
-    "tilt_offset": calibration_residuals.TILT_OFFSET,
-    "yaw_offset": calibration_residuals.YAW_OFFSET,
+    "tension_offset": straight_line.TENSION_OFFSET,
+    "tension_scale": straight_line.TENSION_SCALE,
+    "swivel_offset": straight_line.SWIVEL_OFFSET,
+    "tilt_offset": straight_line.TILT_OFFSET,
+    "yaw_offset": straight_line.YAW_OFFSET,
 }
 NAMES: Final = tuple(_COLUMNS)
 """Names of the numbers that may be unknown, as in the parameter registry."""
@@ -44,6 +45,7 @@ BOUNDED: Final = tuple(name for name in NAMES if not name.endswith("_point"))
 DEFAULT: Final = ("exit_point", "length_offset")
 """The default unknowns, those of Wang and Caro 2021."""
 
+_SIZES: Final = {"exit_compliance": straight_line.PER_NEWTON}
 _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
 
 
@@ -51,8 +53,8 @@ _DIGITS: Final = 12  # decimal places, m, of numbers in a robot file
 class Unknown(Parameter):
     """One parameter to be found.
 
-    ``size``: the scale of the number that is solved for, a drum's nominal radius, otherwise 1. ``others``: the lines
-    that share it with ``line``, in a group.
+    ``size``: the scale of the number that is solved for: a drum's nominal radius, 1 m/kN, otherwise 1. ``others``: the
+    lines that share it with ``line``, in a group.
     """
 
     size: float = 1.0
@@ -141,7 +143,7 @@ def _unknowns(robot: Robot, name: str, shared: bool) -> Iterator[Unknown]:
     found = [parameters_of(robot, kind.name, lines, shared) for kind in kinds]
     for of_line in zip(*found, strict=True):
         for parameter in of_line:
-            size = nominal(robot, parameter) if name == "drum_radius" else 1.0
+            size = nominal(robot, parameter) if name == "drum_radius" else _SIZES.get(name, 1.0)
             yield Unknown(parameter.kind, parameter.line, size)
 
 
@@ -187,29 +189,32 @@ def require_covered(robot: Robot, elastic: bool) -> None:
 
 
 def numbers_of_lines(robot: Robot) -> Array:
-    """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.calibration_residuals`.
+    """Return the numbers (m, COLUMNS) of a robot's lines for `kernels.fitting.straight_line`.
 
     Offsets are 0, scales 1. A sheave on a universal joint counts as swivelling: a rigid line has no lever balance. What
     the cable passes before its exit point keeps its length.
     """
-    lines = np.zeros((robot.m, calibration_residuals.COLUMNS))
+    lines = np.zeros((robot.m, straight_line.COLUMNS))
     for row, line in zip(lines, robot.lines, strict=True):
-        row[calibration_residuals.EXIT : calibration_residuals.EXIT + 3] = line.exit_point
-        row[calibration_residuals.POINT : calibration_residuals.POINT + 3] = line.platform_point
-        row[[calibration_residuals.SCALE, calibration_residuals.TENSION_SCALE]] = 1.0
-        row[calibration_residuals.SPANS] = line.advantage
-        row[calibration_residuals.PULL] = line.advantage * line.cables
+        row[straight_line.EXIT : straight_line.EXIT + 3] = line.exit_point
+        row[straight_line.POINT : straight_line.POINT + 3] = line.platform_point
+        row[[straight_line.SCALE, straight_line.TENSION_SCALE]] = 1.0
+        row[straight_line.SPANS] = line.advantage
+        row[straight_line.PULL] = line.advantage * line.cables
         axis = line.sheave.axis if isinstance(line.sheave, Swivel) else (0.0, 0.0, 1.0)
-        row[calibration_residuals.AXIS : calibration_residuals.AXIS + 3] = unit_vector(axis)
+        row[straight_line.AXIS : straight_line.AXIS + 3] = unit_vector(axis)
+        if line.last_guide is not None:
+            x, y, z = (there - here for there, here in zip(line.last_guide, line.exit_point, strict=True))
+            row[straight_line.FROM : straight_line.FROM + 3] = unit_vector((x, y, z))
         if isinstance(line.sheave, Swivel | UniversalJoint):
-            row[calibration_residuals.RADIUS] = line.sheave.radius
-            row[calibration_residuals.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
+            row[straight_line.RADIUS] = line.sheave.radius
+            row[straight_line.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
     return lines
 
 
 def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
     """Return the index of the unknown at each number (m, COLUMNS) of the lines, -1 for none."""
-    found = np.full((robot.m, calibration_residuals.COLUMNS), -1, dtype=np.int64)
+    found = np.full((robot.m, straight_line.COLUMNS), -1, dtype=np.int64)
     for at, unknown in enumerate(unknowns):
         if unknown.column >= 0:
             found[lines_of(robot, unknown), unknown.column] = at

@@ -26,9 +26,9 @@ class Kind:
 
     ``of``: whether each line has its own value, all lines have one value, or the platform. ``dimension``: None for a
     number in ``plain_unit``. ``role``: "hardware" is in a robot's description; "command" is a difference between true
-    and commanded lengths; "winch" and "sensor" are known from a calibration only. ``path``: keys and axes of the value
-    in the line or platform, by default the name, or of a value that the number needs; ``absent``: the message for a
-    line without it. ``body``: only rigid platforms have it. ``shareable``: lines may have one value in common.
+    and commanded lengths; "winch", "mount" and "sensor" are known from a calibration only. ``path``: keys and axes of
+    the value in the line or platform, by default the name, or of a value that the number needs; ``absent``: the message
+    for a line without it. ``body``: only rigid platforms have it. ``shareable``: lines may have one value in common.
     ``nominal``: the value of the robot as its file describes it; None: the value in the file. Valid values are above
     ``min_value`` and in the ``room`` that the line allows the number of that name. ``setter``: sets a value at a path,
     with all that depends on it.
@@ -38,7 +38,7 @@ class Kind:
     dimension: Dimension | None
     of: Owner
     meaning: str
-    role: Literal["hardware", "command", "winch", "sensor"] = "hardware"
+    role: Literal["hardware", "command", "winch", "mount", "sensor"] = "hardware"
     path: str = ""
     absent: str = ""
     body: bool = False

@@ -45,6 +45,8 @@ _ALL: Final = (
              absent="line {!r} gives no winch.drum_radius to start from: use length_scale"),
     _of_line("build_up", None, "share of its radius that a drum loses per length paid out", role="winch", nominal=0.0,
              plain_unit="1/m"),
+    _of_line("exit_compliance", None, "how far the mount of the exit point gives along a force on it", role="mount",
+             nominal=0.0, plain_unit="m/N"),
     Kind("temperature", TEMPERATURE_DIFFERENCE, "all lines",
          "how much warmer all cables are: a strain of thermal_expansion times it on the commanded lengths",
          role="command", path="cable.thermal_expansion", shareable=True, nominal=0.0,

@@ -28,7 +28,7 @@ ASSUMED: Final = "assumed"
 STEEL_DENSITY: Final = 1700.0
 """kg/m^3 of a cable's circle: ropes of steel have 2000 to 6000, of fibres at most 1500."""
 
-_KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role not in ("winch", "sensor")}
+_KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role in ("hardware", "command")}
 """Parameters that may be uncertain, by name."""
 
 _WAYS: Final = ("factor", "range", "plus_minus", "deviation", "relative_deviation")

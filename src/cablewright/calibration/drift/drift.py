@@ -185,6 +185,10 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
         problem = CalibrationProblem.of(model.robot, measured, plan, hold=False)
     else:
         problem = ElasticProblem.under(model, measured, plan, hold=False)
+    if "exit_compliance" in known.unknowns and not problem.elastic and measured.tensions is None:
+        raise InputError(
+            f"{measured.origin}: no columns f_1 ..: the calibration has exit_compliance, which tensions need"
+        )
     if surplus_per_pose(problem) < 1:
         raise InputError(
             f"{measured.origin}: {problem.robot.m} lines leave nothing over that would test a pose: measure tensions"

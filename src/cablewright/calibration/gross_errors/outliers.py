@@ -191,7 +191,7 @@ def _rejected(problem: CalibrationProblem, found: PoseFit, rows: Mask) -> Iterat
     fitted = fitted_poses(problem, theta, found.poses)  # those left out at their own best place
     derivatives, own = problem.derivatives(theta, found.poses), problem.derivatives(theta, fitted)
     off, _, _ = projected(own)
-    expected, best = problem.counts_at(theta, found.poses), problem.counts_at(theta, fitted)
+    expected, best = (problem.counts_at(theta, each, problem.given(theta, each)) for each in (found.poses, fitted))
     weights, values = problem.of_poses(problem.weights), problem.of_poses(problem.values)
     readings = _readings(problem)
     for j in np.flatnonzero(out):

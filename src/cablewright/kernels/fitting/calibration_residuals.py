@@ -1,28 +1,39 @@
-"""Residuals of a calibration's measurements and their derivatives, for straight, stiff lines over sheaves.
+"""Residuals of a calibration's measurements and their derivatives, for straight, stiff lines over sheaves."""
 
-Length over a swivelling sheave: Wang, Caro 2021, Eqs. 1 to 10, with the sign of Eq. 11 as in Eqs. 3 and 6, and either
-side of wrap. Its derivative by the platform point is the unit vector u along the free cable, by the exit point -u.
-"""
-
-from math import asin, atan2, floor, nan, pi, sqrt
+from math import atan2, floor, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
+from cablewright.kernels.fitting.straight_line import (
+    BUILD_UP,
+    COLUMNS,
+    COMPLIANCE,
+    EXIT,
+    FROM,
+    MIN_DISTANCE,
+    OFFSET,
+    PER_NEWTON,
+    POINT,
+    PULL,
+    RADIUS,
+    SCALE,
+    SPANS,
+    SWIVEL_OFFSET,
+    TENSION_OFFSET,
+    TENSION_SCALE,
+    TILT_OFFSET,
+    YAW_OFFSET,
+    cross,
+    over_sheave,
+    paid_out,
+    per_tension,
+    square_of_force,
+    turning,
+)
 from cablewright.kernels.rotation import compose, matrix, rotate
-
-# Columns of a line. The side is +1 over the sheave, -1 under it, 0 where there is none. The offset is the length at
-# zero counts, from the exit point; the scale is the true length over the counted one; the build-up is the relative
-# decrease of the drum's radius per length paid out, 1/m. True tensions and angles are readings plus their offset, those
-# of load cells times their scale before. Tilt and yaw of the platform are those of the first line. Spans: how often the
-# cable runs from exit point to platform. Pull: the force on the platform over the tension of a cable. Axis: unit vector
-# of the swivel's axis, world; the side is with it or against it.
-EXIT, POINT, RADIUS, SIDE, OFFSET, SCALE, BUILD_UP = 0, 3, 6, 7, 8, 9, 10
-TENSION_OFFSET, TENSION_SCALE, SWIVEL_OFFSET, TILT_OFFSET, YAW_OFFSET = 11, 12, 13, 14, 16
-SPANS, PULL, AXIS = 17, 18, 19
-COLUMNS = 22
 
 # Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):
 ENCODER = 0  # line
@@ -38,8 +49,6 @@ YAW = 10  # azimuth of the platform's x axis, rad
 PAID_OUT = 8  # line
 TENSION = 9  # line
 
-MIN_DISTANCE = 1e-9  # m: shorter distances have no direction
-
 
 class MeasurementRows(NamedTuple):
     """Measurements in the order of poses; those without a pose come last. N poses, R rows, k unknowns, m lines."""
@@ -52,7 +61,7 @@ class MeasurementRows(NamedTuple):
     extra: NDArray[np.float64]  # (R, 6)
     lines: NDArray[np.float64]  # (m, COLUMNS): known values
     target: NDArray[np.int64]  # (m, COLUMNS): index of the unknown, -1 where the value is known
-    tensions: NDArray[np.float64]  # (N, m) N, measured; for BALANCE only
+    tensions: NDArray[np.float64]  # (N, m) N: readings of load cells; of lines that stretch, those of their equilibrium
     load: NDArray[np.float64]  # (10,): force N and moment N m, world, at the platform's origin; weight N, its centre
     linear: NDArray[np.float64]  # (q, k): rows without a pose that are linear in the unknowns, weighted
     wanted: NDArray[np.float64]  # (q,): their expected values
@@ -95,55 +104,12 @@ def place_unknowns(rows, theta, lines):
 
 
 @jit
-def over_sheave(line, x, y, z, free):
-    """Write the *line* to the point (x, y, z) to *free*. Its length is NaN where the point is inside the sheave."""
-    ax, ay, az = line[AXIS], line[AXIS + 1], line[AXIS + 2]
-    dx, dy, dz = x - line[EXIT], y - line[EXIT + 1], z - line[EXIT + 2]
-    rise = dx * ax + dy * ay + dz * az
-    ox, oy, oz = dx - rise * ax, dy - rise * ay, dz - rise * az
-    rho = sqrt(ox * ox + oy * oy + oz * oz)
-    side, radius = line[SIDE], line[RADIUS]
-    if rho > MIN_DISTANCE:
-        free[9], free[10], free[11] = ox / rho, oy / rho, oz / rho
-    elif abs(ax) < 0.9:  # any direction across the axis
-        size = sqrt(1.0 - ax * ax)
-        free[9], free[10], free[11] = size, -ax * ay / size, -ax * az / size
-    else:
-        size = sqrt(1.0 - ay * ay)
-        free[9], free[10], free[11] = -ay * ax / size, size, -ay * az / size
-    if side == 0.0:
-        span = sqrt(rho * rho + rise * rise)
-        c, s, length, per_radius = rho / span, rise / span, span, 0.0
-    else:
-        across, turn = rho - radius, side * radius
-        square = across * across + rise * rise
-        span = sqrt(square - radius * radius) if square > radius * radius and radius > 0.0 else nan
-        c, s = (across * span + rise * turn) / square, (rise * span - across * turn) / square
-        wrapped = 0.5 * pi - side * (atan2(rise, across) - asin(max(-1.0, min(1.0, turn / sqrt(square)))))
-        length, per_radius = span + radius * wrapped, wrapped - c
-    free[0], free[4], free[5], free[6], free[7], free[8] = length, per_radius, span, rho, c, s
-    free[1], free[2], free[3] = c * free[9] + s * ax, c * free[10] + s * ay, c * free[11] + s * az
-
-
-@jit
-def paid_out(line, counted):
-    """True length of *counted*, m, and its derivatives by the scale and the build-up.
-
-    The square of the spool's radius falls linearly with the length paid out, so the radius with its angle: the true
-    radius, of which the scale is the share. The build-up is per true metre, as that of a robot file.
-    """
-    first = line[SCALE] * counted  # if the radius stayed
-    half = 0.5 * first * first
-    return first - line[BUILD_UP] * half, counted * (1.0 - line[BUILD_UP] * first), -half
-
-
-@jit
 def read_row(rows, i, j, value, pose, work):
     """Residual of row *i* at pose *j*, NaN where undefined, and the number of derivatives by unknowns in *work*."""
     kind = rows.kind[i]
     work.slope[:] = 0.0
     if kind == ENCODER:
-        return _encoder(rows, rows.line[i], value, pose, work)
+        return _encoder(rows, rows.line[i], j, value, pose, work)
     if kind == COORDINATE:
         return _coordinate(rows.other[i], rows.extra[i], value, pose, work), 0
     if kind == SWIVEL:
@@ -157,7 +123,7 @@ def read_row(rows, i, j, value, pose, work):
     if kind == BALANCE:
         return _balance(rows, j, rows.extra[i], pose, work)
     if kind == PAID_OUT:
-        return _wound(rows, work, 0, rows.line[i], value)
+        return _paid_out(rows, rows.line[i], j, value, pose, work)
     if kind == TENSION:
         return _reading_of_cell(rows, rows.line[i], value, work)
     return _between(rows, rows.line[i], rows.other[i], value, work)
@@ -203,7 +169,7 @@ def _by_arm(rows, work, line, count, ax, ay, az, gx, gy, gz):
 
 
 @jit
-def _encoder(rows, i, counted, pose, work):
+def _encoder(rows, i, j, counted, pose, work):
     line, free = work.lines[i], work.free
     ax, ay, az = _arm(work, i)
     over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
@@ -211,7 +177,47 @@ def _encoder(rows, i, counted, pose, work):
     count = _by_point(rows, work, i, 0, ax, ay, az, spans * free[1], spans * free[2], spans * free[3])
     count = _put(rows, work, count, i, RADIUS, spans * free[4])
     off, count = _wound(rows, work, count, i, counted)
+    if _is_soft(rows, work, i):
+        reading = rows.tensions[j, i]
+        less, count = _mount(rows, work, count, i, line[TENSION_OFFSET] + line[TENSION_SCALE] * reading, ax, ay, az)
+        each = per_tension(line, free)
+        count = _put(rows, work, count, i, TENSION_OFFSET, -each)
+        count = _put(rows, work, count, i, TENSION_SCALE, -each * reading)
+        off -= less
     return spans * free[0] + off, count
+
+
+@jit
+def _paid_out(rows, i, j, counted, pose, work):
+    """As `_encoder`, less the line's length and how its tension changes, which are added elsewhere."""
+    off, count = _wound(rows, work, 0, i, counted)
+    if _is_soft(rows, work, i):
+        ax, ay, az = _arm(work, i)
+        over_sheave(work.lines[i], pose[0] + ax, pose[1] + ay, pose[2] + az, work.free)
+        less, count = _mount(rows, work, count, i, rows.tensions[j, i], ax, ay, az)
+        off -= less
+    return off, count
+
+
+@jit
+def _is_soft(rows, work, i):
+    """Whether the mount of the line's exit gives, or may give."""
+    return rows.target[i, COMPLIANCE] >= 0 or work.lines[i, COMPLIANCE] != 0.0
+
+
+@jit
+def _mount(rows, work, count, i, tension, ax, ay, az):
+    """By how much less cable there is as the exit of line *i* gives, m; appends minus its derivatives, at a tension."""
+    line, free = work.lines[i], work.free
+    spans, fx, fy, fz = line[SPANS], line[FROM], line[FROM + 1], line[FROM + 2]
+    per_kilo = PER_NEWTON * line[PULL] / spans * tension
+    square = square_of_force(line, free)
+    gx, gy, gz, per_radius = turning(line, free, fx, fy, fz)
+    twice = -2.0 * spans * per_kilo * line[COMPLIANCE]
+    count = _by_point(rows, work, i, count, ax, ay, az, twice * gx, twice * gy, twice * gz)
+    count = _put(rows, work, count, i, RADIUS, twice * per_radius)
+    count = _put(rows, work, count, i, COMPLIANCE, -per_kilo * square)
+    return per_kilo * line[COMPLIANCE] * square, count
 
 
 @jit
@@ -295,7 +301,7 @@ def _contact(kind, extra, value, pose, work):
         size = sqrt((spot[0] - extra[0]) ** 2 + (spot[1] - extra[1]) ** 2 + (spot[2] - extra[2]) ** 2)
         for a in range(3):
             slope[a] = (spot[a] - extra[a]) / max(size, MIN_DISTANCE)
-    slope[3], slope[4], slope[5] = _cross(arm[0], arm[1], arm[2], slope[0], slope[1], slope[2])
+    slope[3], slope[4], slope[5] = cross(arm[0], arm[1], arm[2], slope[0], slope[1], slope[2])
     return size - value
 
 
@@ -328,24 +334,16 @@ def _balance(rows, j, along, pose, work):
         t = pull * (line[TENSION_OFFSET] + line[TENSION_SCALE] * reading)
         ax, ay, az = _arm(work, i)
         over_sheave(line, pose[0] + ax, pose[1] + ay, pose[2] + az, free)
-        rho, c, s = max(free[6], MIN_DISTANCE), free[7], free[8]
-        ex, ey, ez = free[9], free[10], free[11]
-        px, py, pz = line[AXIS], line[AXIS + 1], line[AXIS + 2]
-        qx, qy, qz = _cross(px, py, pz, ex, ey, ez)  # about the axis
-        bx, by, bz = _cross(along[3], along[4], along[5], ax, ay, az)
+        bx, by, bz = cross(along[3], along[4], along[5], ax, ay, az)
         bx, by, bz = along[0] + bx, along[1] + by, along[2] + bz
-        inward = c * (bx * px + by * py + bz * pz) - s * (bx * ex + by * ey + bz * ez)
-        around = (bx * qx + by * qy + bz * qz) * c / rho
-        turn = inward / free[5]
         along_line = bx * free[1] + by * free[2] + bz * free[3]
         left -= t * along_line
         count = _put(rows, work, count, i, TENSION_OFFSET, -pull * along_line)
         count = _put(rows, work, count, i, TENSION_SCALE, -pull * reading * along_line)
-        gx, gy = turn * (c * px - s * ex) + around * qx, turn * (c * py - s * ey) + around * qy
-        gz = turn * (c * pz - s * ez) + around * qz
+        gx, gy, gz, per_radius = turning(line, free, bx, by, bz)
         count = _by_point(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * gz)
-        count = _put(rows, work, count, i, RADIUS, t * turn * (line[SIDE] - s))
-        gx, gy, gz = _cross(free[1], free[2], free[3], along[3], along[4], along[5])
+        count = _put(rows, work, count, i, RADIUS, -t * per_radius)
+        gx, gy, gz = cross(free[1], free[2], free[3], along[3], along[4], along[5])
         count = _by_arm(rows, work, i, count, ax, ay, az, -t * gx, -t * gy, -t * gz)
     left *= share
     for k in range(6):
@@ -370,11 +368,6 @@ def _load(load, along, work):
     for k in range(6):
         total += along[k] * load[k]
     return total
-
-
-@jit
-def _cross(ax, ay, az, bx, by, bz):
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 @jit
@@ -431,3 +424,16 @@ def lengths_at(rows, theta, poses, lengths):
             ax, ay, az = _arm(work, i)
             over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
             lengths[j, i] = work.lines[i, SPANS] * work.free[0]
+
+
+@jit(allocates=True)
+def given_at(rows, theta, poses, given):
+    """Write by how much less cable lies beyond each winch per tension as exits give, (N, m) m/N, at *poses* (N, n)."""
+    work = reading(rows.lines.shape[0])
+    place_unknowns(rows, theta, work.lines)
+    for j in range(poses.shape[0]):
+        begin_pose(poses[j], work)
+        for i in range(given.shape[1]):
+            ax, ay, az = _arm(work, i)
+            over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
+            given[j, i] = per_tension(work.lines[i], work.free)

@@ -1,0 +1,105 @@
+"""A straight, stiff line over a swivelling sheave: its numbers, length and direction, and what its exit's mount gives.
+
+Length: Wang, Caro 2021, Eqs. 1 to 10, with the sign of Eq. 11 as in Eqs. 3 and 6, and either side of wrap. Its
+derivative by the platform point is the unit vector u along the free cable, by the exit point -u.
+"""
+
+from math import asin, atan2, nan, pi, sqrt
+
+from cablewright.kernels import jit
+
+# Columns of a line. The side is +1 over the sheave, -1 under it, 0 where there is none. The offset is the length at
+# zero counts, from the exit point; the scale is the true length over the counted one; the build-up is the relative
+# decrease of the drum's radius per length paid out, 1/m. True tensions and angles are readings plus their offset, those
+# of load cells times their scale before. Tilt and yaw of the platform are those of the first line. Spans: how often the
+# cable runs from exit point to platform. Pull: the force on the platform over the tension of a cable. Axis: unit vector
+# of the swivel's axis, world; the side is with it or against it. Compliance: how far the exit's mount gives along its
+# force, m/kN, so that it compares with lengths. From: unit vector to where the cable comes from, 0 if on that mount.
+EXIT, POINT, RADIUS, SIDE, OFFSET, SCALE, BUILD_UP = 0, 3, 6, 7, 8, 9, 10
+TENSION_OFFSET, TENSION_SCALE, SWIVEL_OFFSET, TILT_OFFSET, YAW_OFFSET = 11, 12, 13, 14, 16
+SPANS, PULL, AXIS, COMPLIANCE, FROM = 17, 18, 19, 22, 23
+COLUMNS = 26
+PER_NEWTON = 1e-3  # of the compliance
+MIN_DISTANCE = 1e-9  # m: shorter distances have no direction
+
+
+@jit
+def over_sheave(line, x, y, z, free):
+    """Write the *line* to the point (x, y, z) to *free*. Its length is NaN where the point is inside the sheave."""
+    ax, ay, az = line[AXIS], line[AXIS + 1], line[AXIS + 2]
+    dx, dy, dz = x - line[EXIT], y - line[EXIT + 1], z - line[EXIT + 2]
+    rise = dx * ax + dy * ay + dz * az
+    ox, oy, oz = dx - rise * ax, dy - rise * ay, dz - rise * az
+    rho = sqrt(ox * ox + oy * oy + oz * oz)
+    side, radius = line[SIDE], line[RADIUS]
+    if rho > MIN_DISTANCE:
+        free[9], free[10], free[11] = ox / rho, oy / rho, oz / rho
+    elif abs(ax) < 0.9:  # any direction across the axis
+        size = sqrt(1.0 - ax * ax)
+        free[9], free[10], free[11] = size, -ax * ay / size, -ax * az / size
+    else:
+        size = sqrt(1.0 - ay * ay)
+        free[9], free[10], free[11] = -ay * ax / size, size, -ay * az / size
+    if side == 0.0:
+        span = sqrt(rho * rho + rise * rise)
+        c, s, length, per_radius = rho / span, rise / span, span, 0.0
+    else:
+        across, turn = rho - radius, side * radius
+        square = across * across + rise * rise
+        span = sqrt(square - radius * radius) if square > radius * radius and radius > 0.0 else nan
+        c, s = (across * span + rise * turn) / square, (rise * span - across * turn) / square
+        wrapped = 0.5 * pi - side * (atan2(rise, across) - asin(max(-1.0, min(1.0, turn / sqrt(square)))))
+        length, per_radius = span + radius * wrapped, wrapped - c
+    free[0], free[4], free[5], free[6], free[7], free[8] = length, per_radius, span, rho, c, s
+    free[1], free[2], free[3] = c * free[9] + s * ax, c * free[10] + s * ay, c * free[11] + s * az
+
+
+@jit
+def paid_out(line, counted):
+    """True length of *counted*, m, and its derivatives by the scale and the build-up.
+
+    The square of the spool's radius falls linearly with the length paid out, so the radius with its angle: the true
+    radius, of which the scale is the share. The build-up is per true metre, as that of a robot file.
+    """
+    first = line[SCALE] * counted  # if the radius stayed
+    half = 0.5 * first * first
+    return first - line[BUILD_UP] * half, counted * (1.0 - line[BUILD_UP] * first), -half
+
+
+@jit
+def per_tension(line, free):
+    """By how much less cable lies beyond the winch per tension as the exit's mount gives, m/N, after `over_sheave`.
+
+    The force on the mount is p times the tension of one cable: of all spans, and of the cable that comes to the exit.
+    The mount moves by its compliance times that force, and these cables become shorter by p times how far it moves.
+    """
+    return PER_NEWTON * line[COMPLIANCE] * line[PULL] / line[SPANS] * square_of_force(line, free)
+
+
+@jit
+def square_of_force(line, free):
+    """The square of the force of one cable on its exit, over that of its tension."""
+    square = 0.0
+    for axis in range(3):
+        square += (line[SPANS] * free[1 + axis] + line[FROM + axis]) ** 2
+    return square
+
+
+@jit
+def turning(line, free, bx, by, bz):
+    """Derivatives of u along a fixed direction (bx, by, bz), by the platform point and by the radius of the sheave."""
+    rho, c, s = max(free[6], MIN_DISTANCE), free[7], free[8]
+    ex, ey, ez = free[9], free[10], free[11]
+    px, py, pz = line[AXIS], line[AXIS + 1], line[AXIS + 2]
+    qx, qy, qz = cross(px, py, pz, ex, ey, ez)  # about the axis
+    inward = c * (bx * px + by * py + bz * pz) - s * (bx * ex + by * ey + bz * ez)
+    around = (bx * qx + by * qy + bz * qz) * c / rho
+    turn = inward / free[5]
+    gx, gy = turn * (c * px - s * ex) + around * qx, turn * (c * py - s * ey) + around * qy
+    return gx, gy, turn * (c * pz - s * ez) + around * qz, -turn * (line[SIDE] - s)
+
+
+@jit
+def cross(ax, ay, az, bx, by, bz):
+    """The vector product a x b."""
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
