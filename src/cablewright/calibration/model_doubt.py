@@ -63,8 +63,14 @@ class ModelDoubt:
 
 
 def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Information, scale: float) -> ModelDoubt:
-    """Return the covariance of the unknowns at a solution; *scale*: sigma of a row over that of its weight."""
-    noise = posterior.covariance * scale**2
+    """Return the covariance of the unknowns at a solution; *scale*: sigma of a row over that of its weight.
+
+    It is NaN where the fit ended at none, or a pose has no value there: there is nothing to linearise about.
+    """
+    noise, here = posterior.covariance * scale**2, problem.derivatives(found.theta, found.poses, found.weights)
+    if found.code != 0 or not here.whole.all():
+        nothing = np.full_like(noise, np.nan)
+        return ModelDoubt(nothing, (), np.diag(nothing))
     if not (np.isfinite(found.cost) and 0.0 < scale < np.inf):
         return ModelDoubt(noise, (), np.zeros(len(noise)))
     wider, extra, numbers = _considered(problem, found)
@@ -73,7 +79,6 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     by_all = np.concatenate([rows.by_unknown, extra], axis=2)
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
     known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
-    here = problem.derivatives(found.theta, found.poses)
     others = here.others_by_unknown
     motion = -posterior.covariance @ (known.T @ other)  # (k, q): of the unknowns, as the numbers change
     considered, exits = [], problem.named("exit_point")

@@ -23,7 +23,7 @@ def status_of(
     problem: CalibrationProblem, found: PoseFit, posterior: Information, rms: float, chi: float
 ) -> tuple[str, str]:
     """Return the status of a fit, and why it is no answer in a sentence; *posterior*: with datum and priors."""
-    if found.code != 0 or not math.isfinite(found.cost):
+    if found.code != 0 or not (math.isfinite(found.cost) and math.isfinite(rms)):
         return "not-converged", f"no start of {found.starts} converged: are lines in the order of the file?"
     off = _inconsistent(problem, rms, chi)
     if off:

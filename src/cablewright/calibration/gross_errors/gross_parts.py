@@ -65,6 +65,8 @@ def _reweighted(problem: CalibrationProblem, plain: PoseFit) -> PoseFit:
         usual = special.chdtri(redundancy, 0.5)  # a pose with more surplus has larger squares
         size = np.sqrt(squares * np.median(usual) / usual)
         smallest = max(0.3 * spread_of(squares, redundancy), floor_of(problem))
+        if not np.isfinite(smallest):  # half of the poses have no value
+            break
         wanted = np.sqrt(smallest / np.maximum(size, smallest))
         if np.abs(wanted - share).max() < _SETTLED:
             break
