@@ -9,7 +9,7 @@ from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import Frame
 from cablewright.machine.drives.objects import Mode
 from cablewright.signals import Command, Inputs, WinchMode
-from virtual_drives import SPEEDS, Bench, braked, moving
+from virtual_drives import SPEEDS, Bench, bench, braked, moving
 
 
 @pytest.mark.parametrize("speed", [1e-3, 15e-3])
@@ -32,6 +32,21 @@ def test_a_winch_whose_speed_is_a_little_off_is_not_stopped_while_it_moves() -> 
     for k in range(400):
         found.step(WinchMode.VELOCITY, np.cos(0.02 * k) * np.array(SPEEDS))
     assert not found.machine.tripped
+
+
+def test_cycles_stay_alike_after_days() -> None:
+    """Nothing adds up: twelve days after the bus began, when a clock has ten digits left behind the period."""
+    found = bench()
+    found.rig.ticks = 500_000_000
+    found.machine.open()
+    found.step(steps=3)
+    found.step(WinchMode.VELOCITY)
+    times = []
+    for _ in range(400):
+        found.step(WinchMode.VELOCITY, SPEEDS)
+        times.append(found.port.now())
+    assert not found.machine.tripped
+    assert np.diff(times) == pytest.approx(np.full(399, found.machine.period), abs=1e-8)
 
 
 def under_torque(found: Bench, steps: int, tension: float = 20.0) -> None:

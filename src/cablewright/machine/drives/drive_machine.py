@@ -62,7 +62,7 @@ class DriveMachine:
         m = len(drives.axes)
         self._off = (Setpoint(),) * m
         self._setpoints, self._on, self.tripped = self._off, False, ""
-        self._start, self._due, self._last_time = 0.0, 0.0, -math.inf
+        self._start, self._anchor, self._cycles, self._last_time = 0.0, 0.0, 0, -math.inf
         self.begin = 0.0
         self._measured, self._fresh, self._open = -math.inf, False, False
         self._limited: list[Notice] = []
@@ -90,13 +90,13 @@ class DriveMachine:
     def open(self) -> None:
         """As `Machine`: drives are found and told what to watch, and are off. Raises `InputError` for wrong ones."""
         self._drives.open()
-        self._due = self._drives.now()
-        self._start = self._due - self.begin
+        self._anchor, self._cycles = self._drives.now(), 0
+        self._start = self._anchor - self.begin
         self._on, self._open, self.tripped = False, True, ""
         self._last_time = -math.inf
         self._setpoints, self._beats, self.left = self._off, True, ""
         self._off_watch.end()
-        self._off_watch.begin(self._due)
+        self._off_watch.begin(self._anchor)
         self._strays.forget()
 
     def step(self, command: Command) -> SensorFrame:
@@ -169,13 +169,14 @@ class DriveMachine:
 
     def _cycle(self, setpoints: tuple[Setpoint, ...], *, reset: bool = False) -> None:
         """One cycle on the bus. After a step that came so late that drives have stopped by now, nothing old is sent."""
-        self._due += self.period
+        self._cycles += 1
+        due = self._anchor + self._cycles * self.period  # no sum of periods, which loses digits in an hour
         now = self._drives.now()
-        if now - self._due > self._own.command_timeout:
+        if now - due > self._own.command_timeout:
             setpoints = tuple(each._replace(speed=0.0, torque=0.0, valve=False) for each in setpoints)
-        if now > self._due:  # the cycles go on from here: none is made up for
-            self._due = now
-        time = self._drives.cycle(setpoints, self._due, reset=reset, beats=self._beats)
+        if now > due:  # the cycles go on from here: none is made up for
+            self._anchor, self._cycles, due = now, 0, now
+        time = self._drives.cycle(setpoints, due, reset=reset, beats=self._beats)
         self._fresh = any(not axis.pending for axis in self._drives.axes)
         self._measured = time - self._start
         if why := self._off_watch.disobeys(self._drives.now()):
