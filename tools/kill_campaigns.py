@@ -2,6 +2,7 @@
 
     python tools/kill_campaigns.py                             # 72 campaigns: 6 tasks, 6 disasters, 2 seeds each
     python tools/kill_campaigns.py --only print --seed 7       # those of one command, other times
+    python tools/kill_campaigns.py --only print-body --disaster kill --campaigns 20
 
 A campaign starts a command as its user has it, has a disaster happen to it at a random time of its run or while it
 writes, and judges its exit code, its messages and the files that it left. Then the command is run again, undisturbed
@@ -446,9 +447,9 @@ def held(campaign: Campaign) -> Outcome:
     return outcome
 
 
-def listed(count: int, seed: int, commands: Iterable[str]) -> list[Campaign]:
+def listed(count: int, seed: int, commands: Iterable[str], disasters: Iterable[str]) -> list[Campaign]:
     """Campaigns of all commands and disasters: first those of one seed, then those of the next."""
-    pairs = list(product(commands, DISASTERS))
+    pairs = list(product(commands, disasters))
     return [Campaign(*pairs[k % len(pairs)], seed + k // len(pairs)) for k in range(count)]
 
 
@@ -470,13 +471,14 @@ def main() -> int:
     parser.add_argument("--campaigns", type=int, help="number of campaigns; by default two seeds of each")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", action="append", choices=list(TASKS), help="these commands only")
+    parser.add_argument("--disaster", action="append", choices=DISASTERS, help="these disasters only")
     given = parser.parse_args()
-    commands = given.only or list(TASKS)
-    count = 2 * len(commands) * len(DISASTERS) if given.campaigns is None else given.campaigns
+    commands, disasters = given.only or list(TASKS), given.disaster or DISASTERS
+    count = 2 * len(commands) * len(disasters) if given.campaigns is None else given.campaigns
     begin = time.monotonic()
     with tempfile.TemporaryDirectory() as key:
         os.environ.setdefault(DIRECTORY, key)  # the user's own is not touched
-        outcomes = [outcome for _, outcome in run(listed(count, given.seed, commands))]
+        outcomes = [outcome for _, outcome in run(listed(count, given.seed, commands, disasters))]
     failed = sum(bool(outcome.faults) for outcome in outcomes)
     print(f"{len(outcomes)} campaigns in {time.monotonic() - begin:.0f} s, {failed} failed")
     return 1 if failed else 0
