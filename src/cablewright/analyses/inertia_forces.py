@@ -46,6 +46,13 @@ def inertia_effects(held: Equilibrium, linear: Linearisation, accelerations: Arr
     return found
 
 
+def tensions_by_acceleration(held: Equilibrium, linear: Linearisation) -> Array:
+    """Return by how much tensions (N, m) change with an acceleration in the worst direction, N per m/s^2."""
+    unit = np.broadcast_to(np.eye(3), (len(linear.stiffness), 3, 3))
+    changes = tension_changes(held).following(linear.motion_under(_wrenches(held, unit)))
+    return np.asarray(np.linalg.norm(changes, axis=2))
+
+
 def _wrenches(held: Equilibrium, accelerations: Array) -> Array:
     """Wrenches of inertia (N, n, a) on the platform: -m a at its centre of mass, which is taken about its origin."""
     platform = held.model.robot.platform

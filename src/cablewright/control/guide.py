@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from typing import Final, NamedTuple, Self
 
@@ -18,7 +18,7 @@ from cablewright.arrays import Array
 from cablewright.control.attitude import Attitude
 from cablewright.errors import InputError
 from cablewright.models.rotation import turn_between
-from cablewright.printing.job import Job
+from cablewright.printing.job import Job, Motion
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 
@@ -62,12 +62,11 @@ class TimedPath:
     """
 
     track: Track
+    samples: Samples  # of the track, without the lift of the platform over the path
+    motion: Motion
     start: Array  # (k,) s, departure from each point
     arrival: Array  # (k,) s, arrival at each point
     speed: Array  # (k,) m/s, at each point
-    acceleration: float  # m/s^2
-    travel_speed: float  # m/s, off the path
-    print_speed: float  # m/s, at full flow
     attitude: Attitude | None = None  # of a rigid platform
     tour: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (t, 3) m, gone through before the path begins
 
@@ -91,9 +90,29 @@ class TimedPath:
             samples = Samples(**{each.name: getattr(samples, each.name)[: last + 1] for each in fields(samples)})
         law = job.time_law(samples)
         track, start = Track.of(samples, (0.0, 0.0, lift)), law.time + samples.dwell
-        limits = (job.motion.acceleration, job.motion.travel_speed, job.motion.print_speed)
         attitude = None if nozzle is None else Attitude.of(job.schedule, nozzle)
-        return cls(track, start, law.time, law.speed, *limits, attitude)
+        return cls(track, samples, job.motion, start, law.time, law.speed, attitude)
+
+    def slower(self, acceleration: float, at_points: Array) -> TimedPath:
+        """Return the same path with a lower *acceleration*, m/s^2, and at most the speeds *at_points* (k,), m/s."""
+        motion = self.motion.model_copy(update={"acceleration": acceleration})
+        law = motion.time_law(self.samples, at_samples=at_points)
+        return replace(self, motion=motion, start=law.time + self.samples.dwell, arrival=law.time, speed=law.speed)
+
+    @property
+    def acceleration(self) -> float:
+        """Limit of the acceleration, m/s^2."""
+        return self.motion.acceleration
+
+    @property
+    def travel_speed(self) -> float:
+        """Speed off the path, m/s."""
+        return self.motion.travel_speed
+
+    @property
+    def print_speed(self) -> float:
+        """Speed at full flow, m/s."""
+        return self.motion.print_speed
 
     @property
     def start_pose(self) -> Array:

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Self
 from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.paging import MEMORY, Room
 from cablewright.printing.gcode import SHORTEST_ARC_STEP, SMALLEST_ARC_ERROR, parse
@@ -60,6 +61,10 @@ class Motion(Description):
     """Distance between a corner and the arc that replaces it; larger is faster. See `printing/timing.py`."""
     jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
     """Limit of the jerk along the path; None: unlimited."""
+
+    def time_law(self, samples: Samples, room: Room = MEMORY, at_samples: Array | None = None) -> TimeLaw:
+        """Return the fastest time law of the samples; *room* and *at_samples* as for `timing.time_law`."""
+        return time_law(samples, self.acceleration, self.corner_deviation, self.jerk, room, at_samples)
 
 
 class Sampling(Description):
@@ -143,7 +148,7 @@ class Job(FileDescription):
 
     def time_law(self, samples: Samples, room: Room = MEMORY) -> TimeLaw:
         """Return the time law of the samples under the limits of motion. *room*: for it, where jerk has no limit."""
-        return time_law(samples, self.motion.acceleration, self.motion.corner_deviation, self.motion.jerk, room)
+        return self.motion.time_law(samples, room)
 
 
 def load_job(path: str | Path) -> Job:

@@ -38,16 +38,19 @@ def time_law(
     corner_deviation: float = 5e-3,
     jerk: float | None = None,
     room: Room = MEMORY,
+    at_samples: Array | None = None,
 ) -> TimeLaw:
     """Return the fastest time law from rest to rest.
 
     ``acceleration`` (m/s^2) limits the change of speed along the path and, with ``corner_deviation`` (m), the speed at
     corners. Between two samples the speed may rise above both and fall again, but never above the segment's limit.
     ``jerk`` (m/s^3) limits the change of acceleration along the path: see `printing/jerk.py`; such a law is computed
-    in memory. ``room``: for any other law.
+    in memory. ``room``: for any other law. ``at_samples``: (k,) m/s, further limits at the samples, inf for none.
     """
     limit = samples.speed_limit[1:]  # (k - 1,)
     corner = corner_speeds(samples, acceleration, corner_deviation, room)
+    if at_samples is not None:
+        np.minimum(corner, at_samples, out=corner)
     corner[0] = corner[-1] = 0.0
     for at in blocks(len(samples)):
         corner[at][samples.dwell[at] > 0] = 0.0

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.inertia_forces import tensions_by_acceleration
 from cablewright.arrays import Array
 from cablewright.choices import LawName
 from cablewright.control.beam import BeamSettings
@@ -21,7 +22,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
 from cablewright.robot import RigidPlatform, Robot
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.linearise import linearise_where_regular, tension_changes
+from cablewright.solvers.linearise import linearise_where_regular
 
 _SAMPLES: Final = 400  # places of a path at which tensions and speeds are judged
 _MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
@@ -73,7 +74,7 @@ def require_lines(model: Model, path: TimedPath) -> None:
     )
 
 
-def _poses_at(path: TimedPath, places: Array) -> tuple[Array, Array | None]:
+def poses_at(path: TimedPath, places: Array) -> tuple[Array, Array | None]:
     """Return poses (k, 6) and retraction lengths (k,), or None, with the nozzle at *places* (k, 3), m."""
     assert path.attitude is not None
     schedule, rotations = path.attitude.schedule, path.attitude.rotations(places[:, 2])
@@ -88,7 +89,7 @@ def with_tour(path: TimedPath, owner: MachineSettings, estimator: str) -> TimedP
     return replace(path, tour=np.array(owner.body.tour).reshape(-1, 3))
 
 
-def _tour_places(path: TimedPath) -> Array:
+def tour_places(path: TimedPath) -> Array:
     """Return places (k, 3), m, along the tour, from where the path begins and back to there."""
     begin = path.track.positions[:1]
     corners = np.concatenate([begin, path.tour, begin])
@@ -103,7 +104,7 @@ def check_tour(model: Model, path: TimedPath) -> None:
     """Raise `AnswerError` at the first place of the tour that is out of the frame or cannot be held."""
     if not len(path.tour):
         return
-    poses, retraction = _poses_at(path, _tour_places(path))
+    poses, retraction = poses_at(path, tour_places(path))
     inside, held = _inside(model.robot, poses), solve_inverse(model, poses, path=True, retraction=retraction)
     good = inside & held.ok
     if good.all():
@@ -120,9 +121,9 @@ def _inside(robot: Robot, poses: Array) -> NDArray[np.bool_]:
     return np.asarray(((poses[:, :3] >= low) & (poses[:, :3] <= high)).all(axis=1))
 
 
-def check_held(model: Model, path: TimedPath) -> None:
-    """Raise `AnswerError` at the first place of the path that is out of the frame or cannot be held."""
-    poses, retraction = _poses_at(path, path.track.positions)
+def check_held(model: Model, path: TimedPath) -> Equilibrium:
+    """Return what holds the path. Raises `AnswerError` at its first place that is out of the frame or not held."""
+    poses, retraction = poses_at(path, path.track.positions)
     inside = _inside(model.robot, poses)
     if not inside.all():
         raise AnswerError(
@@ -133,22 +134,21 @@ def check_held(model: Model, path: TimedPath) -> None:
         bad = int(np.argmin(held.ok))
         where = _where(path, poses, bad)
         raise AnswerError(f"no tensions of {model.robot.name!r} hold the path {where}: {held[bad].sentence()}")
-    _check_accelerations(model, path, held)
+    return held
 
 
-def _check_accelerations(model: Model, path: TimedPath, held: Equilibrium) -> None:
+def check_accelerations(path: TimedPath, held: Equilibrium) -> None:
     """Raise `AnswerError` where the path's acceleration needs tensions that lines cannot give."""
-    found, codes = linearise_where_regular(held)
+    linear, codes = linearise_where_regular(held)
     if codes.any():
         bad = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"the platform can move without any line resisting {_where(path, held.pose, bad)}")
-    by_wrench = tension_changes(held).by_pose @ np.linalg.inv(found.stiffness)
-    size = model.robot.platform.mass * path.acceleration * np.linalg.norm(by_wrench[..., :3], axis=-1)
+    size = path.acceleration * tensions_by_acceleration(held, linear)
     left = held.tensions - size
     if not (left > 0.0).all():
         bad, line = divmod(int(np.argmin(left)), left.shape[1])
         raise AnswerError(
-            f"line {model.robot.lines[line].name} would fall slack under {path.acceleration:g} m/s^2 "
+            f"line {held.model.robot.lines[line].name} would fall slack under {path.acceleration:g} m/s^2 "
             f"{_where(path, held.pose, bad)}: {held.tensions[bad, line]:.0f} N less {size[bad, line]:.0f} N"
         )
 
@@ -173,16 +173,19 @@ def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> No
         raise InputError(f"the schedule retracts by {speeds[worst]:.3g} m/s {where}; at most {most:g} is possible")
 
 
+def chosen_places(path: TimedPath) -> Array:
+    """Return places (k, 3), m, of the tour and all along the path, at which tensions are judged."""
+    rows = np.linspace(0, len(path.track.positions) - 1, min(len(path.track.positions), _SAMPLES)).astype(np.int64)
+    places = path.track.positions[rows]
+    return np.concatenate([tour_places(path), places]) if len(path.tour) else places
+
+
 def with_margin(model: Model, path: TimedPath) -> Model:
     """Return the model with the narrowest limits of tension, within its own, that the whole path and tour allow."""
     robot = model.robot
     if model.m <= model.n:
         return model
-    rows = np.linspace(0, len(path.track.positions) - 1, min(len(path.track.positions), _SAMPLES)).astype(np.int64)
-    places = path.track.positions[rows]
-    if len(path.tour):
-        places = np.concatenate([_tour_places(path), places])
-    poses, retraction = _poses_at(path, places)
+    poses, retraction = poses_at(path, chosen_places(path))
     for share in _MARGINS:
         lines = []
         for line in robot.lines:

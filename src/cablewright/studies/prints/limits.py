@@ -25,6 +25,7 @@ from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.prints import body_limits
+from cablewright.studies.prints.body_swing import calmed, told
 from cablewright.studies.prints.loop import PrintPlan
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
@@ -51,15 +52,19 @@ def planned(
     or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
     """
     model = Model(with_drum_mass(robot, settings))
+    notes: tuple[str, ...] = ()
     if path.attitude is None:
         _check_path(model, path)
         narrow = model
     else:
         body_limits.require_lines(model, path)
-        body_limits.check_held(model, path)
+        held = body_limits.check_held(model, path)
         body_limits.check_tour(model, path)
-        body_limits.check_speeds(model, path, settings)
         narrow = body_limits.with_margin(model, path)
+        wanted, path = path, calmed(model, narrow, path, settings)
+        notes = told(wanted, path)
+        body_limits.check_accelerations(path, held)
+        body_limits.check_speeds(model, path, settings)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
         narrow,
@@ -82,6 +87,7 @@ def planned(
         drum.powder if drum.capacity else math.inf,
         frozenset({"encoders"}),
         beam=body_limits.beam_of(robot, settings),
+        notes=notes,
     )
 
 
@@ -108,7 +114,7 @@ def _limits(robot: Robot, settings: MachineSettings, path: TimedPath, period: fl
         (x - beyond, y - beyond, z - beyond),
         (far_x + beyond, far_y + beyond, far_z + beyond),
         _SPEED_FACTOR * fastest + _SWING_SPEED,
-        max_error=max(0.15, fastest),
+        max_error=max(0.15, fastest) + fastest * period,  # targets are of the beginning of a step
         barrier_timeout=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * period),
     )
 

@@ -81,6 +81,7 @@ class PrintPlan:
     sensors: frozenset[str] = frozenset()  # that the machine must have
     procedures: Mapping[PrintState, Procedure] = field(default_factory=dict)
     beam: BeamSettings | None = None  # of a platform that retracts
+    notes: tuple[str, ...] = ()  # what the path has that its job does not say
 
 
 @dataclass(frozen=True, eq=False)

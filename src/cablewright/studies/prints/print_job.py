@@ -67,8 +67,8 @@ class PrintedJob(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Errors of the log."""
-        return self.record.notes
+        """What the path has that its job does not say, and errors of the log."""
+        return (*self.run.printer.plan.notes, *self.record.notes)
 
     @property
     def refusal(self) -> str:

@@ -74,7 +74,7 @@ def test_a_broken_line_stops_the_print_and_is_named(tmp_path: Path) -> None:
         ({"schedule": [{"z": 0.5, "retraction": "1 m"}]}, InputError, "has no retraction"),
         ({"origin": [6.5, 0.0, 0.0]}, AnswerError, "no tensions of 'cogiro' hold the path"),
         ({"motion": {"print_speed": "5 m/s", "travel_speed": "5 m/s"}}, InputError, "too fast for the winches"),
-        ({"motion": {"acceleration": "20 m/s^2"}}, AnswerError, "would fall slack under 20 m/s"),
+        ({"motion": {"acceleration": "150 m/s^2"}}, AnswerError, "would fall slack under 15 m/s"),
     ],
 )
 def test_what_cannot_be_held_is_refused_before_it_moves(

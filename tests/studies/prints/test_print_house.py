@@ -17,7 +17,7 @@ from cablewright.studies.prints.attendant import Attendant
 from cablewright.studies.prints.loop import Printer
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 
-JOB = load_job(Path(__file__).parents[2] / "examples" / "house.toml")
+JOB = load_job(Path(__file__).parents[3] / "examples" / "house.toml")
 
 
 @pytest.fixture(scope="module")
