@@ -92,9 +92,13 @@ def printed(machine: TwinSettings, options: PrintOptions, duration: float) -> np
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of a fault. ``after``: s until it was told, NaN: never; ``error``: m, the largest; ``said``: the first fault."""
+    """Of a fault. ``after``: s until it was told or stopped the machine, NaN: never; ``named``: s until its cause was.
+
+    ``error``: m, the largest; ``said``: the cause, or why the machine stopped.
+    """
 
     after: float
+    named: float
     error: float
     said: str
     state: PrintState
@@ -105,19 +109,21 @@ def faulted(machine: TwinSettings, options: PrintOptions, given: dict[str, objec
     begin = _first_print(machine, options) + AFTER
     plan = FaultPlan.model_validate({**given, "line": str(1 + options.seed % 8), "begin": begin})
     trial = Trial(machine.with_simulation(faults=(plan,)), options)
-    after, said, largest, over = float("nan"), "", 0.0, float("inf")
+    after, named, said, largest, over = float("nan"), float("nan"), "", 0.0, float("inf")
     for step in trial.steps():
         now, state = trial.rig.time, trial.printer.supervisor.state
         if now < begin:
             continue
         largest = max(largest, trial.errors(step.progress.target)[0])
         heard = [fault.sentence for fault in step.estimate.faults]
+        if heard or state is PrintState.FAULT:
+            after = float(np.fmin(after, now - begin))
         if not said and (heard or trial.attendant.is_over(trial.printer)):
-            after, said = now - begin, "; ".join(heard) or trial.printer.supervisor.reason
-        if trial.attendant.is_over(trial.printer):
+            named, said = now - begin, "; ".join(heard) or trial.printer.supervisor.reason
+        if state is PrintState.FAULT:
             over = min(over, now)
         if now > min(over + REST, begin + WATCHED):
-            return Outcome(after, largest, said, state)
+            return Outcome(after, named, largest, said, state)
     raise AssertionError  # it runs for ever
 
 
@@ -134,25 +140,26 @@ def names_the_line(outcome: Outcome, line: str) -> bool:
 
 def fault_table(machine: TwinSettings, options: PrintOptions, seeds: range, *, each: bool) -> None:
     """Print a row for each fault; *each*: one for each seed, too."""
-    print("| fault | told after: median, most | the line is named | largest error: median, most | end |")
-    print("| --- | --- | --- | --- | --- |", flush=True)
+    print("| fault | told after: median, most | named after: most | of that line | largest error: median, most | end |")
+    print("| --- | --- | --- | --- | --- | --- |", flush=True)
     for name, given in FAULTS.items():
         found = []
         for seed in seeds:
             found.append(faulted(machine, replace(options, seed=seed), given))
             if each:
                 one = found[-1]
-                print(
-                    f"{seed} {name}: {one.after:.2f} s, {1e3 * one.error:.1f} mm, {one.state}: {one.said}", flush=True
-                )
-        after, errors = (np.array([getattr(one, key) for one in found]) for key in ("after", "error"))
+                told = f"{one.after:.2f}, {one.named:.2f} s, {1e3 * one.error:.1f} mm, {one.state}: {one.said}"
+                print(f"{seed} {name}: {told}", flush=True)
+        keys = ("after", "named", "error")
+        after, late, errors = (np.array([getattr(one, key) for one in found]) for key in keys)
         named = sum(names_the_line(one, str(1 + seed % 8)) for one, seed in zip(found, seeds, strict=True))
         count = int(np.isfinite(after).sum())
         times = f"{np.nanmedian(after):.2f}, {np.nanmax(after):.2f} s" if count else "never"
         missed = "" if count == len(found) else f", {len(found) - count} never"
         end = ", ".join(f"{many} {state}" for state, many in Counter(one.state for one in found).items())
         size = f"{1e3 * np.median(errors):.1f}, {1e3 * errors.max():.1f} mm"
-        print(f"| {name} | {times}{missed} | {named} of {len(found)} | {size} | {end} |", flush=True)
+        last = f"{np.nanmax(late):.2f} s" if count else "never"
+        print(f"| {name} | {times}{missed} | {last} | {named} of {len(found)} | {size} | {end} |", flush=True)
 
 
 def print_table(machine: TwinSettings, options: PrintOptions, seeds: range, duration: float) -> None:

@@ -42,6 +42,15 @@ def driven(plant: BodyPlant, settings: BodySettings, steps: int, then: int = 0) 
     return state, estimates
 
 
+def stands(plant: BodyPlant, settings: BodySettings, state: BodyState) -> Estimate:
+    """Stand: the machine is to stop by the third measurement, and by the twelfth it is to know the line."""
+    for k in range(12):
+        estimate = of_body.step(settings, state, plant.step(np.zeros(ROBOT.m), DT))
+        assert bool(state.danger) == (k >= 2)
+    assert state.search is None
+    return estimate
+
+
 def off(plant: BodyPlant, estimate: Estimate) -> Array:
     pose, _ = plant.truth
     return np.asarray(estimate.position - pose[:3])
@@ -97,8 +106,7 @@ def test_a_line_that_is_longer_than_its_encoder_says_is_named(line: int, slip: f
     plant, settings = BodyPlant(ROBOT, HOME, 932), told(ROBOT)
     state, _ = driven(plant, settings, 60)
     plant.slipped[line] = slip
-    for _ in range(8):
-        of_body.step(settings, state, plant.step(np.zeros(8), DT))
+    stands(plant, settings, state)
     named, *alike = state.danger.split("; ")  # of two lines that would show the same, both
     assert NAMES[line] in state.danger.replace(";", "").split()
     assert abs(abs(float(named.split(" mm")[0].split()[-1])) - 1e3 * abs(slip)) < 4.0
@@ -120,9 +128,8 @@ def test_a_broken_line_is_named_with_where_the_platform_hangs() -> None:
     plant, settings = BodyPlant(ROBOT, HOME, 934), told(ROBOT)
     state, _ = driven(plant, settings, 60)
     plant.cut = 4
-    for _ in range(8):
-        estimate = of_body.step(settings, state, plant.step(np.zeros(8), DT))
-    assert state.danger.startswith(f"line {NAMES[4]} is broken: the platform hangs on the others at")
+    estimate = stands(plant, settings, state)
+    assert state.danger.startswith(f"line {NAMES[4]} pulls nothing: it broke, or left its sheave; the platform")
     assert np.linalg.norm(off(plant, estimate)) < 0.02
 
 

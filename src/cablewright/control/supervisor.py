@@ -365,6 +365,12 @@ def fail(state: SupervisorState, now: float, reason: str) -> None:
     _happen(state, Happening.DANGER, now, reason)
 
 
+def explain(state: SupervisorState, was: str, reason: str) -> None:
+    """Replace the reason *was* of a fault by a more exact one."""
+    if state.state is PrintState.FAULT and state.reason == was:
+        state.reason = reason
+
+
 def end_procedure(state: SupervisorState, now: float, failure: str = "") -> None:
     """Take note that a procedure, or a motion by hand, is done, or why it failed."""
     _happen(state, Happening.FAILED if failure else Happening.DONE, now, failure)

@@ -100,6 +100,11 @@ class BodyEstimator:
         """Why the machine is to stop; empty: nothing."""
         return self._state.danger
 
+    @property
+    def searches(self) -> bool:
+        """Whether the cause of that is still looked for."""
+        return self._state.search is not None
+
     def archive_state(self, archive: Archive) -> None:
         """Save or load all that it has learnt."""
         _archive_state(self._settings, self._state, archive)

@@ -12,6 +12,7 @@ from cablewright.errors import AnswerError, InputError
 from cablewright.machine.simulated.settings import FaultPlan, whole_machine
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
+from cablewright.signals import PrintState
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.studies.prints.print_job import PrintedJob, print_job
 
@@ -65,6 +66,18 @@ def test_a_broken_line_stops_the_print_and_is_named(tmp_path: Path) -> None:
     done = print_job(ROBOT, ring(), tmp_path / "run", machine=machine, options=options)
     assert not done.finished
     assert "line 4" in done.run.reason
+
+
+@pytest.mark.parametrize("line", ["1", "7"])
+def test_a_line_off_its_sheave_is_named_once_the_platform_swings_less(tmp_path: Path, line: str) -> None:
+    fault = FaultPlan(source="line", line=line, kind="off_sheave", begin=10.0)
+    machine = whole_machine("cogiro").with_simulation(faults=(fault,))
+    assert machine.owner.body is not None
+    machine = machine.with_owner(body=machine.owner.body.model_copy(update={"tour": ()}))
+    done = print_job(ROBOT, ring(), tmp_path / "run", machine=machine, options=PrintOptions(seed=24))
+    *_, last = (span for span in done.record.spans if span.state is PrintState.FAULT)
+    assert 0.5 < last.end - last.begin < 1.5  # it stands from the first doubt on, and is named later
+    assert {name for name in "12345678" if f"line {name} " in done.run.reason} == {line}
 
 
 @pytest.mark.parametrize(

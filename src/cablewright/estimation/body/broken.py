@@ -38,15 +38,16 @@ def hanging_without(robot: Robot, lengths: Array, line: int, pose: Array, retrac
 
 
 def sentence(robot: Robot, line: int, pose: Array, found: Hanging | None) -> str:
-    """Say that a *line* broke at *pose* (6,), and where the platform is *found* to hang."""
+    """Say that a *line* is lost at *pose* (6,), and where the platform is *found* to hang."""
     name = robot.lines[line].name
     if found is None:
-        return f"line {name} is broken; no equilibrium of the other lines is found"
+        return f"line {name} pulls nothing: it broke, or left its sheave; no equilibrium of the other lines is found"
     x, y, z = found.pose[:3].tolist()
     turned = np.degrees(float(angle_between(pose[3:], found.pose[3:])))
     moved = 1e3 * float(np.linalg.norm(found.pose[:3] - pose[:3]))
     others = np.delete(found.tensions, line)
     return (
-        f"line {name} is broken: the platform hangs on the others at {x:.3f}, {y:.3f}, {z:.3f} m, {moved:.0f} mm and "
+        f"line {name} pulls nothing: it broke, or left its sheave; the platform hangs on the others at "
+        f"{x:.3f}, {y:.3f}, {z:.3f} m, {moved:.0f} mm and "
         f"{turned:.1f} deg away, with tensions of {others.min():.0f} to {others.max():.0f} N"
     )

@@ -32,7 +32,7 @@ def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Sl
     measurement.set_gradients(state)
     slopes = measurement.slopes_of(state)
     measured = None if slopes is None else measurement.measurement_of(settings, state, slopes, acceleration)
-    if slopes is None or measured is None or not diagnosis.fits(settings, state, measured):
+    if slopes is None or measured is None or not diagnosis.fits(settings, state, measured, acceleration):
         return slopes
     before, base, covariance = state.unknowns.copy(), measurement.predictions(state), state.covariance
     for _ in range(_ROUNDS):

@@ -3,7 +3,8 @@
 Each single cause predicts its own pattern of tensions, tilt and swivels. A cell that is off changes one number alone; a
 line that is longer or shorter than its encoder says changes all tensions at once, by the equilibrium of the changed
 length; a line that broke pulls nothing, and the others carry the platform. The cause that leaves least of the
-contradiction is named.
+contradiction is named. After a line is lost the platform swings, and readings with it: then the machine is to stop at
+once, and the line is named by the mean of some measurements that follow.
 """
 
 from __future__ import annotations
@@ -18,12 +19,14 @@ from cablewright.estimation.body import broken
 from cablewright.estimation.body.broken import Hanging
 from cablewright.estimation.body.measurement import Measurement, predicted_tilt
 from cablewright.estimation.body.settings import BodySettings
-from cablewright.estimation.body.state import BodyState
+from cablewright.estimation.body.state import BodyState, Search
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.taut import taut_of_body
 
 _SIGMAS: Final = 5.5  # of a normal distribution: how unlikely readings must be
 _DOUBTS: Final = 2  # measurements in a row that contradict before a cause is named
+_SWINGING: Final = 0.3  # m/s^2: acceleration of a platform that swings
+_SEARCHED: Final = 8  # further measurements from which a line is named where it does
 _SHIFTS: Final = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # m
 _TRIED: Final = np.array([*(-shift for shift in reversed(_SHIFTS)), *_SHIFTS])
 _LEFT: Final = 0.5  # share of the contradiction that a cause may leave
@@ -57,11 +60,15 @@ def read(settings: BodySettings, state: BodyState, tensions: Array) -> None:
     state.silent = silent
 
 
-def fits(settings: BodySettings, state: BodyState, measured: Measurement) -> bool:
-    """Whether a measurement may be used; one that contradicts the statics is not, and after some a cause is named."""
-    spread = measured.gradients @ state.covariance @ measured.gradients.T + measured.noise
-    inverse = np.asarray(np.linalg.inv(spread))
-    contradiction = float(measured.innovation @ inverse @ measured.innovation)
+def fits(settings: BodySettings, state: BodyState, measured: Measurement, acceleration: float) -> bool:
+    """Whether a measurement may be used; one that contradicts the statics is not, and after some a cause is named.
+
+    *acceleration*: m/s^2, of the platform.
+    """
+    if state.search is not None:
+        _search(settings, state, measured)
+        return False
+    inverse, contradiction = _weighed(state, measured)
     count = len(measured.innovation)
     state.consistency = {"statics": contradiction / count}
     if contradiction <= most_likely(count):
@@ -70,8 +77,35 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement) -> boo
         return True
     state.doubts += 1
     if state.doubts > _DOUBTS and not state.danger:
-        _name(settings, state, measured, inverse, contradiction)
+        causes = _causes(settings, state, measured, inverse, contradiction)
+        if acceleration > _SWINGING and causes[0].kind != "cell":
+            size = math.sqrt(contradiction)
+            state.danger = (
+                f"tensions contradict the statics by {size:.0f} sigma: a line slipped, left its sheave or broke"
+            )
+            state.search = Search()
+        else:
+            _name(settings, state, measured, causes, contradiction)
     return False
+
+
+def _search(settings: BodySettings, state: BodyState, measured: Measurement) -> None:
+    """Add a measurement to those from which a line is to be named, and name it once there are enough."""
+    search = state.search
+    assert search is not None
+    search.add(measured.innovation, measured.rows)
+    if search.count < _SEARCHED:
+        return
+    mean, state.search = measured._replace(innovation=search.mean), None
+    inverse, whole = _weighed(state, mean)
+    _name(settings, state, mean, _causes(settings, state, mean, inverse, whole), whole)
+
+
+def _weighed(state: BodyState, measured: Measurement) -> tuple[Array, float]:
+    """Return the inverse of the innovations' covariance, and their sum of squares by it."""
+    spread = measured.gradients @ state.covariance @ measured.gradients.T + measured.noise
+    inverse = np.asarray(np.linalg.inv(spread))
+    return inverse, float(measured.innovation @ inverse @ measured.innovation)
 
 
 def most_likely(count: int) -> float:
@@ -80,10 +114,17 @@ def most_likely(count: int) -> float:
     return float(count * (1.0 - part + _SIGMAS * math.sqrt(part)) ** 3)
 
 
-def _name(settings: BodySettings, state: BodyState, measured: Measurement, inverse: Array, whole: float) -> None:
-    """Name the cause that explains most of the contradiction, and go on with what is left to be trusted."""
+def _causes(
+    settings: BodySettings, state: BodyState, measured: Measurement, inverse: Array, whole: float
+) -> list[Cause]:
+    """Return what may have happened, the likeliest first."""
     causes = [*_cells(measured, inverse, whole), *_lines(settings, state, measured, inverse)]
-    best = _slackest(state, measured, causes, min(causes, key=lambda cause: cause.left))
+    return sorted(causes, key=lambda cause: cause.left)
+
+
+def _name(settings: BodySettings, state: BodyState, measured: Measurement, causes: list[Cause], whole: float) -> None:
+    """Name the first of the *causes* of a contradiction, and go on with what is left to be trusted."""
+    best = _slackest(state, measured, causes, causes[0])
     robot = settings.model.robot
     name = robot.lines[best.line].name
     alike = [
@@ -100,7 +141,9 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, inver
         what = f"the cell of line {name} is off by {off:.0f} N, against the statics of the others: not used"
         state.monitor.report("load_cells", f"off {name}", what)
         state.cells_used[best.line], state.doubts = False, 0
-        if state.cells_used.sum() < settings.model.n:
+        if state.danger:  # it stands already
+            state.danger = what
+        elif state.cells_used.sum() < settings.model.n:
             state.danger = f"too few load cells are left that agree: {what}"
     elif best.kind == "length":
         what = f"line {name} is {1e3 * best.shift:+.1f} mm longer than its encoder says: it slipped, or left its sheave"

@@ -34,6 +34,26 @@ class Window:
 
 
 @dataclass(eq=False)
+class Search:
+    """Innovations of measurements that contradict the statics, from which the line that is to blame is named."""
+
+    total: Array = field(default_factory=lambda: np.zeros(0))  # (k,) sum of the innovations
+    rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (k,) that they are of
+    count: int = 0
+
+    def add(self, innovation: Array, rows: NDArray[np.int64]) -> None:
+        """Add a measurement; one of other readings than the last begins anew."""
+        if not np.array_equal(rows, self.rows):
+            self.total, self.rows, self.count = np.zeros(len(rows)), rows, 0
+        self.total, self.count = self.total + innovation, self.count + 1
+
+    @property
+    def mean(self) -> Array:
+        """Mean innovation (k,)."""
+        return self.total / self.count
+
+
+@dataclass(eq=False)
 class BodyState:
     """Changed in place by `step`."""
 
@@ -67,6 +87,7 @@ class BodyState:
     shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
     doubts: int = 0  # measurements in a row that contradict the statics
     danger: str = ""  # why the machine is to stop
+    search: Search | None = None  # for the line that is to blame
 
     @property
     def pose(self) -> Array:

@@ -27,8 +27,9 @@ class Attendant:
         return tuple(Order(kind, _NAME, now) for kind in self._kinds(printer, now))
 
     def is_over(self, printer: Printer) -> bool:
-        """Whether the path has ended, or the machine has stopped: an attendant asks no further."""
-        return printer.finished or printer.supervisor.state in (PrintState.STOPPED, PrintState.FAULT)
+        """Whether the path has ended, or the machine has stopped and knows why: an attendant asks no further."""
+        stopped = printer.supervisor.state in (PrintState.STOPPED, PrintState.FAULT)
+        return printer.finished or (stopped and not printer.searches)
 
     def _kinds(self, printer: Printer, now: float) -> tuple[OrderKind, ...]:
         state = printer.supervisor.state

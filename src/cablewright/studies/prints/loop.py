@@ -53,7 +53,11 @@ class Learning(Protocol):
 
     @property
     def danger(self) -> str:
-        """Why the machine is to stop; empty: nothing."""
+        """Why the machine is to stop; empty: nothing. It may become more exact."""
+
+    @property
+    def searches(self) -> bool:
+        """Whether it still looks for the cause of that."""
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load its state."""
@@ -135,6 +139,7 @@ class Printer:
         self.estimator = make(self.last_pose, self.radii)
         self._beam = None if plan.beam is None else BeamState(plan.path.start_retraction)
         self._learning = self.estimator if isinstance(self.estimator, Learning) else None
+        self._danger = ""  # that the estimator told last
         if archive is not None and self._learning is not None:
             self._learning.archive_state(archive.section("estimator"))
 
@@ -220,13 +225,20 @@ class Printer:
         guard.take_note(self._guard, frame.time, closed=WinchMode.OFF in self._command.modes)
         return Step(command, frame, estimate, self._progress(verdict, estimate, target), verdict.orders)
 
+    @property
+    def searches(self) -> bool:
+        """Whether the estimator still looks for what made it stop the machine."""
+        return self._learning is not None and self._learning.searches
+
     def _cause(self, frame: SensorFrame, state: PrintState) -> Cause | None:
         """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
         lowest = state is PrintState.PRINTING
         found = guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions, lowest=lowest)
-        if found is None and self._learning is not None and self._learning.danger:
-            return Cause(self._learning.danger, StopKind.HOLD)
-        return found
+        danger = "" if self._learning is None else self._learning.danger
+        if danger != self._danger:
+            supervisor.explain(self.supervisor, self._danger, danger)
+            self._danger = danger
+        return found or (Cause(danger, StopKind.HOLD) if danger else None)
 
     def _begin_stop(self, previous: PrintState, verdict: Verdict, command: Command) -> None:
         """Begin a stop of the winches, make one more urgent, or end it where the state lets them move."""
