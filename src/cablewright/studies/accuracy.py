@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, NamedTuple, Unpack, overload
 
@@ -24,11 +25,21 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.arguments import as_poses
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
+from cablewright.studies.executors.executor import Executor, Serial
+from cablewright.studies.executors.kept import kept_in
+from cablewright.studies.executors.shared_spread import SharedMethod
 from cablewright.studies.job_poses import along, require_lines, sampled
 from cablewright.studies.memory import require_for_samples
 from cablewright.studies.places import Places, workspace_nodes
 
 Ranges = Sequence[Range] | None
+
+
+class ManyOptions(AccuracyOptions, total=False):
+    """Keyword arguments of `accuracy` of many poses."""
+
+    file: Path | None
+    executor: Executor | None
 
 
 def _of_workspace(study: AccuracyStudy) -> bool:
@@ -126,7 +137,7 @@ class AccuracyStudy(Result):
 
 @overload
 def accuracy(
-    robot: Robot | Model, where: Places | Job | str | Path, ranges: Ranges = None, **options: Unpack[AccuracyOptions]
+    robot: Robot | Model, where: Places | Job | str | Path, ranges: Ranges = None, **options: Unpack[ManyOptions]
 ) -> AccuracyStudy: ...
 @overload
 def accuracy(
@@ -134,11 +145,11 @@ def accuracy(
 ) -> AccuracyAtPose: ...
 @overload
 def accuracy(
-    robot: Robot | Model, where: Sequence[Sequence[float]], ranges: Ranges = None, **options: Unpack[AccuracyOptions]
+    robot: Robot | Model, where: Sequence[Sequence[float]], ranges: Ranges = None, **options: Unpack[ManyOptions]
 ) -> Accuracy: ...
 @overload
 def accuracy(
-    robot: Robot | Model, where: Array, ranges: Ranges = None, **options: Unpack[AccuracyOptions]
+    robot: Robot | Model, where: Array, ranges: Ranges = None, **options: Unpack[ManyOptions]
 ) -> Accuracy | AccuracyAtPose: ...
 def accuracy(
     robot: Robot | Model,
@@ -151,6 +162,8 @@ def accuracy(
     home: ArrayLike | None = None,
     retraction: ArrayLike | None = None,
     seed: int = 0,
+    file: Path | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> AccuracyAtPose | Accuracy | AccuracyStudy:
     """Errors of the nozzle of *robot* at the places or poses *where*, while parameters are uncertain by *ranges*.
@@ -164,8 +177,9 @@ def accuracy(
     is found, ``vertices``, ``first-order``, ``monte-carlo``, or a `Method` such as ``MonteCarlo(samples, seed)``.
     *tension_limits* (N) replace those of every line. *home*: a pose at which the machine was zeroed; there the
     commanded lengths are exact. *retraction* (N,), m, is for poses. *seed*: of the random points inside the ranges that
-    are compared with their corners at one pose. The machine follows the full model (catenary, real sheaves): a model
-    under another law is refused.
+    are compared with their corners at one pose. *executor*: who computes the spread of many poses, by default this
+    program; *file* keeps what is computed, also after an interruption. The machine follows the full model (catenary,
+    real sheaves): a model under another law is refused.
 
     Raises `InputError` for arguments that cannot be used, `AnswerError` if no place can be reached. Source: Paty 2021,
     section 2.3.
@@ -183,13 +197,27 @@ def accuracy(
     if isinstance(where, str | Path):
         where = load_job(where)
     if isinstance(where, Places | Job):
-        return _over_shape(question, where, retraction)
+        with _shared(question, file, executor) as asked:
+            return _over_shape(asked, where, retraction)
     poses, single = as_poses(question.model, where, "pose", free=True)
     if not single:
-        return question.answer(question.hold(poses, retraction))
+        with _shared(question, file, executor) as asked:
+            return asked.answer(asked.hold(poses, retraction))
     if retraction is not None:
         raise InputError("retraction: of poses (N, n); at one pose give the robot retracted")
+    if file is not None or executor is not None:
+        raise InputError("executor, file: are for many poses; one pose takes no time")
     return at_pose(question, poses, seed)
+
+
+@contextmanager
+def _shared(question: AccuracyQuestion, file: Path | None, executor: Executor | None) -> Iterator[AccuracyQuestion]:
+    """Hold the question whose spread an *executor* computes, and *file* keeps; the same where neither is given."""
+    if file is None and executor is None:
+        yield question
+        return
+    with kept_in(file) as kept:
+        yield replace(question, method=SharedMethod(question.method, executor or Serial(), kept, question.progress))
 
 
 def bytes_each(robot: Robot, ranges: int) -> float:

@@ -80,6 +80,20 @@ def test_along_a_job(cli, tmp_path: Path) -> None:
     assert found["answered"] == found["places"] > 10
 
 
+def test_workers_give_the_same_and_what_they_kept_goes_with_the_answer(cli, tmp_path: Path) -> None:
+    shape = ("--plane", "2", "--step", "4", "--json")
+    alone = cli(*HOUSE, *shape, "--out", str(tmp_path / "alone")).json
+    shared = cli(*HOUSE, *shape, "--out", str(tmp_path / "shared"), "--workers", "2").json
+    del alone["report"], shared["report"]
+    assert shared == alone
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["alone", "shared"]
+    refused = cli(*HOUSE, "--at", "0,0,1", "--workers", "2")
+    assert (refused.code, refused.err) == (
+        2,
+        "cablewright: --workers and --cluster: are for a shape; one pose takes no time\n",
+    )
+
+
 def test_places_beyond_the_limits_are_counted(cli, tmp_path: Path) -> None:
     arguments = (
         "accuracy",

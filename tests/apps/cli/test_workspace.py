@@ -106,6 +106,13 @@ def test_options_reach_the_analysis(cli) -> None:
     assert 0 < box["volume"] < plain
 
 
+def test_workers_give_the_same_and_leave_nothing(cli, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    asked = ("workspace", "jung2020", *FAST, "--json")
+    assert cli(*asked, "--workers", "2").json == cli(*asked).json
+    assert not list(tmp_path.iterdir())
+
+
 def test_people_get_a_table(cli) -> None:
     answer = cli("workspace", "jung2020", *FAST)
     assert [answer.figure(label) for label in ("robot", "criterion", "point")] == ["jung2020", "exact", "nozzle"]

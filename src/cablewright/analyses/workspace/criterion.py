@@ -6,7 +6,7 @@ import math
 from collections.abc import Sized
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypedDict, Unpack, get_args
+from typing import Protocol, TypedDict, Unpack, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,6 +36,14 @@ IN_PLANE = 1e-9  # m: farthest that an exit point of a planar robot is off the p
 HALF_TURN = math.pi * (1.0 + 1e-9)  # rad, with room for rounding
 
 
+class Margins(Protocol):
+    """Who computes the margins of a criterion in its place."""
+
+    def __call__(self, criterion: Criterion, places: Array, progress: Progress | None, stage: str) -> Array:
+        """Return what `Criterion.margin` of the criterion alone would."""
+        ...
+
+
 class Options(TypedDict, total=False):
     """Keyword arguments of `Criterion.of`, which `workspace`, `count_nodes` and `boundary_modes` pass on."""
 
@@ -49,6 +57,7 @@ class Options(TypedDict, total=False):
     arm: float
     orientations: ArrayLike | None
     retraction: float | RetractionLaw | None
+    margins: Margins | None
 
 
 @dataclass(frozen=True)
@@ -82,6 +91,7 @@ class Criterion:
     retraction: float | RetractionLaw | None  # m
     wrench_box: tuple[Array, Array] | None  # lowest and highest (n,), N and N m, for `capacity`
     arm: float  # m; `capacity` divides moments by it to compare them with forces
+    margins: Margins | None = None  # who computes them; None: this program
 
     @classmethod
     def of(
@@ -121,7 +131,8 @@ class Criterion:
         plane = plane_of(model.robot, point) if flat and box is None else None
         where = plane or box_of(model.robot, box, flat=flat)
         arm = float(options.get("arm", 1.0))
-        made = cls(model, name, where, point, turns, options.get("retraction"), wrenches, arm)
+        retraction, margins = options.get("retraction"), options.get("margins")
+        made = cls(model, name, where, point, turns, retraction, wrenches, arm, margins)
         made._check_retraction()
         made._check_plane()
         if name in ("exact", "closed-form", "improved-closed-form"):
@@ -154,6 +165,8 @@ class Criterion:
         In N of tension; of wrench for `capacity`; as a share of the mean tension for `wrench-closure`; 1 or -1 for
         `static`. -inf where no tensions balance the load, and everywhere if there are no orientations.
         """
+        if self.margins is not None:
+            return self.margins(self, places, progress, stage)
         found = np.full(len(places), np.inf if len(self.orientations) else -np.inf)
         for first in range(0, len(places), BLOCK):
             block = slice(first, first + BLOCK)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,18 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, Limits, Retraction, RobotOptions, Seed
+from cablewright.apps.cli.options import AsJson, ExecutorOptions, Limits, Retraction, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, tension_limits
 from cablewright.choices import CompensationName, MethodName
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.analyses.accuracy.nozzle_error import AccuracyOptions
     from cablewright.analyses.accuracy.spread import Method
-    from cablewright.progress import Progress
     from cablewright.robot import Robot
     from cablewright.robot.uncertainty import Range
+    from cablewright.studies.accuracy import ManyOptions
     from cablewright.studies.places import Places
 
 SHAPES = ("at", "helix", "path", "plane", "workspace")
@@ -31,6 +31,8 @@ TAKEN_BY = {
     "retraction": ("at", "helix", "plane", "workspace"),
 }
 """Options that only some shapes take."""
+
+_KERNELS = ("inverse", "linearise", "forward")
 
 STEPS = 40
 """Steps along the longest side of the frame where none is given."""
@@ -164,7 +166,8 @@ class UncertaintyOptions:
 class AccuracyCommand:
     """The error of the commanded lengths, and the largest error while parameters are uncertain.
 
-    A shape writes a run folder with a report; one pose does so where --out is given. The answer is no (exit 1) if the
+    A shape writes a run folder with a report; one pose does so where --out is given. With --workers or --cluster a file
+    beside that folder has what is done, until it is there: the same command resumes. The answer is no (exit 1) if the
     robot can be held at none of the places.
     """
 
@@ -193,6 +196,7 @@ class AccuracyCommand:
     out: Annotated[
         Path | None, typer.Option("--out", help="Run folder; of a shape by default runs/accuracy-ROBOT-SHAPE.")
     ] = None
+    executor: ExecutorOptions
     as_json: AsJson = False
 
     def run(self) -> int:
@@ -205,9 +209,9 @@ class AccuracyCommand:
         ranges = self.uncertain.ranges(self.machine)
         with (
             nullcontext() if folder is None else store.run_folder(folder) as part,
-            progress("inverse", "linearise", "forward") as show,
+            self._working(folder) as question,
         ):
-            found = accuracy.accuracy(self.machine, where, ranges, **self._question(show))
+            found = accuracy.accuracy(self.machine, where, ranges, **question)
             if part is not None:
                 self._write_inputs(part)
                 if isinstance(found, AccuracyAtPose):
@@ -215,6 +219,8 @@ class AccuracyCommand:
                 else:
                     store.write_places(found, part)
                     report.write(found, part, options)
+        if folder is not None:
+            _beside(folder).unlink(missing_ok=True)  # of a run that was interrupted
         return answer(found, self.as_json, report=None if folder is None else folder / "report.html")
 
     @property
@@ -223,7 +229,7 @@ class AccuracyCommand:
         given = asdict(self)
         for group in ("robot", "places", "uncertain"):
             given |= given.pop(group)
-        return {key: value for key, value in given.items() if key not in ("robot", "out", "as_json")}
+        return {key: value for key, value in given.items() if key not in ("robot", "out", "as_json", "executor")}
 
     @cached_property
     def machine(self) -> Robot:
@@ -243,16 +249,25 @@ class AccuracyCommand:
             return self.out
         return Path("runs") / folder_name("accuracy", self.machine.name, self.places.shape)
 
-    def _question(self, show: Progress) -> AccuracyOptions:
-        """What is asked alike at one pose and over a shape."""
-        return {
+    @contextmanager
+    def _working(self, folder: Path | None) -> Iterator[ManyOptions]:
+        """What is asked alike at one pose and over a shape, with who computes. Raises `InputError`."""
+        asked: ManyOptions = {
             "method": self.uncertain.spread_method(),
             "compensation": self.compensation,
             "tension_limits": tension_limits(self.tension_limits),
             "home": numbers(self.home, "--home"),
             "seed": self.uncertain.seed,
-            "progress": show,
         }
+        if not self.executor.asked:
+            with progress(*_KERNELS) as show:
+                yield asked | {"progress": show}
+            return
+        if folder is None or self.places.shape == "at":
+            raise InputError("--workers and --cluster: are for a shape; one pose takes no time")
+        kept = _beside(folder)
+        with self.executor.working(kept, *_KERNELS) as (executor, show):
+            yield asked | {"progress": show, "executor": executor, "file": kept}
 
     def _write_inputs(self, part: Path) -> None:
         """Write the manifest."""
@@ -265,3 +280,8 @@ class AccuracyCommand:
         if self.places.path is not None:
             inputs |= store.job_hashes(self.places.path, load_job(self.places.path))
         store.write_manifest(part, "accuracy", inputs, self.options)
+
+
+def _beside(folder: Path) -> Path:
+    """Where the results are while the run folder is not there yet."""
+    return folder.with_name(f"{folder.name}.results.jsonl")

@@ -309,8 +309,13 @@ class ExecutorOptions:
         ),
     ] = None
 
+    @property
+    def asked(self) -> bool:
+        """Whether anybody else than this program is to compute."""
+        return self.workers is not None or self.cluster is not None
+
     @contextmanager
-    def working(self, kept: Path) -> Iterator[tuple[Executor, Progress]]:
+    def working(self, kept: Path, *kernels: str) -> Iterator[tuple[Executor, Progress]]:
         """Who computes, until the block ends, and its progress; an interruption says that *kept* has what is done.
 
         Raises `InputError`, `EnvironmentFault`.
@@ -318,7 +323,7 @@ class ExecutorOptions:
         from cablewright.studies.executors.choice import chosen
 
         try:
-            with chosen(self.workers, self.cluster) as executor, progress() as show:
+            with chosen(self.workers, self.cluster) as executor, progress(*kernels) as show:
                 yield executor, show
         except KeyboardInterrupt:
             tell(f"{kept} has what is done; the same command resumes")

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import CountOptions, OrientedRegionOptions, OutputOptions, RobotOptions
+from cablewright.apps.cli.options import (
+    CountOptions,
+    ExecutorOptions,
+    OrientedRegionOptions,
+    OutputOptions,
+    RobotOptions,
+)
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import check_suffix, numbers
 from cablewright.errors import InputError
@@ -24,6 +32,7 @@ class WorkspaceCommand:
     """A place is in the workspace if the criterion holds there under every orientation that is requested.
 
     The volume is refined at the boundary until its error is small enough. A planar robot, or a flat box, has an area.
+    With --workers or --cluster a file in runs/ has what is done, until there is an answer: the same command resumes.
     """
 
     EXAMPLE: ClassVar = "workspace jung2020 --criterion closed-form --count nodes --grid 9"
@@ -49,6 +58,7 @@ class WorkspaceCommand:
         Path | None,
         typer.Option("--mesh", metavar="FILE.stl|.glb", help="Write the boundary as a closed mesh, in m."),
     ] = None
+    executor: ExecutorOptions
     output: OutputOptions
 
     def run(self) -> int:
@@ -61,16 +71,35 @@ class WorkspaceCommand:
         machine, given = self.robot.loaded(), self.region.as_arguments() | {"grid": self.volume.grid, "arm": self.arm}
         given |= {"wrench_box": _wrench_box(self.wrench_box, machine.n)}
         criterion = self.region.criterion_name
-        with progress() as show:
+        with self._working(machine.name) as who:
+            given |= who
             planar = is_planar(machine, given["box"])
             self._check_plane(planar)
             if self.volume.count == "nodes":
-                return answer(volumes.count_nodes(machine, criterion, **given, progress=show), self.output.as_json)
+                return answer(volumes.count_nodes(machine, criterion, **given), self.output.as_json)
             given |= {"tolerance": self.volume.tolerance, "seed": self.volume.seed}
             find = workspace_area if planar else volumes.workspace
-            found: Volume | WorkspaceArea = find(machine, criterion, **given, progress=show)
+            found: Volume | WorkspaceArea = find(machine, criterion, **given)
             written = self._write(found)
         return answer(found, self.output.as_json, **written)
+
+    @contextmanager
+    def _working(self, name: str) -> Iterator[dict[str, Any]]:
+        """Who computes, and the progress, until the block ends. Raises `InputError`, `EnvironmentFault`."""
+        if not self.executor.asked:
+            with progress() as show:
+                yield {"progress": show}
+            return
+        from cablewright.studies.executors.kept import kept_in
+        from cablewright.studies.executors.shared_margin import SharedMargin
+        from cablewright.studies.store import folder_name
+
+        file = Path("runs") / f"{folder_name('workspace', name)}.results.jsonl"
+        with self.executor.working(file) as (executor, show), kept_in(file) as kept:
+            yield {"progress": show, "margins": SharedMargin(executor, kept)}
+        file.unlink(missing_ok=True)
+        with suppress(OSError):  # it holds other runs
+            file.parent.rmdir()
 
     def _check_files(self) -> None:
         """Raise `InputError` unless what is requested can be written."""
