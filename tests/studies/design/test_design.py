@@ -14,8 +14,9 @@ from cablewright.errors import AnswerError, EnvironmentFault, InputError, Unknow
 from cablewright.printing.job import Job
 from cablewright.robot import load
 from cablewright.robot.files import loads
+from cablewright.solvers.limits import winch_torques
 from cablewright.studies.checks.check import check
-from cablewright.studies.design.measures import MEASURES, measured
+from cablewright.studies.design.measures import MEASURES, Prices, measured
 from cablewright.studies.design.optimisers import BAD, OPTIMISERS, Budget, scores
 from cablewright.studies.design.problem import DesignConstraint, DesignProblem, Variable, places_of
 from cablewright.studies.design.search import design
@@ -47,6 +48,28 @@ def test_figures_of_the_part_are_those_of_check_and_modes() -> None:
     assert figures["tension_margin"] == pytest.approx(figures["min_tension"] - 20.0)
     assert figures["lowest_frequency"] == pytest.approx(np.nanmin(modes(HOUSE, samples.positions).lowest))
     assert figures["cable_length"] == pytest.approx(found.lengths.max(axis=0).sum(), rel=1e-9)
+
+
+def test_the_cost_is_that_of_cable_winches_and_torques() -> None:
+    places = ((0.0, 0.0, 0.5), (3.0, 2.0, 1.0))
+    prices = Prices(2.0, 100.0, 5.0)
+    what = DesignProblem(HOUSE, HEIGHT, ("cost",), job=JOB, places=places, prices=prices)
+    held = what.candidate(()).held
+    torques = winch_torques(held).max(axis=0)
+    cost = 2.0 * held.lengths.max(axis=0).sum() + 100.0 * HOUSE.m + 5.0 * torques.sum()
+    assert measured(what.candidate(()), ("cost",))["cost"] == pytest.approx(cost)
+    dear = design(HOUSE, JOB, HEIGHT, ["cost"], prices={"cable": 1.0}, evaluations=10, population=5)
+    length = design(HOUSE, JOB, HEIGHT, ["cable_length"], evaluations=10, population=5)
+    assert dear.chosen[0].values == length.chosen[0].values
+
+
+def test_prices_that_are_missing_or_make_no_sense_are_refused() -> None:
+    with pytest.raises(InputError, match="cost: needs at least one price"):
+        design(HOUSE, JOB, HEIGHT, ["cost"])
+    with pytest.raises(UnknownName, match=r"price 'cables'.*did you mean 'cable'"):
+        design(HOUSE, JOB, HEIGHT, ["cost"], prices={"cables": 1.0})
+    with pytest.raises(InputError, match="price of winch = -1: must be"):
+        design(HOUSE, JOB, HEIGHT, ["cost"], prices={"winch": -1.0})
 
 
 def test_places_stand_for_the_whole_path() -> None:

@@ -93,12 +93,21 @@ class DesignCommand:
             "--objective",
             metavar="FIGURE",
             help="What is to be good; repeat it for a front. tension_margin, expected_error, lowest_frequency, "
-            "clearance, max_torque, cable_length, volume, boundary_frequency, ..",
+            "clearance, max_torque, cable_length, cost, volume, boundary_frequency, ..",
         ),
     ]
     constraint: Annotated[
         list[str] | None,
         typer.Option("--constraint", metavar="FIGURE>=VALUE", help="What must hold, SI; >= or <=; repeat it."),
+    ] = None
+    price: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--price",
+            metavar="NAME=VALUE",
+            help="For the figure cost, in any one currency: cable (a metre), winch (each), torque (a newton metre of a "
+            "winch); repeat it.",
+        ),
     ] = None
     symmetry: Annotated[
         str | None,
@@ -134,6 +143,7 @@ class DesignCommand:
                 evaluations=self.search.evaluations,
                 population=self.search.population,
                 workspace=self.search.workspace(),
+                prices=_prices(self.price),
                 seed=self.search.seed,
                 file=folder / RESULTS,
                 executor=executor,
@@ -159,6 +169,18 @@ class DesignCommand:
             job = "" if self.job is None else f" {self.job}"
             tell(f"note: judged at {len(found.what.places)} places; cablewright check {folder / 'robot.toml'}{job}")
         return {"robots": [str(folder / name) for name in files], "report": folder / "report.html"}
+
+
+def _prices(texts: list[str] | None) -> dict[str, float] | None:
+    """Return the prices of ``NAME=VALUE`` by name; None without one. Raises `InputError`."""
+    found = {}
+    for text in texts or ():
+        name, _, value = text.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            raise InputError(f"--price = {text!r}: expected NAME=VALUE, a name and a number") from None
+    return found or None
 
 
 def _require_own(folder: Path) -> None:

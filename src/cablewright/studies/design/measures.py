@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Final
 
@@ -14,7 +15,7 @@ from cablewright.analyses.feasibility import LIMITS, TENSION_LIMITS, LineQuantit
 from cablewright.analyses.interference import distances
 from cablewright.analyses.modes import modes
 from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure
@@ -31,6 +32,26 @@ MACHINES: Final = 500
 LEVEL: Final = 0.95
 
 
+@dataclass(frozen=True)
+class Prices:
+    """Prices in any one currency: of a metre of ``cable``, a ``winch``, and a newton metre of a winch's ``torque``."""
+
+    cable: float = 0.0
+    winch: float = 0.0
+    torque: float = 0.0
+
+    @classmethod
+    def of(cls, given: Mapping[str, float]) -> Prices:
+        """Return prices by name. Raises `InputError` for one that is unknown, negative or not finite."""
+        names = [each.name for each in fields(cls)]
+        for name, value in given.items():
+            if name not in names:
+                raise UnknownName("price", name, names)
+            if not (value >= 0.0 and math.isfinite(value)):
+                raise InputError(f"price of {name} = {value:g}: must be a finite number of 0 or more")
+        return cls(**given)
+
+
 @dataclass(frozen=True, eq=False)
 class DesignCandidate:
     """A robot, and what it is to do: poses (k, n) along a part, retraction lengths (k,) or None, or no part at all."""
@@ -40,6 +61,7 @@ class DesignCandidate:
     retraction: Array | None
     workspace: TradeSettings
     seed: int
+    prices: Prices = Prices()
 
     @cached_property
     def held(self) -> Equilibrium:
@@ -109,6 +131,22 @@ def _expected_error(of: DesignCandidate) -> float:
     return float(np.sqrt(np.quantile(largest, LEVEL, method="inverted_cdf")))
 
 
+def _cable_length(of: DesignCandidate) -> float:
+    return float(np.nanmax(of.held.lengths, axis=0).sum())
+
+
+def _cost(of: DesignCandidate) -> float:
+    """Raises `InputError` for torques that cost something but are not known."""
+    prices = of.prices
+    found = prices.cable * _cable_length(of) + prices.winch * len(of.robot.lines)
+    if not prices.torque:
+        return found
+    torques = np.fmax.reduce(of.lines.winch_torque, axis=0)  # (m,)
+    if not np.isfinite(torques).all():
+        raise InputError("cost: torque has a price, but a winch without drum_radius has none")
+    return found + prices.torque * float(torques.sum())
+
+
 def _clearance(of: DesignCandidate) -> float:
     return float(np.fmin.reduce(distances(of.good).margins, axis=None))
 
@@ -161,7 +199,9 @@ _ALL: Final = (
           _clearance, True, 0.01, "mm"),
     _part("max_torque", "N m", "Largest torque at a drum.", _largest("winch_torque"), False, 10.0),
     _part("cable_length", "m", "Cable that the lines need for the part: the largest length of each, summed up.",
-          lambda of: float(np.nanmax(of.held.lengths, axis=0).sum()), False, 1.0, "m"),
+          _cable_length, False, 1.0, "m"),
+    _part("cost", "1", "Cost of the cable that the part needs, of the winches, and of the largest torque of each, by "
+          "the prices given.", _cost, False, 1.0),
     _whole("volume", "m^3", "Volume of the workspace, by the nodes of a grid.", "combination.volume", True, 0.1),
     _whole("boundary_frequency", "Hz", "Smallest lowest frequency along the boundary of the workspace.",
            "combination.least", True, 0.1),

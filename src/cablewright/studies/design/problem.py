@@ -18,7 +18,7 @@ from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, require_different, with_box_inertia
 from cablewright.robot.symmetry import SymmetricChange
-from cablewright.studies.design.measures import MEASURES, DesignCandidate, Measure
+from cablewright.studies.design.measures import MEASURES, DesignCandidate, Measure, Prices
 from cablewright.studies.job_poses import poses_at
 from cablewright.studies.trade import TradeSettings
 
@@ -119,6 +119,7 @@ class DesignProblem:
     places: tuple[tuple[float, float, float], ...] = ()
     workspace: TradeSettings = field(default_factory=lambda: default_workspace())
     seed: int = 0
+    prices: Prices | None = None
 
     def __post_init__(self) -> None:
         if not self.variables:
@@ -129,6 +130,8 @@ class DesignProblem:
         for key in self.keys:
             if measure(key).of_part and self.job is None:
                 raise InputError(f"{key}: is of a part that is printed; give a JOB")
+        if "cost" in self.keys and self.prices is None:
+            raise InputError("cost: needs at least one price: of cable, winch or torque")
         if len(set(self.objectives)) < len(self.objectives):
             raise InputError("objectives: one of them is given twice")
         self._require_room()
@@ -161,7 +164,7 @@ class DesignProblem:
         robot, poses, retraction = self.made(values), None, None
         if self.job is not None:
             poses, retraction = poses_at(robot, self.job, np.array(self.places))
-        return DesignCandidate(robot, poses, retraction, self.workspace, self.seed)
+        return DesignCandidate(robot, poses, retraction, self.workspace, self.seed, self.prices or Prices())
 
 
 def default_workspace() -> TradeSettings:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,7 +14,7 @@ from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.printing.job import Job, load_job
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot, load
-from cablewright.studies.design.measures import MEASURES, measured
+from cablewright.studies.design.measures import MEASURES, Prices, measured
 from cablewright.studies.design.optimisers import OPTIMISERS, Budget
 from cablewright.studies.design.problem import DesignConstraint, DesignProblem, Variable, default_workspace, places_of
 from cablewright.studies.design.result import Designed, Tried
@@ -42,6 +42,7 @@ def design(
     evaluations: int = EVALUATIONS,
     population: int | None = None,
     workspace: TradeSettings | None = None,
+    prices: Mapping[str, float] | None = None,
     seed: int = 0,
     file: Path | None = None,
     executor: Executor | None = None,
@@ -52,14 +53,16 @@ def design(
     *job*: the part; None for figures that need none. *vary*: variables, or texts ``NAME=LOW:HIGH`` of which *symmetry*
     names the mirrors, x and y; *constraints* may be texts ``FIGURE>=VALUE`` or ``FIGURE<=VALUE``; SI. *method*: of
     `OPTIMISERS`; by default ``de`` for one objective and ``nsga2`` for several. *evaluations*: candidates in all,
-    *population* at a time. *workspace*: how workspaces are found. *file* keeps what was found; the same search resumes
+    *population* at a time. *workspace*: how workspaces are found. *prices*: by the names of `Prices`, for
+    ``cost``. *file* keeps what was found; the same search resumes
     from it. Raises `InputError`, and `AnswerError` where an objective has no value for any of the first candidates. A
     search without a candidate for which everything holds raises nothing: see ``status``.
     """
     mirrors = tuple(symmetry)
     variables = tuple(each if isinstance(each, Variable) else Variable.read(each, mirrors) for each in vary)
     bounds = tuple(each if isinstance(each, DesignConstraint) else DesignConstraint.read(each) for each in constraints)
-    what = _what(robot, job, variables, tuple(objectives), bounds, workspace, seed)
+    costs = None if prices is None else Prices.of(prices)
+    what = _what(robot, job, variables, tuple(objectives), bounds, workspace, seed, costs)
     name = method or ("de" if len(what.objectives) == 1 else "nsga2")
     if name not in OPTIMISERS:
         raise UnknownName("method", name, OPTIMISERS)
@@ -79,17 +82,18 @@ def _what(
     constraints: tuple[DesignConstraint, ...],
     workspace: TradeSettings | None,
     seed: int,
+    prices: Prices | None,
 ) -> DesignProblem:
     """Return what is to be designed, with the places of the part. Raises `InputError`."""
     described = robot if isinstance(robot, Robot) else load(str(robot))
     found = workspace or default_workspace()
     if job is None:
-        return DesignProblem(described, variables, objectives, constraints, workspace=found, seed=seed)
+        return DesignProblem(described, variables, objectives, constraints, None, (), found, seed, prices)
     loaded = job if isinstance(job, Job) else load_job(job)
     samples, _ = sampled(described, loaded, loaded.toolpath())
     places = places_of(samples)
     without = loaded.model_copy(update={"gcode": None})  # no worker reads it
-    return DesignProblem(described, variables, objectives, constraints, without, places, found, seed)
+    return DesignProblem(described, variables, objectives, constraints, without, places, found, seed, prices)
 
 
 def _budget(variables: int, evaluations: int, population: int | None, seed: int) -> Budget:
