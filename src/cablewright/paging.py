@@ -54,13 +54,40 @@ def blocks(rows: int, size: int | None = None) -> Iterator[slice]:
         yield slice(first, min(first + size, rows))
 
 
-def taken(values: NDArray[Any], rows: NDArray[np.intp]) -> NDArray[Any]:
+def taken(values: NDArray[Any] | RowExtremes, rows: NDArray[np.integer[Any]]) -> NDArray[Any]:
     """Return the *rows* (r,), rising, of a large array (k, ...), read some at a time."""
     found = np.empty((len(rows), *values.shape[1:]), values.dtype)
     for at in blocks(len(rows), _TAKEN):
         found[at] = values[rows[at]]
         let_go(values)
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class RowExtremes:
+    """The smallest or largest of each row (k,) of *values* (k, m), found when it is asked for."""
+
+    choose: np.ufunc
+    values: NDArray[np.float64]
+
+    @property
+    def shape(self) -> tuple[int]:
+        """(k,)."""
+        return (len(self.values),)
+
+    @property
+    def dtype(self) -> np.dtype[np.float64]:
+        """Of a number."""
+        return self.values.dtype
+
+    def __len__(self) -> int:
+        """How many rows there are."""
+        return len(self.values)
+
+    def __getitem__(self, rows: Any) -> NDArray[np.float64]:
+        """Those of some rows."""
+        found: NDArray[np.float64] = self.choose.reduce(self.values[rows], axis=-1)
+        return found
 
 
 def of_rows(choose: np.ufunc, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Indices
 from cablewright.models.rotation import placed
@@ -34,7 +35,7 @@ class Heights(NamedTuple):
     """Extruding samples gathered by height: ``order[starts[i]:starts[i + 1]]`` are those at ``z[i]``."""
 
     z: Array  # (h,) m
-    order: Indices
+    order: NDArray[np.int32]
     starts: Indices  # (h,)
 
     def band(self, values: Array) -> Band:
@@ -66,9 +67,10 @@ class Digest:
         return np.asarray(np.union1d([0], first[::step]), dtype=np.intp)
 
     @cached_property
-    def extruding(self) -> Indices:
-        """Samples whose segment lays material, and whose error is known."""
-        return np.flatnonzero(self.check.samples.extruding & np.isfinite(self.check.error_uncompensated))
+    def extruding(self) -> NDArray[np.int32]:
+        """Samples whose segment lays material, and whose error is known; in 32 bits, as they may be many."""
+        laid = self.check.samples.extruding & np.isfinite(self.check.error_uncompensated)
+        return np.flatnonzero(laid).astype(np.int32)
 
     @property
     def nothing_drawn(self) -> str:

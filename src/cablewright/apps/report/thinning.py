@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,14 @@ from cablewright.arrays import Array, Indices
 from cablewright.paging import BLOCK, blocks, let_go
 from cablewright.printing.path import Samples
 
+_Rows = NDArray[np.integer[Any]]
 _CELLS: Final = 1024  # along the plan, of the smallest places
 
 
 class Pieces:
     """Straight pieces of the path between samples ``begin`` and ``end``, in the order of the path."""
 
-    def __init__(self, begin: Indices, end: Indices) -> None:
+    def __init__(self, begin: _Rows, end: _Rows) -> None:
         self.begin = begin
         self.end = end
 
@@ -26,7 +27,7 @@ class Pieces:
         return len(self.end)
 
 
-def worst_of_each_place(samples: Samples, known: Indices, error: Array, limit: int) -> Pieces:
+def worst_of_each_place(samples: Samples, known: _Rows, error: Array, limit: int) -> Pieces:
     """Return one segment for each place of the plan, the one with the largest error, by rising error.
 
     ``known`` are the samples whose segments may be shown. A place is a square as small as ``limit`` allows, and a
@@ -51,12 +52,12 @@ def worst_of_each_place(samples: Samples, known: Indices, error: Array, limit: i
     return Pieces(chosen[kept] - 1, chosen[kept])
 
 
-def _middles(samples: Samples, rows: Indices) -> Array:
+def _middles(samples: Samples, rows: _Rows) -> Array:
     """Middles (r, 2), m, in plan, of the segments that end at some samples."""
     return np.asarray((samples.positions[rows, :2] + samples.positions[rows - 1, :2]) / 2)
 
 
-def _box(samples: Samples, known: Indices) -> tuple[Array, float]:
+def _box(samples: Samples, known: _Rows) -> tuple[Array, float]:
     """The lowest corner (2,) of those middles, and the longer side about them, m."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for at in blocks(len(known)):
@@ -73,7 +74,7 @@ def _worst_of_each(place: NDArray[np.int64], error: Array) -> Indices:
     return np.asarray(order[np.sort(first)[::-1]])
 
 
-def coarse_corners(samples: Samples, known: Indices, limit: int, span: int) -> Pieces:
+def coarse_corners(samples: Samples, known: _Rows, limit: int, span: int) -> Pieces:
     """Return at most about ``limit`` pieces: corner to corner of whole layers, every so manyth layer.
 
     ``known`` are the samples whose segments may be shown. The first and the last layer always are. A straight move is
@@ -92,7 +93,7 @@ def coarse_corners(samples: Samples, known: Indices, limit: int, span: int) -> P
     return Pieces(pieces.begin[picked], pieces.end[picked])
 
 
-def _corner_to_corner(samples: Samples, known: Indices, span: int) -> Pieces:
+def _corner_to_corner(samples: Samples, known: _Rows, span: int) -> Pieces:
     """Return pieces that end where a move does, where the known path does, and every ``span`` samples."""
     begin, end = [known[:0]], [known[:0]]
     closed, begun = True, 0  # whether a run ended before this block, and the place where the last one began

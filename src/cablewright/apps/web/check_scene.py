@@ -14,10 +14,10 @@ from cablewright.apps.quantities import quantity
 from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.path_states import states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
-from cablewright.paging import of_rows
+from cablewright.paging import RowExtremes, blocks, let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
 from cablewright.progress import Progress, silent
@@ -69,9 +69,7 @@ def check_scene(check: Check) -> SceneDescription:
     """A check: its path by error and by tension, and the robot along it."""
     samples, job = check.samples, check.job
     error = check.error_uncompensated
-    laid = np.flatnonzero(samples.extruding & np.isfinite(error))
-    known = laid if len(laid) else np.flatnonzero(np.isfinite(error))
-    worst = int(known[np.argmax(error[known])]) if len(known) else None
+    worst = _largest(error, samples.extruding)
     columns = {
         "error": error,
         "tensions": check.statics.tensions,
@@ -100,6 +98,7 @@ def check_scene(check: Check) -> SceneDescription:
         time=check.law.time,
         worst=worst,
     )
+    let_go(check)
     return SceneDescription(
         f"{job.name} on {check.robot.name}",
         check.robot,
@@ -124,8 +123,7 @@ def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
         layer, line = column["layer"], column["gcode_line"]
     except KeyError as missing:
         raise InputError(f"{folder / 'samples.parquet'}: column {missing}: is missing: of another robot?") from None
-    known = np.flatnonzero(laid & np.isfinite(error))
-    worst = int(known[np.argmax(error[known])]) if len(known) else None
+    worst = _largest(error, laid)
     columns = {
         "error": error, "tensions": tensions, "speed": speed,
         "displacement": column.get("acceleration_displacement"), "clearance": column.get("clearance"),
@@ -159,6 +157,22 @@ def _points(column: Mapping[str, Array], prefix: str) -> Array:
     return np.stack([column[f"{prefix}{axis}"] for axis in "xyz"], axis=1)
 
 
+def _largest(values: Array, laid: Mask) -> int | None:
+    """Where *values* (k,) are largest, where material is *laid* (k,), or else anywhere; None: nowhere known."""
+    for anywhere in (False, True):
+        best: float = -np.inf
+        found: int | None = None
+        for at in blocks(len(values)):
+            among = np.where(np.isfinite(values[at]) & (laid[at] | anywhere), values[at], -np.inf)
+            first = int(np.argmax(among))
+            if among[first] > best:
+                best, found = float(among[first]), int(at.start) + first
+            let_go((values, laid))
+        if found is not None:
+            return found
+    return None
+
+
 def _mark(worst: int | None, error: Array, positions: Array) -> Mark | None:
     if worst is None:
         return None
@@ -171,8 +185,8 @@ def _quantities(robot: Robot, positions: Array, columns: Mapping[str, Any]) -> l
     tensions: Array = columns["tensions"]
     made = [
         Quantity.of("error", "error without compensation", "m", columns["error"]),
-        Quantity.of("lowest", "lowest tension of a line", "N", of_rows(np.minimum, tensions), colours="tension"),
-        Quantity.of("highest", "highest tension of a line", "N", of_rows(np.maximum, tensions), colours="tension"),
+        Quantity.of("lowest", "lowest tension of a line", "N", RowExtremes(np.minimum, tensions), colours="tension"),
+        Quantity.of("highest", "highest tension of a line", "N", RowExtremes(np.maximum, tensions), colours="tension"),
         Quantity.of("speed", "speed", "m/s", columns["speed"]),
         Quantity.of("height", "height", "m", positions[:, 2]),
     ]

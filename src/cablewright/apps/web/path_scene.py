@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cablewright.apps.web.levels import LEFT_OUT, PIECE, levels
 from cablewright.apps.web.packing import packed
 from cablewright.arrays import Array, Indices, Mask
-from cablewright.paging import blocks, let_go, taken
+from cablewright.paging import RowExtremes, blocks, let_go, taken
 
 LIFTED, LAID, TRAVEL = 0, 1, 2  # what the piece that ends at a vertex is
 _UNKNOWN: Final = 255
@@ -23,6 +23,7 @@ _ACROSS: Final = 1200.0  # tolerance when all is in view: this part of the scene
 _FINER: Final = 4.0  # from level to level
 _COARSER: Final = 3  # levels for machines that draw slowly, while one turns the view
 _LEVELS: Final = 7
+_SAMPLED: Final = 1_000_000  # values from which the ends of a colour scale are found
 _SEEN: Final = 0.04  # share of a scale that counts as much as the tolerance
 
 
@@ -33,20 +34,19 @@ class Quantity:
     key: str
     label: str
     unit: str
-    values: Array
+    values: Array | RowExtremes
     low: float
     high: float
     colours: Literal["error", "signed", "tension"] = "error"
     note: str = ""
 
     @classmethod
-    def of(cls, key: str, label: str, unit: str, values: Array, **more: Any) -> Quantity:
+    def of(cls, key: str, label: str, unit: str, values: Array | RowExtremes, **more: Any) -> Quantity:
         """With a scale from the smallest to the largest value; few outliers do not stretch it, and the note says so."""
-        known = _finite(values)
-        if not len(known):
+        low, high, known = _spread(values)
+        if low > high:
             return cls(key, label, unit, values, 0.0, 1.0, **more)
-        low, high = float(known.min()), float(known.max())
-        core_low, core_high = np.quantile(known, [0.002, 0.998]).tolist()
+        core_low, core_high = np.quantile(known, [0.002, 0.998]).tolist() if len(known) else (low, high)
         if high - low > 1.5 * (core_high - core_low) > 0.0:
             more.setdefault("note", "a few values are beyond the ends")
             low, high = core_low, core_high
@@ -126,6 +126,7 @@ class PathScene:
         fixed[1:] |= ~known[:-1]
         if self.worst is not None:
             fixed[max(0, self.worst - 1) : self.worst + 1] = True
+        let_go((self.layer, self.extruding))
         found = np.empty(len(known), dtype=np.uint8)
         for at in blocks(len(known), PIECE):  # pieces are apart: each begins where one before ends
             ends = slice(at.start, at.stop + 1)
@@ -186,10 +187,13 @@ class PathScene:
         }
 
 
-def _finite(values: Array) -> Array:
-    """What is a number of *values* (k,), in order."""
+def _spread(values: Array | RowExtremes) -> tuple[float, float, Array]:
+    """The smallest and the largest number of *values* (k,), and numbers that stand for all: at most `_SAMPLED`."""
+    low, high, every = np.inf, -np.inf, -(-len(values) // _SAMPLED)
     found = [np.zeros(0)]
     for at in blocks(len(values)):
-        found.append(values[at][np.isfinite(values[at])])
+        known = values[at][np.isfinite(values[at])]
+        low, high = known.min(initial=low), known.max(initial=high)
+        found.append(known[::every])
         let_go(values)
-    return np.concatenate(found)
+    return float(low), float(high), np.concatenate(found)
