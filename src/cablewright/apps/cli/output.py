@@ -113,6 +113,11 @@ def _print_sheet(sheet: Sheet) -> None:
         typer.echo(f"{'the first ' if sheet.ranked else ''}{len(shown)} of {len(sheet.rows)} rows; --json has all")
 
 
+def _rate(done: float) -> str:
+    """How many are *done* each second, in words; of what takes longer, how long one takes."""
+    return f"{done:,.0f}/s" if done >= 1.0 else f"{1.0 / done:.1f} s each"
+
+
 class _Plain:
     """Progress for a log: a line every few seconds."""
 
@@ -133,7 +138,7 @@ class _Plain:
             return
         self.last = now
         rate = done / (now - self.begin)
-        tell(f"{stage}: {100 * done // total} % of {total}, {rate:.0f}/s, {(total - done) / rate:.0f} s left")
+        tell(f"{stage}: {100 * done // total} % of {total}, {_rate(rate)}, {(total - done) / rate:.0f} s left")
 
 
 class _Bar:
@@ -163,7 +168,7 @@ class _Bar:
             self.tasks[stage] = self.bar.add_task(stage, total=total, rate="")
         task = self.tasks[stage]
         speed = next(t.speed for t in self.bar.tasks if t.id == task)
-        self.bar.update(task, completed=done, total=total, rate=f"{speed:,.0f}/s" if speed else "")
+        self.bar.update(task, completed=done, total=total, rate=_rate(speed) if speed else "")
 
 
 @contextmanager
