@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from cablewright.estimation.body.state import BodyState, start
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Estimate
+from cablewright.signals import Encoders, Estimate
 from cablewright.solvers.inverse import solve_inverse
 
 ROBOT = load("cogiro")
@@ -131,6 +132,21 @@ def test_a_broken_line_is_named_with_where_the_platform_hangs() -> None:
     estimate = stands(plant, settings, state)
     assert state.danger.startswith(f"line {NAMES[4]} pulls nothing: it broke, or left its sheave; the platform")
     assert np.linalg.norm(off(plant, estimate)) < 0.02
+
+
+def test_without_further_readings_nobody_waits_for_a_name() -> None:
+    plant, settings = BodyPlant(ROBOT, HOME, 935), told(ROBOT)
+    state, _ = driven(plant, settings, 60)
+    plant.cut = 4
+    for _ in range(3):
+        of_body.step(settings, state, plant.step(np.zeros(8), DT))
+    assert state.search is not None
+    for _ in range(60):
+        frame = plant.step(np.zeros(8), DT)
+        kept = tuple(each for each in frame.readings if isinstance(each, Encoders))
+        of_body.step(settings, state, replace(frame, readings=kept))
+    assert state.search is None
+    assert state.danger.endswith("a line slipped, left its sheave or broke; there are too few readings to say which")
 
 
 def test_the_equilibria_without_a_line_balance() -> None:

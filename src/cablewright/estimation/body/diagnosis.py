@@ -27,6 +27,7 @@ _SIGMAS: Final = 5.5  # of a normal distribution: how unlikely readings must be
 _DOUBTS: Final = 2  # measurements in a row that contradict before a cause is named
 _SWINGING: Final = 0.3  # m/s^2: acceleration of a platform that swings
 _SEARCHED: Final = 8  # further measurements from which a line is named where it does
+_PATIENCE: Final = (5.0, 30)  # s and frames after which nobody waits for them any more
 _SHIFTS: Final = (0.003, 0.006, 0.01, 0.015, 0.02, 0.03, 0.04, 0.06)  # m
 _TRIED: Final = np.array([*(-shift for shift in reversed(_SHIFTS)), *_SHIFTS])
 _LEFT: Final = 0.5  # share of the contradiction that a cause may leave
@@ -83,10 +84,21 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
             state.danger = (
                 f"tensions contradict the statics by {size:.0f} sigma: a line slipped, left its sheave or broke"
             )
-            state.search = Search()
+            state.search = Search(state.time)
         else:
             _name(settings, state, measured, causes, contradiction)
     return False
+
+
+def give_up(state: BodyState) -> None:
+    """End a search for which there are no readings."""
+    search = state.search
+    if search is None:
+        return
+    search.frames += 1
+    time, frames = _PATIENCE
+    if state.time - search.begin > time and search.frames > frames:
+        state.search, state.danger = None, f"{state.danger}; there are too few readings to say which"
 
 
 def _search(settings: BodySettings, state: BodyState, measured: Measurement) -> None:

@@ -51,6 +51,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     elif math.isnan(state.window.begin):
         state.window.begin, state.window.velocity = frame.time, state.velocity.copy()
         slopes = measurement.slopes_of(state)
+    diagnosis.give_up(state)
     state.monitor.check_timeouts(frame.time)
     return _estimate(settings, state, slopes, found)
 

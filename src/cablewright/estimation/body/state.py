@@ -37,6 +37,8 @@ class Window:
 class Search:
     """Innovations of measurements that contradict the statics, from which the line that is to blame is named."""
 
+    begin: float  # s
+    frames: int = 0  # since then
     total: Array = field(default_factory=lambda: np.zeros(0))  # (k,) sum of the innovations
     rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (k,) that they are of
     count: int = 0

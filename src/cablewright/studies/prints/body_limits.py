@@ -22,7 +22,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
 from cablewright.robot import RigidPlatform, Robot
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.linearise import linearise_where_regular
+from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 
 _SAMPLES: Final = 400  # places of a path at which tensions and speeds are judged
 _MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
@@ -121,8 +121,11 @@ def _inside(robot: Robot, poses: Array) -> NDArray[np.bool_]:
     return np.asarray(((poses[:, :3] >= low) & (poses[:, :3] <= high)).all(axis=1))
 
 
-def check_held(model: Model, path: TimedPath) -> Equilibrium:
-    """Return what holds the path. Raises `AnswerError` at its first place that is out of the frame or not held."""
+def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisation]:
+    """Return what holds the path, and its linearisation.
+
+    Raises `AnswerError` at the first place that is out of the frame, not held, or where the platform moves freely.
+    """
     poses, retraction = poses_at(path, path.track.positions)
     inside = _inside(model.robot, poses)
     if not inside.all():
@@ -134,15 +137,15 @@ def check_held(model: Model, path: TimedPath) -> Equilibrium:
         bad = int(np.argmin(held.ok))
         where = _where(path, poses, bad)
         raise AnswerError(f"no tensions of {model.robot.name!r} hold the path {where}: {held[bad].sentence()}")
-    return held
-
-
-def check_accelerations(path: TimedPath, held: Equilibrium) -> None:
-    """Raise `AnswerError` where the path's acceleration needs tensions that lines cannot give."""
     linear, codes = linearise_where_regular(held)
     if codes.any():
         bad = int(np.flatnonzero(codes)[0])
         raise AnswerError(f"the platform can move without any line resisting {_where(path, held.pose, bad)}")
+    return held, linear
+
+
+def check_accelerations(path: TimedPath, held: Equilibrium, linear: Linearisation) -> None:
+    """Raise `AnswerError` where the path's acceleration needs tensions that lines cannot give."""
     size = path.acceleration * tensions_by_acceleration(held, linear)
     left = held.tensions - size
     if not (left > 0.0).all():

@@ -42,18 +42,19 @@ def calmed(model: Model, narrow: Model, path: TimedPath, settings: MachineSettin
     """
     narrow = Model(_with_inertia(narrow.robot, settings), narrow.fidelity)
     held, ok = _held(narrow, path, chosen_places(path))
-    needed = 2.0 * path.acceleration * tensions_by_acceleration(held, linearise_where_regular(held)[0])
-    share = _worst_share(_room(model, held), needed) if ok.all() else np.zeros(1)
-    acceleration = path.acceleration * float(np.clip(share.min(), _LEAST, 1.0))
+    share = 0.0
+    if ok.all():
+        needed = 2.0 * path.acceleration * tensions_by_acceleration(held, linearise_where_regular(held)[0])
+        share = float(_worst_share(_room(model, held), needed).min())
     speeds = np.full(len(path.speed), np.inf)
     rows, jumps = _corners(path)
-    if len(rows):
-        held, ok = _held(narrow, path, path.track.positions[rows])
-        swing = swings(held, jumps[ok] * path.speed[rows][ok, None], settings.winch.lag)
-        share = np.zeros(len(rows))
-        share[ok] = _worst_share(_room(model, held), swing)
-        speeds[rows] = path.speed[rows] * np.minimum(share, 1.0)
-    return path.slower(acceleration, speeds)
+    held, ok = _held(narrow, path, path.track.positions[rows])
+    speeds[rows] = 0.0
+    if ok.any():
+        known = rows[ok]
+        swing = swings(held, jumps[ok] * path.speed[known, None], settings.winch.lag)
+        speeds[known] = path.speed[known] * np.minimum(_worst_share(_room(model, held), swing), 1.0)
+    return path.slower(path.acceleration * min(max(share, _LEAST), 1.0), speeds)
 
 
 def told(job: TimedPath, calmed: TimedPath) -> tuple[str, ...]:
@@ -105,10 +106,13 @@ def _room(model: Model, held: Equilibrium) -> Array:
 
 
 def _held(model: Model, path: TimedPath, places: Array) -> tuple[Equilibrium, NDArray[np.bool_]]:
-    """Return what holds the nozzle at those of the *places* (k, 3), m, that can be held, and which these are (k,)."""
+    """Return what holds the nozzle at those of the *places* (k, 3), m, held firmly, and which they are (k,)."""
     poses, retraction = poses_at(path, places)
     held = solve_inverse(model, poses, path=True, retraction=retraction)
-    return held[held.ok], held.ok
+    ok = held.ok.copy()
+    if ok.any():
+        ok[ok] = linearise_where_regular(held[ok])[1] == 0
+    return held[ok], ok
 
 
 def _corners(path: TimedPath) -> tuple[NDArray[np.int64], Array]:

@@ -58,12 +58,12 @@ def planned(
         narrow = model
     else:
         body_limits.require_lines(model, path)
-        held = body_limits.check_held(model, path)
+        held, linear = body_limits.check_held(model, path)
         body_limits.check_tour(model, path)
         narrow = body_limits.with_margin(model, path)
         wanted, path = path, calmed(model, narrow, path, settings)
         notes = told(wanted, path)
-        body_limits.check_accelerations(path, held)
+        body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
