@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright import paging
 from cablewright.analyses.interference import distances
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
@@ -129,6 +130,14 @@ def test_a_mesh_that_grows_with_the_job_is_touched_in_the_same_layer(job: Job, m
     found = interference(model, job, part=mesh)
     assert found.first_layer == 34
     assert found.contacts.part.margin == 0.0  # cables without a diameter, through a face without a depth
+
+
+def test_what_lies_in_files_is_the_same(job: Job, model: Model, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(paging, "SMALL", 1)
+    kept, own = interference(model, job, room=tmp_path), interference(model, job)
+    assert kept.to_dict() == own.to_dict()
+    np.testing.assert_array_equal(kept.margins, own.margins)
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_region_above_the_part_is_free(job: Job, model: Model) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import ClassVar, Self
+from pathlib import Path
+from typing import ClassVar, Final, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +30,7 @@ from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.solids import Obstacle, of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import MEMORY, Room, let_go, of_rows
+from cablewright.paging import MEMORY, Room, in_room, let_go, of_rows
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
@@ -40,6 +41,9 @@ from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.job_poses import along, sampled
 from cablewright.studies.memory import require_for_samples
 from cablewright.triangle_mesh import TriangleMesh
+
+IN_ROOM: Final = 300.0
+"""Memory, bytes, for each sample of a job whose arrays are in files."""
 
 BLOCK = 128 * 64  # samples between two reports of progress
 PART = KINDS.index("part")
@@ -145,13 +149,16 @@ def interference(
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
     progress: Progress | None = None,
+    room: Path | None = None,
 ) -> Interference | JobInterference:
     """Signed distances of the sagging lines from each other, the platform, the frame and a part.
 
     *where* is a pose (n,) or poses (N, n), m and rad, or a job, along which the part grows; an `Equilibrium` has its
     own poses. *part*: an obstacle, or, along a job, the printed part, which counts up to the height printed so far; by
     default the strands that the job lays. A line nearer than *clearance*, m, is too near; 0: only if it touches.
-    *retraction*, m, is for poses; a job's schedule sets it. Raises `InputError` if the robot cannot follow the job's
+    *retraction*, m, is for poses; a job's schedule sets it. *room*: a folder, with room on its disk for what is found
+    along a job, which is then not in memory; the arrays of the result are those of files without a name. Raises
+    `InputError` if the robot cannot follow the job's
     schedule or the G-code cannot be used.
 
     Examples
@@ -167,7 +174,7 @@ def interference(
         if retraction is not None or isinstance(robot, Equilibrium):
             raise InputError("a job's schedule sets retraction and poses: give a robot or a model, and no retraction")
         model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
-        return _over_job(model, where, part, clearance, settings, progress or silent)
+        return _over_job(model, where, part, clearance, settings, progress or silent, Room(room))
     if isinstance(robot, Equilibrium):
         held = robot
     elif where is None:
@@ -178,9 +185,9 @@ def interference(
     return distances(held, part=None if part is None else of_mesh(part), clearance=clearance, settings=settings)
 
 
-def bytes_each(robot: Robot) -> float:
-    """Return the memory for each sample of a job: benchmarks/path_memory.py."""
-    return 200.0 + 45.0 * robot.m
+def bytes_each(robot: Robot, room: Path | None = None) -> float:
+    """Return the memory for each sample of a job, whose arrays have a *room*: benchmarks/path_memory.py."""
+    return 200.0 + 45.0 * robot.m if room is None else IN_ROOM
 
 
 def _over_job(
@@ -190,17 +197,19 @@ def _over_job(
     clearance: float,
     settings: InterferenceSettings,
     report: Progress,
+    room: Room,
 ) -> JobInterference:
     """Distances at each sample of *job* from everything, with the part as far as it is printed by then."""
-    samples, _ = sampled(model.robot, job, job.toolpath(report))
-    require_for_samples(len(samples), bytes_each(model.robot), "the distances")
-    poses, retraction = along(model.robot, job, samples)
-    found = JobDistances.of(job, samples, mesh, settings)
+    samples, _ = sampled(model.robot, job, in_room(job.toolpath(report), room), room)
+    require_for_samples(len(samples), bytes_each(model.robot, room.folder), "the distances")
+    poses, retraction = along(model.robot, job, samples, room)
+    found = JobDistances.of(job, samples, mesh, settings, room)
     for first in range(0, len(poses), BLOCK):
         report("distances of lines", first, len(poses))
         block = slice(first, first + BLOCK)
         drawn = None if retraction is None else retraction[block]
         found.take(solve_inverse(model, poses[block], path=True, retraction=drawn), first)
+        let_go(poses)
     report("distances of lines", len(poses), len(poses))
     report("free region", 0, 1)
     part = found.part

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, ClassVar
 
 import typer
@@ -12,6 +13,7 @@ from cablewright.apps.cli.options import LawOptions, OutputOptions, Pose, Retrac
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import numbers
 from cablewright.errors import InputError
+from cablewright.file_output import cannot_write
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,14 +74,19 @@ class InterferenceCommand:
         if part is not None and not part.is_closed:
             tell("note: the mesh is not closed: what is inside is not known; distances are from its faces")
         where = numbers(self.at, "--at", free=True) if self.job is None else load_job(self.job)
-        with progress("inverse", "distances") as show:
-            found = interference(
-                model,
-                where,
-                part=part,
-                clearance=self.clearance,
-                settings=settings,
-                retraction=self.retraction,
-                progress=show,
-            )
-        return answer(found, self.output.as_json, **self.output.write(found, f"Interference of {found.robot.name}"))
+        with TemporaryDirectory(prefix="cablewright-") as room, progress("inverse", "distances") as show:
+            try:
+                found = interference(
+                    model,
+                    where,
+                    part=part,
+                    clearance=self.clearance,
+                    settings=settings,
+                    retraction=self.retraction,
+                    progress=show,
+                    room=Path(room),
+                )
+            except OSError as reason:
+                raise cannot_write(room, reason) from None
+            written = self.output.write(found, f"Interference of {found.robot.name}")
+            return answer(found, self.output.as_json, **written)
