@@ -115,7 +115,7 @@ def _print_sheet(sheet: Sheet) -> None:
 
 def _rate(done: float) -> str:
     """How many are *done* each second, in words; of what takes longer, how long one takes."""
-    return f"{done:,.0f}/s" if done >= 1.0 else f"{1.0 / done:.1f} s each"
+    return f"{done:.0f}/s" if done >= 1.0 else f"{1.0 / done:.1f} s each"
 
 
 class _Plain:
