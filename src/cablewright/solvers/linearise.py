@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import EXIT, LENGTH, MODULUS, PARAMETERS, POINT, SHEAVE, WEIGHT_FACTOR
@@ -99,6 +99,14 @@ def linearise_where_regular(equilibrium: Equilibrium) -> tuple[Linearisation, ND
     run(batches.linearise_rows, rows, equilibrium.packed, *solved, stiffness, motion, codes)
     free = model.free_directions
     return Linearisation(stiffness, motion, None if free is None else np.repeat(free[None], rows, axis=0)), codes
+
+
+def linearise_solved(equilibrium: Equilibrium) -> tuple[Mask, Linearisation]:
+    """Return which rows of a batch are solved and regular (N,), and the linearisation of these."""
+    regular = equilibrium.ok.copy()
+    linear, codes = linearise_where_regular(equilibrium[regular])
+    regular[regular] = codes == 0
+    return regular, linear[codes == 0]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

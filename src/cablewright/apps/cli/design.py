@@ -10,6 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, RobotName, Seed
 from cablewright.apps.cli.output import answer, tell
+from cablewright.apps.cli.parsing import named_number
 from cablewright.choices import CriterionName, InertiaName, OptimiserName
 from cablewright.errors import InputError
 
@@ -143,13 +144,18 @@ class DesignCommand:
                 evaluations=self.search.evaluations,
                 population=self.search.population,
                 workspace=self.search.workspace(),
-                prices=_prices(self.price),
+                prices=self._prices(),
                 seed=self.search.seed,
                 file=folder / RESULTS,
                 executor=executor,
                 progress=show,
             )
         return answer(found, self.as_json, **self._written(found, folder))
+
+    def _prices(self) -> dict[str, float] | None:
+        """The prices by name; None without one. Raises `InputError`."""
+        expected = "expected NAME=VALUE, a name and a number"
+        return dict(named_number(text, f"--price = {text!r}: {expected}") for text in self.price or ()) or None
 
     def _written(self, found: Designed, folder: Path) -> dict[str, object]:
         """Write the robots and the report; return their files."""
@@ -169,18 +175,6 @@ class DesignCommand:
             job = "" if self.job is None else f" {self.job}"
             tell(f"note: judged at {len(found.what.places)} places; cablewright check {folder / 'robot.toml'}{job}")
         return {"robots": [str(folder / name) for name in files], "report": folder / "report.html"}
-
-
-def _prices(texts: list[str] | None) -> dict[str, float] | None:
-    """Return the prices of ``NAME=VALUE`` by name; None without one. Raises `InputError`."""
-    found = {}
-    for text in texts or ():
-        name, _, value = text.partition("=")
-        try:
-            found[name.strip()] = float(value)
-        except ValueError:
-            raise InputError(f"--price = {text!r}: expected NAME=VALUE, a name and a number") from None
-    return found or None
 
 
 def _require_own(folder: Path) -> None:

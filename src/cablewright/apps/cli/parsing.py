@@ -73,16 +73,19 @@ def rotations(text: str | None) -> list[list[float]] | None:
 
 def named_lengths(text: str, option: str, expected: str) -> list[tuple[str, float]]:
     """Pairs of a name and a length, m. Raises `InputError`, which says what is *expected*."""
-    found = []
-    for part in text.split(","):
-        name, equals, value = (each.strip() for each in part.rpartition("="))
-        try:
-            found.append((name, float(value)))
-        except ValueError:
-            name = ""
-        if not (equals and name):
-            raise InputError(f"{option} = {text!r}: expected {expected}")
-    return found
+    return [named_number(part, f"{option} = {text!r}: expected {expected}") for part in text.split(",")]
+
+
+def named_number(text: str, refusal: str) -> tuple[str, float]:
+    """The name and the number of ``NAME=VALUE``. Raises `InputError` with the *refusal*."""
+    name, equals, value = (each.strip() for each in text.rpartition("="))
+    try:
+        number = float(value)
+    except ValueError:
+        name, number = "", 0.0
+    if not (equals and name):
+        raise InputError(refusal)
+    return name, number
 
 
 def lasers(text: str | None) -> tuple[Laser, ...]:

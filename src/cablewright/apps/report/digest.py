@@ -14,7 +14,7 @@ from cablewright.arrays import Array, Indices
 from cablewright.models.rotation import placed
 from cablewright.paging import let_go, taken
 from cablewright.printing.layers import LayerTable
-from cablewright.studies.checks.path_statics import median
+from cablewright.studies.checks.path_statics import largest_at, median
 from cablewright.studies.checks.result import LARGEST, SMALLEST, Check
 
 _MAX_STRETCHES: Final = 300
@@ -80,9 +80,7 @@ class Digest:
     @cached_property
     def worst(self) -> int | None:
         """The extruding sample with the largest uncompensated error, or of all where none is extruded."""
-        error = self.check.error_uncompensated
-        candidates = self.extruding if len(self.extruding) else np.flatnonzero(np.isfinite(error))
-        return int(candidates[np.argmax(taken(error, candidates))]) if len(candidates) else None
+        return largest_at(self.check.error_uncompensated, self.check.samples.extruding)
 
     @cached_property
     def line_ends(self) -> Array:

@@ -14,14 +14,15 @@ from cablewright.apps.quantities import quantity
 from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.path_states import states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
-from cablewright.arrays import Array, Mask
+from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
-from cablewright.paging import RowExtremes, blocks, let_go
+from cablewright.paging import RowExtremes, let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
+from cablewright.studies.checks.path_statics import largest_at
 from cablewright.studies.checks.result import Check
 from cablewright.studies.job_poses import along, sampled
 
@@ -69,7 +70,7 @@ def check_scene(check: Check) -> SceneDescription:
     """A check: its path by error and by tension, and the robot along it."""
     samples, job = check.samples, check.job
     error = check.error_uncompensated
-    worst = _largest(error, samples.extruding)
+    worst = largest_at(error, samples.extruding)
     columns = {
         "error": error,
         "tensions": check.statics.tensions,
@@ -123,7 +124,7 @@ def check_folder_scene(robot: Robot, folder: Path) -> SceneDescription:
         layer, line = column["layer"], column["gcode_line"]
     except KeyError as missing:
         raise InputError(f"{folder / 'samples.parquet'}: column {missing}: is missing: of another robot?") from None
-    worst = _largest(error, laid)
+    worst = largest_at(error, laid)
     columns = {
         "error": error, "tensions": tensions, "speed": speed,
         "displacement": column.get("acceleration_displacement"), "clearance": column.get("clearance"),
@@ -155,22 +156,6 @@ def _columns(file: Path) -> dict[str, Array]:
 
 def _points(column: Mapping[str, Array], prefix: str) -> Array:
     return np.stack([column[f"{prefix}{axis}"] for axis in "xyz"], axis=1)
-
-
-def _largest(values: Array, laid: Mask) -> int | None:
-    """Where *values* (k,) are largest, where material is *laid* (k,), or else anywhere; None: nowhere known."""
-    for anywhere in (False, True):
-        best: float = -np.inf
-        found: int | None = None
-        for at in blocks(len(values)):
-            among = np.where(np.isfinite(values[at]) & (laid[at] | anywhere), values[at], -np.inf)
-            first = int(np.argmax(among))
-            if among[first] > best:
-                best, found = float(among[first]), int(at.start) + first
-            let_go((values, laid))
-        if found is not None:
-            return found
-    return None
 
 
 def _mark(worst: int | None, error: Array, positions: Array) -> Mark | None:

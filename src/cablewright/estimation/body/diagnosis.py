@@ -19,7 +19,7 @@ from cablewright.estimation.body import broken
 from cablewright.estimation.body.broken import Hanging
 from cablewright.estimation.body.measurement import Measurement, predicted_tilt
 from cablewright.estimation.body.settings import BodySettings
-from cablewright.estimation.body.state import BodyState, Search
+from cablewright.estimation.body.state import BodyState, Contradiction
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.taut import taut_of_body
 
@@ -84,7 +84,7 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
             state.danger = (
                 f"tensions contradict the statics by {size:.0f} sigma: a line slipped, left its sheave or broke"
             )
-            state.search = Search(state.time)
+            state.search = Contradiction(state.time)
         else:
             _name(settings, state, measured, causes, contradiction)
     return False

@@ -34,7 +34,7 @@ class Window:
 
 
 @dataclass(eq=False)
-class Search:
+class Contradiction:
     """Innovations of measurements that contradict the statics, from which the line that is to blame is named."""
 
     begin: float  # s
@@ -89,7 +89,7 @@ class BodyState:
     shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
     doubts: int = 0  # measurements in a row that contradict the statics
     danger: str = ""  # why the machine is to stop
-    search: Search | None = None  # for the line that is to blame
+    search: Contradiction | None = None  # for the line that is to blame
 
     @property
     def pose(self) -> Array:

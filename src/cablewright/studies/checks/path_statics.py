@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
 from cablewright.analyses.feasibility import LineQuantities
 from cablewright.analyses.inertia_forces import InertiaEffects
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Equilibrium
 from cablewright.models.stiffness import as_elastic
 from cablewright.paging import blocks, let_go
@@ -87,6 +87,22 @@ def extremes(choose: np.ufunc, values: Array) -> Array:
         found = choose(found, choose.reduce(values[at], axis=0))
         let_go(values)
     return found
+
+
+def largest_at(values: Array, preferred: Mask) -> int | None:
+    """Return where *values* (k,) are largest among the *preferred* (k,), or else anywhere; None: nowhere known."""
+    for anywhere in (False, True):
+        best: float = -np.inf
+        found: int | None = None
+        for at in blocks(len(values)):
+            among = np.where(np.isfinite(values[at]) & (preferred[at] | anywhere), values[at], -np.inf)
+            first = int(np.argmax(among))
+            if among[first] > best:
+                best, found = float(among[first]), int(at.start) + first
+            let_go((values, preferred))
+        if found is not None:
+            return found
+    return None
 
 
 def median(values: Array) -> Array:

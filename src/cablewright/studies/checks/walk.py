@@ -11,8 +11,8 @@ import numpy as np
 from cablewright.analyses.accuracy.expected_error import ExpectedErrorSearch
 from cablewright.analyses.feasibility import Finding, judge
 from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
-from cablewright.arrays import Array, Mask
-from cablewright.models.statics import Equilibrium, Model
+from cablewright.arrays import Array
+from cablewright.models.statics import Model
 from cablewright.paging import Room, blocks, let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
@@ -22,7 +22,7 @@ from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.limits import drum_arms
-from cablewright.solvers.linearise import Linearisation, linearise_where_regular
+from cablewright.solvers.linearise import linearise_solved
 from cablewright.studies.checks.path_statics import PathStatics
 from cablewright.studies.interference import Clearances, JobDistances
 
@@ -69,7 +69,7 @@ class JobPath:
             block = slice(first, first + BLOCK)
             retraction = None if self.retraction is None else self.retraction[block]
             held = solve_inverse(full, self.poses[block], path=True, retraction=retraction)
-            regular, linear = _linearised(held)
+            regular, linear = linearise_solved(held)
             moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
             effects = inertia_effects(held[regular], linear, moved)
             found = PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, drum_arms(held))
@@ -103,14 +103,6 @@ def with_reserve(robot: Robot, found: Walked) -> Robot | None:
             return None
         lines.append(line.model_copy(update={"tension_limits": (low, high)}))
     return robot.model_copy(update={"lines": tuple(lines)})
-
-
-def _linearised(held: Equilibrium) -> tuple[Mask, Linearisation]:
-    """Which rows are solved and regular, and their linearisation."""
-    regular = held.ok.copy()
-    linear, codes = linearise_where_regular(held[regular])
-    regular[regular] = codes == 0
-    return regular, linear[codes == 0]
 
 
 def _largest(drop: Array, rise: Array, effects: InertiaEffects) -> tuple[Array, Array]:

@@ -15,8 +15,7 @@ from cablewright.models.statics import Model
 from cablewright.progress import Progress, silent
 from cablewright.studies.executors.executor import Executor
 from cablewright.studies.executors.kept import KeptResults
-from cablewright.studies.executors.study import evaluate, require_all
-from cablewright.studies.executors.task import Task
+from cablewright.studies.executors.study import shared_blocks
 
 _PLACES: Final = 4096  # of a block, at most
 
@@ -77,12 +76,9 @@ class SharedMargin:
         def show(_stage: str, done: int, total: int) -> None:
             report(stage, count if done == total else done * _PLACES, count)
 
-        firsts = range(0, count, _PLACES)
-        items = [_text(places[first : first + _PLACES]) for first in firsts]
-        task = Task(margins_of, _Question.of(criterion), "block of places")
-        found = evaluate(task, items, self.executor, self.kept, show)
-        require_all(found, [f"places from {first + 1} on" for first in firsts])
-        return np.concatenate([np.zeros(0), *(_array(each.value) for each in found)])
+        blocks = {first: _text(places[first : first + _PLACES]) for first in range(0, count, _PLACES)}
+        found = shared_blocks(margins_of, _Question.of(criterion), blocks, self.executor, self.kept, show)
+        return np.concatenate([np.zeros(0), *map(_array, found)])
 
 
 def margins_of(question: _Question, item: str) -> str:

@@ -15,8 +15,7 @@ from cablewright.progress import Progress, silent
 from cablewright.robot.uncertainty import Range
 from cablewright.studies.executors.executor import Executor
 from cablewright.studies.executors.kept import KeptResults
-from cablewright.studies.executors.study import evaluate, require_all
-from cablewright.studies.executors.task import Task
+from cablewright.studies.executors.study import shared_blocks
 
 _PLACES: Final = 64  # of a block, at most
 
@@ -52,11 +51,8 @@ class SharedMethod:
         question = _Question(problem.nominal.model, problem.ranges, self.method, self.method.name)
         size = min(_PLACES, max(1, SOLVES // _solves(self.method, len(problem.ranges))))
         firsts = range(0, len(problem.commanded), size)
-        items = [_item(problem.rows(slice(first, first + size))) for first in firsts]
-        task = Task(spread_of, question, "block of places")
-        found = evaluate(task, items, self.executor, self.kept, self.progress)
-        require_all(found, [f"places from {first + 1} on" for first in firsts])
-        values = [each.value for each in found]
+        blocks = {first: _item(problem.rows(slice(first, first + size))) for first in firsts}
+        values = shared_blocks(spread_of, question, blocks, self.executor, self.kept, self.progress)
         joined: dict[str, Any] = {each.name: _joined(each.name, values) for each in fields(Spread)}
         return Spread(**joined)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from cablewright.errors import AnswerError, InputError
@@ -58,6 +58,23 @@ def require_all(outcomes: Sequence[Outcome], names: Sequence[str]) -> None:
     first = next(name for name, each in zip(names, outcomes, strict=True) if each.fault)
     kept = len(outcomes) - len(failed)
     raise AnswerError(f"{first}: {failed[0]} ({len(failed)} of {len(outcomes)} failed; the other {kept} are kept)")
+
+
+def shared_blocks(
+    function: Callable[[Any, Any], Any],
+    question: Any,
+    blocks: Mapping[int, Any],
+    executor: Executor,
+    kept: KeptResults,
+    progress: Progress | None = None,
+) -> list[Any]:
+    """Return what *function* gives of a *question* for *blocks* of places, by the place at which each begins.
+
+    Raises `AnswerError` for a block that fails, `EnvironmentFault` where nobody can compute.
+    """
+    found = evaluate(Task(function, question, "block of places"), list(blocks.values()), executor, kept, progress)
+    require_all(found, [f"places from {first + 1} on" for first in blocks])
+    return [each.value for each in found]
 
 
 class _Chunks:

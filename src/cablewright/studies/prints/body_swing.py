@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.inertia_forces import tensions_by_acceleration
 from cablewright.analyses.modes import modes
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.control.guide import TimedPath
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.inertia import mass_matrix
@@ -24,7 +24,7 @@ from cablewright.models.rotation import turn_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import RigidPlatform, Robot
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.linearise import linearise_where_regular, tension_changes
+from cablewright.solvers.linearise import Linearisation, linearise_solved, tension_changes
 from cablewright.studies.prints.body_limits import chosen_places, poses_at
 
 _SHARE: Final = 0.5  # of the room between tensions and their limits: for corners, and as much for changes of speed
@@ -41,14 +41,14 @@ def calmed(model: Model, narrow: Model, path: TimedPath, settings: MachineSettin
     stops in corners, and a tenth of the job's acceleration remains.
     """
     narrow = Model(_with_inertia(narrow.robot, settings), narrow.fidelity)
-    held, ok = _held(narrow, path, chosen_places(path))
+    held, linear, ok = _held(narrow, path, chosen_places(path))
     share = 0.0
     if ok.all():
-        needed = 2.0 * path.acceleration * tensions_by_acceleration(held, linearise_where_regular(held)[0])
+        needed = 2.0 * path.acceleration * tensions_by_acceleration(held, linear)
         share = float(_worst_share(_room(model, held), needed).min())
     speeds = np.full(len(path.speed), np.inf)
     rows, jumps = _corners(path)
-    held, ok = _held(narrow, path, path.track.positions[rows])
+    held, _, ok = _held(narrow, path, path.track.positions[rows])
     speeds[rows] = 0.0
     if ok.any():
         known = rows[ok]
@@ -105,14 +105,12 @@ def _room(model: Model, held: Equilibrium) -> Array:
     return np.asarray(np.minimum(held.tensions - low, high - held.tensions))
 
 
-def _held(model: Model, path: TimedPath, places: Array) -> tuple[Equilibrium, NDArray[np.bool_]]:
+def _held(model: Model, path: TimedPath, places: Array) -> tuple[Equilibrium, Linearisation, Mask]:
     """Return what holds the nozzle at those of the *places* (k, 3), m, held firmly, and which they are (k,)."""
     poses, retraction = poses_at(path, places)
     held = solve_inverse(model, poses, path=True, retraction=retraction)
-    ok = held.ok.copy()
-    if ok.any():
-        ok[ok] = linearise_where_regular(held[ok])[1] == 0
-    return held[ok], ok
+    ok, linear = linearise_solved(held)
+    return held[ok], linear, ok
 
 
 def _corners(path: TimedPath) -> tuple[NDArray[np.int64], Array]:
