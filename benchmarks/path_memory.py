@@ -1,6 +1,6 @@
 """Memory of `check`, `accuracy` and `interference` of long paths.
 
-    python -m benchmarks.path_memory          # for each sample in memory: the constants by which too much is refused
+    python -m benchmarks.path_memory          # for each sample: the constants by which too much is refused
     python -m benchmarks.path_memory long     # the most of whole commands, which keep samples in their run folders
 
 Each size runs in a process of its own. A command's paths are 2 million short moves, and 10 million samples of straight
@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,15 +25,16 @@ from benchmarks.processes import alone
 from cablewright.studies import accuracy, interference
 from cablewright.studies.checks import check
 
-SIZES = (10_000, 40_000)
+SIZES = {False: (10_000, 40_000), True: (100_000, 200_000)}
+"""Moves, without and with arrays in files."""
 ROBOTS = ("house-printer", "cogiro")
 TURN = 20_000  # moves
-STUDIES: dict[str, tuple[Callable[..., Any], Callable[[cw.Robot], float]]] = {
+STUDIES: dict[str, tuple[Callable[..., Any], Callable[[cw.Robot, Path | None], float]]] = {
     "check": (cw.check, check.bytes_each),
-    "accuracy": (cw.accuracy, lambda robot: accuracy.bytes_each(robot, robot.m)),
+    "accuracy": (partial(cw.accuracy, method="first-order"), lambda one, room: accuracy.bytes_each(one, one.m, room)),
     "interference": (cw.interference, interference.bytes_each),
 }
-"""By name: the study of a robot and a job, and the bytes that it reckons with for a sample."""
+"""By name: the study of a robot and a job, and the bytes that it reckons with for a sample, without and with a room."""
 
 
 def long() -> None:
@@ -76,27 +78,30 @@ def main() -> None:
     """Print the memory for each sample, measured and as it is reckoned with."""
     for study, (_, reckoned) in STUDIES.items():
         for name in ROBOTS:
-            found = [_measured(study, name, moves) for moves in SIZES]
-            slope, robot = (found[1] - found[0]) / (SIZES[1] - SIZES[0]), cw.load(name)
-            print(f"{study} {name}, {robot.m} lines: {slope:.0f} bytes a sample; reckoned {reckoned(robot):.0f}")
+            robot = cw.load(name)
+            for in_files, (few, many) in SIZES.items():
+                found = [_measured(study, name, moves, in_files) for moves in (few, many)]
+                slope, own = (found[1] - found[0]) / (many - few), reckoned(robot, Path() if in_files else None)
+                where = "in files" if in_files else "in memory"
+                print(f"{study} {name}, {robot.m} lines, {where}: {slope:.0f} bytes a sample; reckoned {own:.0f}")
 
 
-def _measured(study: str, name: str, moves: int) -> float:
+def _measured(study: str, name: str, moves: int, in_files: bool) -> float:
     """The most memory, bytes, of a process that studies so many short moves."""
-    command = [sys.executable, "-m", "benchmarks.path_memory", study, name, str(moves)]
+    command = [sys.executable, "-m", "benchmarks.path_memory", study, name, str(moves), str(int(in_files))]
     return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
 
 
-def _run(study: str, name: str, moves: int) -> None:
+def _run(study: str, name: str, moves: int, in_files: bool) -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = _rings(Path(folder) / "part.gcode", moves)
-        STUDIES[study][0](cw.load(name), cw.load_job(file))
+        STUDIES[study][0](cw.load(name), cw.load_job(file), room=Path(folder) if in_files else None)
     print(1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 4:
-        _run(sys.argv[1], sys.argv[2], int(sys.argv[3]))
+    if len(sys.argv) == 5:
+        _run(sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4] == "1")
     elif sys.argv[1:] == ["long"]:
         long()
     else:

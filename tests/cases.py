@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from cablewright import kernels
 from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyQuestion
+from cablewright.analyses.accuracy.spread import SpreadProblem
 from cablewright.kernels.compiler import KernelDispatcher
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
@@ -180,3 +181,9 @@ def nozzle_errors(robot: Robot | Model, poses: Any, *args: Any, retraction: Any 
     """Errors at *poses*, (n,) or (N, n); other arguments as for `AccuracyQuestion.of`."""
     asked = AccuracyQuestion.of(robot, *args, **options)
     return asked.answer(asked.hold(poses, retraction))
+
+
+def spread_problem(robot: Robot | Model, poses: Any, *args: Any) -> SpreadProblem:
+    """The problem whose spread is part of `nozzle_errors`."""
+    asked = AccuracyQuestion.of(robot, *args)
+    return asked.problem(asked.hold(poses))

@@ -99,6 +99,22 @@ def of_rows(choose: np.ufunc, values: NDArray[np.float64]) -> NDArray[np.float64
     return found
 
 
+def room_for(block: Any, rows: int, room: Room) -> Any:
+    """Return room for so many *rows* of what a *block* has: an array, or a dataclass of arrays."""
+    if isinstance(block, np.ndarray):
+        return room.empty((rows, *block.shape[1:]), block.dtype)
+    return type(block)(*(room_for(getattr(block, each.name), rows, room) for each in fields(block)))
+
+
+def write_rows(block: Any, into: Any, first: int) -> None:
+    """Write the rows of a *block* to what `room_for` gave, from the row *first* on."""
+    if isinstance(block, np.ndarray):
+        into[first : first + len(block)] = block
+        return
+    for each in fields(block):
+        write_rows(getattr(block, each.name), getattr(into, each.name), first)
+
+
 def in_room(values: _Arrays, room: Room) -> _Arrays:
     """Return a dataclass whose arrays are those of *values*, read-only, but in a *room*; itself if that is memory."""
     if room.folder is None:

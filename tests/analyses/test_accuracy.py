@@ -69,7 +69,7 @@ def test_table_1_of_paty_2021(kind: str, pose: list[float], nominal: float, larg
 )
 def test_volumes_of_paty_2021(kind: str, pose: list[float], volume: float) -> None:
     robot = paty(kind)
-    problem = nozzle_errors(robot, pose, modulus_ranges(robot, *RANGE[kind])).problem
+    problem = cases.spread_problem(robot, pose, modulus_ranges(robot, *RANGE[kind]))
     assert region(problem, corner_values(problem)).hull.volume == pytest.approx(volume, rel=4e-3)
 
 
@@ -93,8 +93,8 @@ def test_where_stretch_is_small_errors_go_with_the_compliance() -> None:
 
 
 def test_at_random_poses_no_inside_beats_the_corners() -> None:
-    found = nozzle_errors(HOUSE, cases.poses(Model(HOUSE), 20).pose)
-    problem = found.problem
+    poses = cases.poses(Model(HOUSE), 20).pose
+    found, problem = nozzle_errors(HOUSE, poses), cases.spread_problem(HOUSE, poses)
     for row in range(20):
         one = problem.rows(slice(row, row + 1))
         there = region(one, corner_values(one), inner=4000, seed=row)

@@ -125,9 +125,33 @@ def test_results_are_one_line_and_json(job_file) -> None:
 def test_some_of_the_places_are_a_smaller_batch() -> None:
     found = accuracy(HOUSE, [[0.0, 0.0, 99.0], [0.0, 0.0, 1.0], [3.0, 2.0, 1.0]], method="first-order")
     last, both = found[-1], found[:2]
-    assert (len(last), len(both), len(both.problem.commanded)) == (1, 2, 1)
+    assert (len(last), len(both)) == (1, 2)
     assert last.nominal_error[0] == found.nominal_error[2]
-    np.testing.assert_array_equal(last.problem.commanded, found.commanded[2:])
+    np.testing.assert_array_equal(last.commanded, found.commanded[2:])
     np.testing.assert_array_equal(both.spread.max_error, found.spread.max_error[:2])
     with pytest.raises(IndexError):
         found[3]
+
+
+def test_a_job_in_a_room_on_disk_has_the_same_errors(job_file, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr("cablewright.analyses.accuracy.nozzle_error.BLOCK", 64)
+    monkeypatch.setattr("cablewright.paging.SMALL", 1)
+    stages: list[tuple[int, int]] = []
+    job = load_job(job_file)
+    whole = accuracy(HOUSE, job, method="first-order", compensation="elastic")
+    some = accuracy(HOUSE, job, method="first-order", compensation="elastic", room=tmp_path,
+                    progress=lambda stage, *done: stages.append(done) if stage == "solving" else None)  # fmt: skip
+    assert len(whole) > 3 * 64
+    for name in ("wanted", "commanded", "codes", "nominal"):
+        np.testing.assert_array_equal(getattr(whole.accuracy, name), getattr(some.accuracy, name))
+    for name, values in whole.accuracy.spread.__dict__.items():
+        np.testing.assert_array_equal(values, getattr(some.accuracy.spread, name))
+    assert some.to_dict() == whole.to_dict()
+    assert stages == sorted(stages)
+    assert stages[-1] == (len(some), len(some))
+
+
+def test_a_job_that_can_be_held_nowhere_has_no_answer_in_a_room(job_file, tmp_path) -> None:
+    high = load_job(job_file).model_copy(update={"origin": (0.0, 0.0, 14.5)})
+    with pytest.raises(AnswerError, match=r"none of the \d+ poses has an answer"):
+        accuracy(HOUSE, high, method="first-order", room=tmp_path)

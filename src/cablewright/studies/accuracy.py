@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar, NamedTuple, Unpack, overload
+from typing import ClassVar, Final, NamedTuple, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,7 @@ from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, bound
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.statics import Model
+from cablewright.paging import Room, in_room, let_go
 from cablewright.printing.job import Job, load_job
 from cablewright.progress import Progress
 from cablewright.results import Figure, Result
@@ -34,12 +35,16 @@ from cablewright.studies.places import Places, workspace_nodes
 
 Ranges = Sequence[Range] | None
 
+IN_ROOM: Final = 130.0
+"""Memory for each sample of a job whose arrays are in files, bytes."""
+
 
 class ManyOptions(AccuracyOptions, total=False):
     """Keyword arguments of `accuracy` of many poses."""
 
     file: Path | None
     executor: Executor | None
+    room: Path | None
 
 
 def _of_workspace(study: AccuracyStudy) -> bool:
@@ -106,23 +111,27 @@ class AccuracyStudy(Result):
         """Where each figure is largest, and the largest error smallest; those that have a value anywhere."""
         found, spread = self.accuracy, self.accuracy.spread
         worst = found.worst_offset
+        nominal = found.nominal_error
         rows = (
-            ("max error, largest", spread.max_error, np.nanargmax),
-            ("max error, smallest", spread.max_error, np.nanargmin),
-            ("its horizontal part, largest", np.linalg.norm(worst[:, :2], axis=1), np.nanargmax),
-            ("its vertical part, largest", np.abs(worst[:, 2]), np.nanargmax),
-            ("nominal error, largest", found.nominal_error, np.nanargmax),
-            ("difference, largest", found.difference, np.nanargmax),
-            ("max deviation, largest", spread.max_deviation, np.nanargmax),
-            ("vertical error, lowest", spread.low[:, 2], np.nanargmin),
-            ("vertical error, highest", spread.high[:, 2], np.nanargmax),
-            ("error of 95 % of samples, largest", spread.likely_error, np.nanargmax),
+            ("max error, largest", lambda: spread.max_error, np.nanargmax),
+            ("max error, smallest", lambda: spread.max_error, np.nanargmin),
+            ("its horizontal part, largest", lambda: np.linalg.norm(worst[:, :2], axis=1), np.nanargmax),
+            ("its vertical part, largest", lambda: np.abs(worst[:, 2]), np.nanargmax),
+            ("nominal error, largest", lambda: nominal, np.nanargmax),
+            ("difference, largest", lambda: spread.max_error - nominal, np.nanargmax),
+            ("max deviation, largest", lambda: spread.max_deviation, np.nanargmax),
+            ("vertical error, lowest", lambda: spread.low[:, 2], np.nanargmin),
+            ("vertical error, highest", lambda: spread.high[:, 2], np.nanargmax),
+            ("error of 95 % of samples, largest", lambda: spread.likely_error, np.nanargmax),
         )
-        return tuple(
-            Extreme(name, float(values[at := int(choose(values))]), self.places.positions[at])
-            for name, values, choose in rows
-            if np.isfinite(values).any()
-        )
+        known = []
+        for name, of_places, choose in rows:
+            values = of_places()
+            if np.isfinite(values).any():
+                at = int(choose(values))
+                known.append(Extreme(name, float(values[at]), self.places.positions[at]))
+            let_go((spread, self.places))
+        return tuple(known)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -164,6 +173,7 @@ def accuracy(
     seed: int = 0,
     file: Path | None = None,
     executor: Executor | None = None,
+    room: Path | None = None,
     progress: Progress | None = None,
 ) -> AccuracyAtPose | Accuracy | AccuracyStudy:
     """Errors of the nozzle of *robot* at the places or poses *where*, while parameters are uncertain by *ranges*.
@@ -178,8 +188,9 @@ def accuracy(
     *tension_limits* (N) replace those of every line. *home*: a pose at which the machine was zeroed; there the
     commanded lengths are exact. *retraction* (N,), m, is for poses. *seed*: of the random points inside the ranges that
     are compared with their corners at one pose. *executor*: who computes the spread of many poses, by default this
-    program; *file* keeps what is computed, also after an interruption. The machine follows the full model (catenary,
-    real sheaves): a model under another law is refused.
+    program; *file* keeps what is computed, also after an interruption. *room*: a folder, with room on its disk for what
+    is found along a job, which is then not in memory; an *executor* has no use for it. The machine follows the full
+    model (catenary, real sheaves): a model under another law is refused.
 
     Raises `InputError` for arguments that cannot be used, `AnswerError` if no place can be reached. Source: Paty 2021,
     section 2.3.
@@ -198,7 +209,7 @@ def accuracy(
         where = load_job(where)
     if isinstance(where, Places | Job):
         with _shared(question, file, executor) as asked:
-            return _over_shape(asked, where, retraction)
+            return _over_shape(asked, where, retraction, None if asked is not question else room)
     poses, single = as_poses(question.model, where, "pose", free=True)
     if not single:
         with _shared(question, file, executor) as asked:
@@ -220,38 +231,40 @@ def _shared(question: AccuracyQuestion, file: Path | None, executor: Executor | 
         yield replace(question, method=SharedMethod(question.method, executor or Serial(), kept, question.progress))
 
 
-def bytes_each(robot: Robot, ranges: int) -> float:
-    """Return the memory for each sample of a job while so many numbers are uncertain: benchmarks/path_memory.py."""
-    return 350.0 + 80.0 * robot.m + 120.0 * ranges
+def bytes_each(robot: Robot, ranges: int, room: Path | None = None) -> float:
+    """Return the memory for each sample of a job while so many numbers are uncertain: benchmarks/path_memory.py.
+
+    *room*: of its arrays.
+    """
+    return 350.0 + 80.0 * robot.m + 120.0 * ranges if room is None else IN_ROOM
 
 
-def _over_shape(question: AccuracyQuestion, where: Places | Job, retraction: ArrayLike | None) -> AccuracyStudy:
+def _over_shape(
+    question: AccuracyQuestion, where: Places | Job, retraction: ArrayLike | None, room: Path | None
+) -> AccuracyStudy:
     """The study of a shape. Raises `InputError` for a robot with fewer lines than freedoms."""
     model, robot = question.model, question.model.robot
     if retraction is not None:
         raise InputError("retraction: of poses (N, n); over a shape give the robot retracted, a job has a schedule")
     require_lines(robot, "over a shape")
     if isinstance(where, Job):
-        samples, _ = sampled(robot, where, where.toolpath(question.progress))
-        require_for_samples(len(samples), bytes_each(robot, len(question.ranges)), "the accuracy")
+        kept = Room(room)
+        samples, _ = sampled(robot, where, in_room(where.toolpath(question.progress), kept), kept)
+        require_for_samples(len(samples), bytes_each(robot, len(question.ranges), room), "the accuracy")
         places = Places("path", samples.positions, samples.distance)
-        return _studied(question, places, *along(robot, where, samples))
+        poses, drawn = along(robot, where, samples, kept)
+        if room is None:
+            return _studied(places, question.answer(question.hold(poses, drawn)))
+        return _studied(places, question.answer_in(kept, poses, drawn))
     if where.step is None:
-        return _studied(question, where, model.unrotated_at(where.positions))
+        return _studied(where, question.answer(question.hold(model.unrotated_at(where.positions))))
     nodes = workspace_nodes(model, where.step, question.progress)
     places = Places("workspace", nodes.places, axes=nodes.axes)
-    return _studied(question, places, model.unrotated_at(places.positions), limits=boundary_limits(nodes))
+    found = question.answer(question.hold(model.unrotated_at(places.positions)))
+    return _studied(places, found, boundary_limits(nodes))
 
 
-def _studied(
-    question: AccuracyQuestion,
-    places: Places,
-    poses: Array,
-    retraction: Array | None = None,
-    limits: BoundaryLimits | None = None,
-) -> AccuracyStudy:
-    """The study of *poses* (N, n) that bring the nozzle to *places*."""
-    found = question.answer(question.hold(poses, retraction))
+def _studied(places: Places, found: Accuracy, limits: BoundaryLimits | None = None) -> AccuracyStudy:
     if not np.isfinite(found.spread.max_error).any():
         raise AnswerError(
             f"robot {found.robot.name}: no place has an equilibrium for any values of the uncertain parameters"

@@ -178,7 +178,8 @@ def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPos
             remains[name] = (
                 found if other is question.compensation else replace(question, compensation=other).answer(there)
             )
-    corners = region(found.problem, corner_values(found.problem), inner=INNER, seed=seed)
+    problem = question.problem(there)
+    corners = region(problem, corner_values(problem), inner=INNER, seed=seed)
     best = None
     if robot.m - robot.freedoms in GRID:
         quick = Vertices() if len(question.ranges) <= ALL_VERTICES else FirstOrder()

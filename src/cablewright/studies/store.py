@@ -194,11 +194,23 @@ def write_manifest(folder: Path, command: str, inputs: Mapping[str, str], option
 
 
 def write_places(study: AccuracyStudy, folder: Path) -> None:
-    """Write places.parquet of an accuracy study to an existing folder: one row per place, SI."""
-    found, spread = study.accuracy, study.accuracy.spread
+    """Write places.parquet of an accuracy study to an existing folder: one row per place, SI; some places at a time."""
+    schema = _places(study, slice(0, 0)).schema
+    with (
+        pa.OSFile(str(folder / "places.parquet"), "wb") as sink,
+        pa.parquet.ParquetWriter(sink, schema, compression="zstd") as out,
+    ):
+        for at in blocks(len(study), GROUP):
+            out.write_table(_places(study, at))
+            let_go((study.accuracy, study.places))
+
+
+def _places(study: AccuracyStudy, at: slice) -> pa.Table:
+    found = study.accuracy[at]
+    spread = found.spread
     columns: dict[str, object] = {"status": found.codes}
     if study.places.distance is not None:
-        columns["distance"] = study.places.distance
+        columns["distance"] = study.places.distance[at]
     columns |= _by_axis(
         {
             "": found.wanted_nozzle,
@@ -212,8 +224,7 @@ def write_places(study: AccuracyStudy, folder: Path) -> None:
     for name in ("max_error", "max_deviation", "max_turn", "likely_error", "nonlinearity", "unsolved"):
         columns[name] = getattr(spread, name)
     columns |= {f"worst {each.parameter.label}": spread.worst_values[:, k] for k, each in enumerate(found.ranges)}
-    with pa.OSFile(str(folder / "places.parquet"), "wb") as sink:
-        pa.parquet.write_table(pa.table(columns), sink, compression="zstd")
+    return pa.table(columns)
 
 
 def _by_axis(points: Mapping[str, Array]) -> dict[str, Array]:

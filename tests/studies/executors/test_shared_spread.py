@@ -31,7 +31,7 @@ def processes() -> Iterator[Processes]:
 
 
 def require_same(one: Accuracy, other: Accuracy) -> None:
-    assert (one.method, one.problem.ranges) == (other.method, other.problem.ranges)
+    assert (one.method, one.ranges) == (other.method, other.ranges)
     for each in fields(Spread):
         np.testing.assert_array_equal(getattr(one.spread, each.name), getattr(other.spread, each.name))
 

@@ -5,7 +5,7 @@ Paty 2021, section 2.3: the error when cables are taken as rigid, and the uncert
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple, Self, TypedDict
 
@@ -19,6 +19,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
@@ -63,6 +64,7 @@ CONTRIBUTION = (
            "vertical part", shown="mm"),
     Figure("offset", "m", "x, y and z of that displacement.", detail=True),
 )  # fmt: skip
+BLOCK = 128 * 64  # poses of a path that are solved together: a multiple of the kernels' chunk
 TOO_CURVED = 0.05
 """Share of the spread by which first order may be off before a note says so."""
 
@@ -124,7 +126,6 @@ class Accuracy(Result):
     commanded: Array  # (N, m) lengths
     codes: NDArray[np.int64]  # (N,)
     nominal: Array  # (N, n) poses reached if all parameters are nominal
-    problem: SpreadProblem  # the poses with an answer
     spread: Spread
 
     def __len__(self) -> int:
@@ -133,12 +134,10 @@ class Accuracy(Result):
 
     def __getitem__(self, index: int | slice) -> Accuracy:
         """Return some of its poses; a single index gives one row."""
-        every = np.arange(len(self))
-        rows = every[index] if isinstance(index, slice) else every[[index]]
+        rows = index if isinstance(index, slice) else np.arange(len(self))[[index]]
         spread = Spread(**{name: values[rows] for name, values in self.spread.__dict__.items()})
-        problem = self.problem.rows((np.cumsum(self.ok) - 1)[rows][self.ok[rows]])
         own = {name: getattr(self, name)[rows] for name in ("wanted", "commanded", "codes", "nominal")}
-        return replace(self, problem=problem, spread=spread, **own)
+        return replace(self, spread=spread, **own)
 
     @property
     def labels(self) -> list[str]:
@@ -158,7 +157,8 @@ class Accuracy(Result):
     @property
     def nominal_offset(self) -> Array:
         """(N, 3) error of the nozzle if all parameters are nominal, m: Paty's delta p_n."""
-        return Model(self.robot).nozzle(self.nominal) - self.wanted_nozzle
+        model = Model(self.robot)
+        return self._by_blocks(lambda of: model.nozzle(of.nominal) - of.wanted_nozzle)
 
     @property
     def nominal_error(self) -> Array:
@@ -180,7 +180,15 @@ class Accuracy(Result):
     @property
     def worst_offset(self) -> Array:
         """(N, 3) the largest error of the nozzle as a vector, m: Paty's delta p_max."""
-        return self.spread.worst - self.wanted_nozzle
+        return self._by_blocks(lambda of: of.spread.worst - of.wanted_nozzle)
+
+    def _by_blocks(self, values: Callable[[Accuracy], Array]) -> Array:
+        """What *values* gives of the poses, some at a time: they may lie in files."""
+        found = np.empty((len(self), 3))
+        for at in blocks(len(self)):
+            found[at] = values(self[at])
+            let_go(self)
+        return found
 
     def _refused(self) -> dict[str, int]:
         return {Status.of(int(code)).word: int((self.codes == code).sum()) for code in np.unique(self.codes) if code}
@@ -200,13 +208,19 @@ class Accuracy(Result):
     @property
     def contributions(self) -> tuple[Contribution, ...]:
         """Each uncertain parameter with its effect, largest first."""
-        effects = self.spread.effects if len(self) else np.zeros((1, 3, len(self.ranges)))
-        sizes = np.linalg.norm(effects, axis=1)
-        at = np.where(np.isfinite(sizes), sizes, -1.0).argmax(axis=0)
+        offsets = np.zeros((len(self.ranges), 3)) if not len(self) else np.full((len(self.ranges), 3), np.nan)
+        largest = np.full(len(offsets), -1.0)
+        for rows in blocks(len(self)):
+            effects = self.spread.effects[rows]
+            sizes = np.nan_to_num(np.linalg.norm(effects, axis=1), nan=-1.0)
+            at, every = sizes.argmax(axis=0), np.arange(len(offsets))
+            larger = sizes[at, every] > largest
+            offsets[larger], largest[larger] = effects[at, :, every][larger], sizes[at, every][larger]
+            let_go(self.spread.effects)
         worst = self._worst_values()
-        values = np.full(len(self.ranges), np.nan) if worst is None else worst
-        order = np.argsort([-sizes[row, k] for k, row in enumerate(at)], kind="stable")
-        return tuple(Contribution(self.ranges[k], effects[at[k], :, k], float(values[k])) for k in order)
+        values = np.full(len(offsets), np.nan) if worst is None else worst
+        order = np.argsort(-largest, kind="stable")
+        return tuple(Contribution(self.ranges[k], offsets[k], float(values[k])) for k in order)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -262,6 +276,17 @@ class HeldPoses(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
+class _Errors:
+    """The arrays of an `Accuracy`."""
+
+    wanted: Array
+    commanded: Array
+    codes: NDArray[np.int64]
+    nominal: Array
+    spread: Spread
+
+
+@dataclass(frozen=True, eq=False)
 class AccuracyQuestion:
     """The settings of an accuracy analysis, independent of poses; `of` checks them."""
 
@@ -306,6 +331,27 @@ class AccuracyQuestion:
 
     def answer(self, there: HeldPoses) -> Accuracy:
         """Return the errors at these poses. Raises `AnswerError` where none of them has an answer."""
+        return self._answered(self._errors(there, self.progress), there.wanted, there.retraction)
+
+    def answer_in(self, room: Room, poses: Array, retraction: Array | None) -> Accuracy:
+        """As `answer` of the `hold` of neighbouring poses, which are solved some at a time, with arrays in a *room*."""
+        rows = len(poses)
+        found: _Errors | None = None
+        for at in blocks(rows, BLOCK):
+            own = None if retraction is None else retraction[at]
+            block = self._errors(self.hold(poses[at], own), _shifted(self.progress, at.start, rows))
+            found = room_for(block, rows, room) if found is None else found
+            write_rows(block, found, at.start)
+            let_go((found, poses))
+        assert found is not None  # a job has samples
+        return self._answered(found, poses, retraction)
+
+    def problem(self, there: HeldPoses) -> SpreadProblem:
+        """Return the problem of the poses with an answer."""
+        return self._problem(there)[0]
+
+    def _problem(self, there: HeldPoses) -> tuple[SpreadProblem, Array, Reached, NDArray[np.int64]]:
+        """The same, with lengths (N, m), what these reach, and codes (N,)."""
         held, some = there.equilibria, there.equilibria.ok
         retracted = None if there.retraction is None else there.retraction[some]
         lengths = np.full_like(held.lengths, np.nan)
@@ -313,29 +359,37 @@ class AccuracyQuestion:
         reached = Reached.of(self.model, lengths, held.pose, retraction=there.retraction)
         codes = np.where(some, reached.codes, held.code)
         ok = codes == 0
-        if len(ok) and not ok.any():
-            raise AnswerError(_refusal(held, codes))
-        problem = SpreadProblem(reached.equilibria, lengths[ok], held.pose[ok], self.ranges, self.progress)
+        found = SpreadProblem(reached.equilibria, lengths[ok], held.pose[ok], self.ranges)
+        return found, lengths, reached, codes
+
+    def _errors(self, there: HeldPoses, progress: Progress) -> _Errors:
+        problem, lengths, reached, codes = self._problem(there)
+        spread = _scattered(self.method(replace(problem, progress=progress)), codes == 0)
+        return _Errors(there.equilibria.pose, lengths, codes, reached.poses, spread)
+
+    def _answered(self, found: _Errors, poses: Array, retraction: Array | None) -> Accuracy:
+        if len(found.codes) and found.codes.all():
+            raise AnswerError(self._refusal(found.codes, poses, retraction))
         return Accuracy(
             robot=self.model.robot,
             ranges=self.ranges,
             compensation=self.compensation.name,
             method=self.method.name,
-            wanted=held.pose,
-            commanded=lengths,
-            codes=codes,
-            nominal=reached.poses,
-            problem=problem,
-            spread=_scattered(self.method(problem), ok),
+            **found.__dict__,
         )
 
+    def _refusal(self, codes: NDArray[np.int64], poses: Array, retraction: Array | None) -> str:
+        """The most frequent reason why the poses have no answer, with the sentence of the first such pose."""
+        commonest = int(np.bincount(codes).argmax())
+        first = int(np.argmax(codes == commonest))
+        held = self.hold(poses[first], None if retraction is None else retraction[first]).equilibria[0]
+        why = held.sentence() if held.code else f"with these lengths, {Status.of(commonest).value}"
+        return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
 
-def _refusal(held: Equilibrium, codes: NDArray[np.int64]) -> str:
-    """The most frequent reason why the poses have no answer, with the sentence of the first such pose."""
-    commonest = int(np.bincount(codes).argmax())
-    first = int(np.argmax(codes == commonest))
-    why = held[first].sentence() if held.code[first] else f"with these lengths, {Status.of(commonest).value}"
-    return why if len(codes) == 1 else f"none of the {len(codes)} poses has an answer: {why}"
+
+def _shifted(progress: Progress, first: int, rows: int) -> Progress:
+    """Progress of poses from the *first* on, as part of all *rows*."""
+    return lambda stage, done, _total: progress(stage, first + done, rows)
 
 
 def _scattered(spread: Spread, ok: Mask) -> Spread:

@@ -211,7 +211,7 @@ class AccuracyCommand:
             nullcontext() if folder is None else store.run_folder(folder) as part,
             self._working(folder) as question,
         ):
-            found = accuracy.accuracy(self.machine, where, ranges, **question)
+            found = accuracy.accuracy(self.machine, where, ranges, **question | {"room": part})
             if part is not None:
                 self._write_inputs(part)
                 if isinstance(found, AccuracyAtPose):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, Final
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from cablewright.analyses.feasibility import Finding, judge
 from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
 from cablewright.arrays import Array
 from cablewright.models.statics import Model
-from cablewright.paging import Room, blocks, let_go
+from cablewright.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw, accelerations, corner_speeds
@@ -73,8 +73,8 @@ class JobPath:
             moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
             effects = inertia_effects(held[regular], linear, moved)
             found = PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, drum_arms(held))
-            solved = _room(found, rows, self.room) if solved is None else solved
-            _write(found, solved, first)
+            solved = room_for(found, rows, self.room) if solved is None else solved
+            write_rows(found, solved, first)
             let_go((solved, self.samples, self.law, self.poses, corner))
             drop, rise = _largest(drop, rise, effects)
             if distances is not None:
@@ -109,22 +109,6 @@ def _largest(drop: Array, rise: Array, effects: InertiaEffects) -> tuple[Array, 
     """The largest changes of tension so far (m,), N."""
     most_drop = np.max(-effects.tension_drop, axis=0, initial=0.0)
     return np.maximum(drop, most_drop), np.maximum(rise, np.max(effects.tension_rise, axis=0, initial=0.0))
-
-
-def _room(block: Any, rows: int, room: Room) -> Any:
-    """Room for so many rows of what a block has: an array, or a dataclass of arrays. Blocks joined would take two."""
-    if isinstance(block, np.ndarray):
-        return room.empty((rows, *block.shape[1:]), block.dtype)
-    return type(block)(*(_room(getattr(block, each.name), rows, room) for each in fields(block)))
-
-
-def _write(block: Any, room: Any, first: int) -> None:
-    """Write the rows of a block to their *room*, from the row *first* on."""
-    if isinstance(block, np.ndarray):
-        room[first : first + len(block)] = block
-        return
-    for each in fields(block):
-        _write(getattr(block, each.name), getattr(room, each.name), first)
 
 
 def _add_speeds(speeds: Array, lengths: Array, samples: Samples, law: TimeLaw) -> None:
