@@ -236,7 +236,7 @@ def bytes_each(robot: Robot, ranges: int, room: Path | None = None) -> float:
 
     *room*: of its arrays.
     """
-    return 350.0 + 80.0 * robot.m + 120.0 * ranges if room is None else IN_ROOM
+    return 300.0 + 120.0 * robot.m + 160.0 * ranges if room is None else IN_ROOM
 
 
 def _over_shape(

@@ -161,7 +161,7 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     state.radii, state.range_bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
     state.wall_errors = np.zeros((len(settings.chain.walls.room.walls), 2))
     state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.chain.lidars), 3)), np.zeros(6)
-    state.zeros, state.clock_error = np.zeros(m), 0.0
+    state.zeros, state.clock_error, state.stretch_rates = np.zeros(m), 0.0, np.zeros(m)
     state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
     state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
     state.gyro_yaw, state.coasted = 0.0, np.zeros(4)
@@ -178,6 +178,7 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     if state.taut is None:
         return False
     state.P = _initial_covariance(settings, lay, state.taut.toward, checks.clock)
+    diagonal(state.P)[lay.stretch] = (settings.stretch_rate_sigma * state.lengths) ** 2
     state.constant_variances = diagonal(state.P)[lay.walls.start : lay.clock].copy()
     state.chain = None
     return True

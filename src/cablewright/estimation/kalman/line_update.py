@@ -69,8 +69,9 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s."""
     lay, P, J = state.layout, state.P, state.jacobian
     paid_out = state.radii * rotation
-    moved = J @ paid_out
-    state.lengths = state.lengths + paid_out
+    stretched = _predict_stretch(settings, state, dt)
+    moved = J @ (paid_out + stretched)
+    state.lengths = state.lengths + paid_out + stretched
     state.position = state.position + moved
     if dt > 0.0 and rotation.any():
         gain = min(1.0, dt / settings.chain.slackness.smoothing_time)
@@ -90,6 +91,27 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     variances[lay.lengths] += variance
     variances[lay.radii] += settings.radius_noise**2 * np.abs(rotation)
     variances[lay.ground] += settings.ground_noise**2 * distance
+
+
+def _predict_stretch(settings: FilterSettings, state: FilterState, dt: float) -> Array:
+    """Return the growth (m,), m, of the unstrained lengths in *dt*, s, by creep and hysteresis, and predict its rate.
+
+    The rate is a Gauss-Markov process; its covariance with all else moves lengths and B.
+    """
+    lay, P, J = state.layout, state.P, state.jacobian
+    rows = dt * P[lay.stretch]
+    P[lay.position] += J @ rows
+    P[lay.lengths] += rows
+    columns = dt * P[:, lay.stretch]
+    P[:, lay.position] += columns @ J.T
+    P[:, lay.lengths] += columns
+    keep = math.exp(-dt / settings.stretch_time)
+    P[lay.stretch] *= keep
+    P[:, lay.stretch] *= keep
+    diagonal(P)[lay.stretch] += (1.0 - keep * keep) * (settings.stretch_rate_sigma * state.lengths) ** 2
+    grown = dt * state.stretch_rates
+    state.stretch_rates = keep * state.stretch_rates
+    return grown
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
@@ -128,7 +150,9 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         zeros = diagonal(state.P)[lay.zeros]
         zeros[lines] = np.minimum(zeros[lines] + found.innovation[m:] ** 2, settings.zero_sigma**2)
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)
-    apply_update(state, H, found.innovation, found.noise, found.spread)
+    # a length is off by what no model has, which over hours would tell where lidars are, wrongly
+    surveyed = slice(lay.walls.start, lay.vertical_mount.stop)
+    apply_update(state, H, found.innovation, found.noise, found.spread, surveyed)
 
 
 class _Angles(NamedTuple):

@@ -23,6 +23,7 @@ from cablewright.solvers.taut import Taut
 _LONG_GAP: Final = 0.15  # s, of a step and a half
 _SHAKEN_SIGMA: Final = 0.01  # m
 INCONSISTENT: Final = f"its readings are over {math.sqrt(LARGE):g} times as far from the estimate as expected"
+_NONE: Final = slice(0, 0)
 _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, exceeded by one of 10 000
 
 
@@ -54,6 +55,8 @@ class FilterSettings:
     travel_noise: float = 5e-4
     drift_noise: float = 1e-4
     radius_noise: float = 3.6e-3
+    stretch_rate_sigma: float = 2e-5
+    stretch_time: float = 10.0
     velocity_noise: float = 0.01
     ground_noise: float = 0.03
     radius_sigma: float = 0.1
@@ -104,6 +107,7 @@ class Layout(NamedTuple):
     accelerometer_bias: slice
     range_bias: slice
     ground: int
+    stretch: slice  # m/s, by which each line's unstrained length grows and no encoder shows
     walls: slice  # of each: distance at its reference, and slope, as azimuth
     mounts: slice  # of each horizontal lidar: x, y and yaw, drum's axes
     vertical_mount: slice  # x, y, z and rotation vector, drum's axes
@@ -114,14 +118,13 @@ class Layout(NamedTuple):
     @classmethod
     def of(cls, m: int, lidars: int, walls: int) -> Layout:
         """Return the layout for *m* lines and so many horizontal *lidars* and *walls*."""
-        sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, 2 * walls, 3 * lidars, 6, m, 1]
+        sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, 1]
         ends = np.cumsum(sizes).tolist()
         at = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
-        p, v, attitude, lengths, radii, gyro, accelerometer, ranges, ground, room, mounts, vertical, zeros, clock = at
+        before, (ground, stretch, walls_at, mounts, vertical, zeros, clock) = at[:8], at[8:]
         return cls(
-            p, v, attitude, lengths, radii, gyro, accelerometer, ranges, ground.start, room, mounts, vertical, zeros,
-            clock.start, ends[-1],
-        )  # fmt: skip
+            *before, ground.start, stretch, walls_at, mounts, vertical, zeros, clock.start, ends[-1]
+        )
 
     @property
     def tilt(self) -> slice:
@@ -163,6 +166,7 @@ class FilterState:
     accelerometer_bias: Array = field(default_factory=lambda: np.zeros(2))
     range_bias: Array = field(default_factory=lambda: np.zeros(0))
     ground_height: float = 0.0  # m, under the valve
+    stretch_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m/s, of unstrained lengths
     wall_errors: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (w, 2) m, and rad
     mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
     vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
@@ -227,15 +231,19 @@ class FilterState:
         return np.asarray((change[:, :m] * self.radii) @ self.jacobian.T + change[:, m : m + 3])
 
 
-def kalman_update(P: Array, H: Array, innovation: Array, R: Array, spread: Array | None = None) -> tuple[Array, Array]:
+def kalman_update(
+    P: Array, H: Array, innovation: Array, R: Array, spread: Array | None = None, considered: slice = _NONE
+) -> tuple[Array, Array]:
     """Return the correction (n,) and the updated covariance, in Joseph's form, which stays symmetric and positive.
 
     *H* (k, n), *innovation* (k,), *R* (k, k). With a *spread* (k, k) the innovation is the mean of several that may be,
-    and that their covariance: the law of the state is their mixture, of which this keeps both moments.
+    and that their covariance: the law of the state is their mixture, of which this keeps both moments. States that are
+    *considered* (Schmidt 1966) count with their covariance and are not corrected.
     """
     PH = P @ H.T
     S = H @ PH + R
     K = PH / S[0, 0] if len(H) == 1 else np.linalg.solve(S, PH.T).T
+    K[considered] = 0.0
     A = -K @ H
     A.flat[:: len(P) + 1] += 1.0
     updated = A @ P @ A.T + K @ (R if spread is None else R + spread) @ K.T
@@ -255,9 +263,11 @@ def update_state(state: FilterState, sensor: str, H: Array, innovation: Array, R
     apply_update(state, H, innovation, R)
 
 
-def apply_update(state: FilterState, H: Array, innovation: Array, R: Array, spread: Array | None = None) -> None:
+def apply_update(
+    state: FilterState, H: Array, innovation: Array, R: Array, spread: Array | None = None, considered: slice = _NONE
+) -> None:
     """Update the state and its covariance by one measurement, as `kalman_update`."""
-    correction, state.P = kalman_update(state.P, H, innovation, R, spread)
+    correction, state.P = kalman_update(state.P, H, innovation, R, spread, considered)
     inject_correction(state, correction)
 
 
@@ -291,6 +301,7 @@ def inject_correction(state: FilterState, correction: Array) -> None:
     state.accelerometer_bias = state.accelerometer_bias + correction[lay.accelerometer_bias]
     state.range_bias = state.range_bias + correction[lay.range_bias]
     state.ground_height += float(correction[lay.ground])
+    state.stretch_rates = state.stretch_rates + correction[lay.stretch]
     state.wall_errors = state.wall_errors + correction[lay.walls].reshape(-1, 2)
     state.mount_errors = state.mount_errors + correction[lay.mounts].reshape(-1, 3)
     state.vertical_mount_error = state.vertical_mount_error + correction[lay.vertical_mount]
