@@ -101,6 +101,22 @@ def test_fusing_keeps_a_covariance_symmetric_and_positive_and_order_does_not_mat
     assert first == pytest.approx(second, rel=1e-4, abs=1e-12)
 
 
+def test_what_is_considered_counts_and_is_not_corrected() -> None:
+    """Errors of an estimate that leaves a constant as it was told follow its own covariance, and no gain is better."""
+    random, n, constant = np.random.default_rng(8), 4, slice(2, 4)
+    A = random.standard_normal((n, n))
+    P, H, R = A @ A.T + np.eye(n), random.standard_normal((2, n)), np.diag([0.3, 0.7])
+    truths = random.multivariate_normal(np.zeros(n), P, 40_000)
+    seen = truths @ H.T + random.multivariate_normal(np.zeros(2), R, 40_000)
+    gain = np.column_stack([kalman_update(P, H, way, R, considered=constant)[0] for way in np.eye(2)])
+    _, found = kalman_update(P, H, np.zeros(2), R, considered=constant)
+    assert (gain[constant] == 0.0).all()
+    assert found[constant, constant] == pytest.approx(P[constant, constant])
+    off = truths - seen @ gain.T
+    assert np.cov(off.T) == pytest.approx(found, abs=0.05 * np.abs(found).max())
+    assert np.trace(kalman_update(P, H, np.zeros(2), R)[1]) < np.trace(found) < np.trace(P)
+
+
 def test_a_bound_has_95_of_100_errors_in_it() -> None:
     random = np.random.default_rng(7)
     for sigmas in ([1.0, 1.0, 1.0], [3.0, 1.0, 0.2], [2.0, 0.01, 0.01]):
@@ -162,6 +178,31 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
     assert np.linalg.norm(state.position - before) < 3e-4
     assert np.abs(line_update.excess(state) - slack).max() < 3e-4
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
+
+
+def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covariance(later: FilterState) -> None:
+    """The covariance of a prediction is that of its own differences, but for what it adds as noise."""
+    lay, rotation, dt = later.layout, np.array([1e-3, -2e-3, 1e-3, 5e-4]), 0.01
+    parts = np.r_[lay.position, lay.lengths, lay.radii, lay.stretch]
+
+    def predicted(part: int | None, step: float = 0.0) -> np.ndarray:
+        state = copy.deepcopy(later)
+        if part is not None:
+            by = np.zeros(lay.size)
+            by[part] = step
+            inject_correction(state, by)
+        line_update.predict(dataclasses.replace(KNOWN, layers=None), state, rotation, dt)
+        return np.concatenate([state.position, state.lengths, np.log(state.radii), state.stretch_rates])
+
+    base, step = predicted(None), 1e-5
+    F = np.column_stack([(predicted(int(part), step) - base) / step for part in parts])
+    state = copy.deepcopy(later)
+    line_update.predict(dataclasses.replace(KNOWN, layers=None), state, rotation, dt)
+    whole = np.ix_(parts, parts)
+    noise = state.P[whole] - F @ later.P[whole] @ F.T
+    scale = np.sqrt(np.outer(np.diag(later.P)[parts], np.diag(later.P)[parts]))
+    assert (np.abs(noise - np.diag(np.diag(noise))) < 1e-6 * scale).all()
+    assert (np.diag(noise) > -1e-9 * np.diag(scale)).all()
 
 
 def test_a_moving_machine_is_found_within_millimetres_and_its_covariance(whole: Any) -> None:

@@ -15,12 +15,14 @@ from cablewright.estimation.chain.state import ObserverSettings
 from cablewright.estimation.drum_clock import ClockSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman import filter as error_state
+from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.state import FilterSettings
 from cablewright.estimation.lidar.localisation import WallSettings
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
 from cablewright.estimation.lidar.scan import LidarModel
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.estimation.tilt import TiltSettings
+from cablewright.machine.coils import coil_of
 from cablewright.machine.sensors import LidarSettings
 from cablewright.machine.settings import MachineSettings, RoomSettings
 from cablewright.models.statics import Model
@@ -102,7 +104,9 @@ def filter_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[La
         sigmas["distance_sigma"] = max(settings.distance.deviation, 1e-4)
     if settings.line_angles is not None:
         sigmas["zero_sigma"] = settings.line_angles.bias
-    return FilterSettings(chain, **sigmas)
+    coils = [coil_of(line, winch) for line in robot.lines]
+    layers = CoilLayers(coils, winch.held, winch.pitch, winch.radius_deviation, winch.radius_turns)
+    return FilterSettings(chain, **sigmas, layers=layers)
 
 
 @dataclass(frozen=True, eq=False)

@@ -159,6 +159,8 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     state.accelerometer_bias, state.gyro_bias, state.angular_rate = np.zeros(2), np.zeros(3), np.zeros(3)
     state.measured_tilts.clear()
     state.radii, state.range_bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
+    if settings.layers is not None:
+        state.layer_radii = settings.layers.radii(state.lengths)
     state.wall_errors = np.zeros((len(settings.chain.walls.room.walls), 2))
     state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.chain.lidars), 3)), np.zeros(6)
     state.zeros, state.clock_error, state.stretch_rates = np.zeros(m), 0.0, np.zeros(m)

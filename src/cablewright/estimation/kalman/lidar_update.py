@@ -190,6 +190,7 @@ def _wall_observation(
         H[0, lay.radii] = by_rates = slope * toward * state.drum_rates
         H[1, lay.radii] = along * by_rates - toward * sweep.change[1, :m]
         H[1, lay.velocity][:2] = -coasting_time * n
+    H[1, lay.stretch] = -(n @ J[:2]) * (state.last_encoder_time - sweep.middle_time - coasting_time)
     height = settings.chain.walls.lidars[one.lidar].mount[2]
     H[1, lay.attitude] = _attitude_slopes(n, yaw, np.array([ahead, left, height]))
     late = state.last_imu_time - extracted.scan.time

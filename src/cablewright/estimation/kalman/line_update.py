@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
+from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone, share_at
 from cablewright.estimation.kalman.state import (
     FilterSettings,
@@ -70,7 +71,9 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     lay, P, J = state.layout, state.P, state.jacobian
     paid_out = state.radii * rotation
     stretched = _predict_stretch(settings, state, dt)
-    moved = J @ (paid_out + stretched)
+    unseen = J @ stretched
+    moved = J @ paid_out + unseen
+    state.coasted[:3] += unseen
     state.lengths = state.lengths + paid_out + stretched
     state.position = state.position + moved
     if dt > 0.0 and rotation.any():
@@ -91,6 +94,17 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     variances[lay.lengths] += variance
     variances[lay.radii] += settings.radius_noise**2 * np.abs(rotation)
     variances[lay.ground] += settings.ground_noise**2 * distance
+    if settings.layers is not None:
+        _predict_layers(settings.layers, state)
+
+
+def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
+    """Predict the radii where layers of the coils end."""
+    expected = layers.radii(state.lengths)
+    change, state.layer_radii = expected - state.layer_radii, expected
+    if change.any():
+        diagonal(state.P)[state.layout.radii] += layers.doubt(change, state.radii)
+        state.radii = state.radii + change
 
 
 def _predict_stretch(settings: FilterSettings, state: FilterState, dt: float) -> Array:

@@ -13,6 +13,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, ObserverState
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
 from cablewright.estimation.reading_checks import ReadingChecks
 from cablewright.estimation.slackness import SlacknessState
@@ -36,7 +37,8 @@ class FilterSettings:
     Process noise, as random walks: ``travel_noise`` m per root metre that B moves, of B and of lengths, for errors of
     anchors and moduli; ``drift_noise`` m per root second, likewise; ``radius_noise`` of each radius, a share per root
     radian; ``velocity_noise`` m/s per root second, of B's velocity without encoders; ``ground_noise`` m per root metre,
-    of the ground under the valve; ``gyro_noise`` rad per root second.
+    of the ground under the valve; ``gyro_noise`` rad per root second. Cables stretch by creep and hysteresis, unseen by
+    encoders, at a rate of ``stretch_rate_sigma`` per second that is correlated for ``stretch_time`` s.
 
     Initial: ``radius_sigma`` as a share, ``gyro_bias_sigma`` rad/s, ``accelerometer_bias_sigma`` rad of tilt,
     ``height_bias_sigma`` m of the vertical lidar's range, ``zero_sigma`` rad of each line accelerometer's zero.
@@ -48,7 +50,8 @@ class FilterSettings:
     ``attitude_sigma`` rad of the estimate.
 
     Without the IMU: ``turn_rate_sigma`` rad/s of the drum, ``skew_time`` s: error of a wall's distance, m, for each
-    rad/s during the turn. ``max_position_sigma``: m in space, beyond which the estimate is invalid.
+    rad/s during the turn. ``layers``: where radii step; None: not known. ``max_position_sigma``: m in space, beyond
+    which the estimate is invalid.
     """
 
     chain: ObserverSettings
@@ -81,6 +84,7 @@ class FilterSettings:
     turn_rate_sigma: float = math.radians(1.5)
     skew_time: float = 0.15
     max_position_sigma: float = 0.1
+    layers: CoilLayers | None = None
 
     def __post_init__(self) -> None:
         """Refuse numbers that are not positive and finite."""
@@ -88,7 +92,7 @@ class FilterSettings:
             if name == "zero_sigma":
                 if not 0.0 <= value < math.inf:
                     raise InputError(f"{name} = {value:g}: a finite number from 0 on is expected")
-            elif name != "chain" and not 0.0 < value < math.inf:
+            elif name not in ("chain", "layers") and not 0.0 < value < math.inf:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
 
@@ -121,10 +125,12 @@ class Layout(NamedTuple):
         sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, 1]
         ends = np.cumsum(sizes).tolist()
         at = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
-        before, (ground, stretch, walls_at, mounts, vertical, zeros, clock) = at[:8], at[8:]
+        p, v, turn, lengths, radii, gyro, accelerometer, ranges, ground, stretch = at[:10]
+        room, mounts, vertical, zeros, clock = at[10:]
         return cls(
-            *before, ground.start, stretch, walls_at, mounts, vertical, zeros, clock.start, ends[-1]
-        )
+            p, v, turn, lengths, radii, gyro, accelerometer, ranges, ground.start, stretch,
+            room, mounts, vertical, zeros, clock.start, ends[-1],
+        )  # fmt: skip
 
     @property
     def tilt(self) -> slice:
@@ -166,6 +172,7 @@ class FilterState:
     accelerometer_bias: Array = field(default_factory=lambda: np.zeros(2))
     range_bias: Array = field(default_factory=lambda: np.zeros(0))
     ground_height: float = 0.0  # m, under the valve
+    layer_radii: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m, expected by the layers of the coils
     stretch_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m/s, of unstrained lengths
     wall_errors: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (w, 2) m, and rad
     mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
@@ -176,7 +183,7 @@ class FilterState:
     consistency: Consistency = field(default_factory=Consistency)
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
-    coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): displacement, m, and time, s, without encoders
+    coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): motion that no count shows, m; coasting, s
     motion_history: TimeBuffer = field(default_factory=lambda: TimeBuffer(1, 1))  # `drum_angles` and `coasted`
     attitude_history: TimeBuffer = field(default_factory=lambda: TimeBuffer(3, 1))  # `gyro_yaw` and `tilt`
     angular_rate: Array = field(default_factory=lambda: np.zeros(3))  # rad/s, of tilt and yaw

@@ -50,7 +50,8 @@ class VerticalTurn(NamedTuple):
     yaw: Array  # (k,) rad
     gyro_time: Array  # (k,) s over which the gyro is integrated since
     rotation: Array  # (k, m) rad, of the winch drums since
-    coasting_time: Array  # (k,) s without encoders since
+    coasting_time: Array  # (k,) s without encoders since ...
+    counted_time: Array  # (k,) ... and with them
     position: Array  # (k, 3) m, world, of B, by the estimate at ...
     estimate: Array  # ... (3,) m
 
@@ -94,6 +95,7 @@ def _turn(
         gyro_time,
         motion.rotation[good],
         motion.coasting_time[good],
+        state.last_encoder_time - scan.times[good] - motion.coasting_time[good],
         state.position - motion.displacement[good],
         state.position,
     )
@@ -130,6 +132,7 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.rotation[good].mean(axis=0)
         coasting_time = float(turn.coasting_time[good].mean())
         H[0, lay.velocity][2] = -coasting_time
+        H[0, lay.stretch] = -state.jacobian[2] * turn.counted_time[good].mean()
         H[0, lay.attitude] = y, -x, 0.0
         H[0, lay.gyro_bias] = turn.gyro_time[good].mean() * H[0, lay.attitude]
         H[0, lay.range_bias.stop - 1] = -float(steep.mean())
@@ -158,6 +161,7 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
     flat = np.flatnonzero(turn.axis_cosine < _WALL_COSINE)
     rays, points, beams = turn.rays[flat], turn.points[flat], turn.beams[flat]
     rotation, coasting_times, gyro_time = turn.rotation[flat], turn.coasting_time[flat], turn.gyro_time[flat]
+    counted_time = turn.counted_time[flat]
     lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
     c, s = np.cos(turn.yaw[flat]), np.sin(turn.yaw[flat])
     above = turn.position[flat, 2] + points[:, 2] > height.floor + _WALL_HEIGHT
@@ -185,6 +189,7 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
         H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * rotation[good].mean(axis=0)
         coasting_time = float(coasting_times[good].mean())
         H[0, lay.velocity][:2] = -n * coasting_time
+        H[0, lay.stretch] = -(n @ state.jacobian[:2]) * counted_time[good].mean()
         H[0, lay.attitude] = -b * z, a * z, b * x - a * y
         H[0, lay.gyro_bias] = gyro_time[good].mean() * H[0, lay.attitude]
         H[0, lay.range_bias.stop - 1] = -float(steep[good].mean())

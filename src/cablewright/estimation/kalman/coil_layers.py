@@ -1,0 +1,57 @@
+"""Where the radius of a winch drum steps: the layers of its cable, whose ends an owner knows to about a turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import NormalDist
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.models.coil import TURN, Coil
+
+_STEP: Final = 0.02  # m, of the table
+_QUANTILES: Final = np.array([NormalDist().inv_cdf((k + 0.5) / 41.0) for k in range(41)])
+_SURE: Final = 0.1  # turns: by which an end is off at least
+
+
+class CoilLayers:
+    """Expected radii of m winch drums by the length that is out.
+
+    Where a layer ends is known with the standard deviation that irregular turns add up to: *deviation* of each radius,
+    m, correlated over *turns*. There the expected radius goes from one layer's to the next, and `doubt` is how much of
+    the step may come at once.
+    """
+
+    def __init__(
+        self, coils: Sequence[Coil], total_length: float, pitch: float, deviation: float, turns: float
+    ) -> None:
+        """*coils*: as they lie regularly, with *total_length* of cable each, m; *pitch*: of their layers, m."""
+        self._pitch = pitch
+        out = np.arange(0.0, total_length, _STEP)
+        self._table = np.array([_expected(coil, total_length - out, deviation, turns) for coil in coils])
+        self._lines = np.arange(len(coils))
+
+    def radii(self, lengths: Array) -> Array:
+        """Return the expected radius (m,), m, of each drum with *lengths* (m,), m, out."""
+        place = np.clip(lengths / _STEP, 0.0, self._table.shape[1] - 1.001)
+        below = place.astype(np.intp)
+        low, high = self._table[self._lines, below], self._table[self._lines, below + 1]
+        return np.asarray(low + (place - below) * (high - low))
+
+    def doubt(self, change: Array, radii: Array) -> Array:
+        """Return the variance (m,) of each radius, as a share, after an expected *change* (m,), m, of *radii* (m,).
+
+        A step of one pitch comes somewhere in the change with the probability change / pitch.
+        """
+        return np.asarray(self._pitch * np.abs(change) / radii**2)
+
+
+def _expected(coil: Coil, wound: Array, deviation: float, turns: float) -> Array:
+    """Mean radius (k,), m, over all places where the layers of a *coil* may end, with so much cable *wound* (k,), m."""
+    regular = np.array([coil.angle(float(each)) / TURN for each in wound])
+    radii = np.interp(regular, np.arange(len(coil.radii)), coil.radii)
+    off = deviation / radii * np.sqrt(2.0 * turns * regular)  # turns, that the sum of so many is off by
+    places = regular[:, None] + np.maximum(off, _SURE)[:, None] * _QUANTILES
+    return np.asarray(np.interp(places, np.arange(len(coil.radii)), coil.radii).mean(axis=1))
