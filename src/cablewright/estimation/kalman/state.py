@@ -78,7 +78,7 @@ class FilterSettings:
     line_angle_sigma: float = math.radians(0.05)
     excess_sigma: float = 5e-4
     mass_sigma: float = 0.2
-    stretch_sigma: float = 0.25
+    stretch_sigma: float = 0.4
     velocity_sigma: float = 1e-3
     attitude_sigma: float = 1e-4
     turn_rate_sigma: float = math.radians(1.5)
