@@ -1,4 +1,4 @@
-"""Where the radius of a winch drum steps: the layers of its cable, whose ends an owner knows to about a turn."""
+"""Where the radius of a winch drum steps: the layers of its cable, whose ends an owner knows to about half a turn."""
 
 from __future__ import annotations
 
