@@ -218,6 +218,11 @@ def _is_lost(settings: FilterSettings, state: FilterState) -> bool:
     return lost or (turns >= settings.chain.max_rejections and state.time - state.settling_start > _MIN_TRACKING_TIME)
 
 
+def _is_contradicted(settings: FilterSettings, state: FilterState) -> bool:
+    """Whether all horizontal lidars see walls that are elsewhere, turn after turn: B may be where they say."""
+    return all(state.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.chain.lidars)
+
+
 def _reinitialise(settings: FilterSettings, state: FilterState) -> None:
     """Search the position by the chain again; active faults stay."""
     state.chain = observer.start(settings.chain)
@@ -411,7 +416,7 @@ def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
         frozen(state.radii),
         covariance,
         monitor.faults,
-        valid=sure and current and not monitor.is_active("encoders", "lost"),
+        valid=sure and current and not monitor.is_active("encoders", "lost") and not _is_contradicted(settings, state),
         clearance=float(position[2]) + state.clearance_offset,
         consistency=state.consistency.means,
     )
