@@ -180,6 +180,21 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
 
 
+def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -> None:
+    settings, lines = dataclasses.replace(KNOWN, zero_sigma=0.026), np.arange(4)
+    state = copy.deepcopy(later)
+    rows, first = np.arange(state.layout.zeros.start, state.layout.zeros.stop), 0.026**2
+    state.P[rows, rows] = 0.1 * first
+    state.zeros = np.full(4, 0.03)
+    line_update._doubt_zeros(settings, state, lines[:2], np.array([0.3, 9.0]) * first)
+    assert state.P[rows, rows] == pytest.approx(first * np.array([0.4, 1.0, 0.1, 0.1]))
+    # told and learnt together, before: 0.03; what was learnt alone is unchanged where its weight is less
+    assert state.zeros == pytest.approx([0.03 * 0.6 / 0.9, 0.0, 0.03, 0.03])
+    for _ in range(100):
+        line_update._doubt_zeros(settings, state, lines, np.full(4, first))
+    assert np.abs(state.zeros).max() < 1e-9
+
+
 def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covariance(later: FilterState) -> None:
     """The covariance of a prediction is that of its own differences, but for what it adds as noise."""
     lay, rotation, dt = later.layout, np.array([1e-3, -2e-3, 1e-3, 5e-4]), 0.01

@@ -54,7 +54,7 @@ _GROUND_SIGMA: Final = 0.1  # m, of the ground under the valve at the start
 _MAX_GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not relied on
 _JUMP_YAW: Final = math.radians(2.0)  # deviation of yaw while the clock jumped
 _DOUBTFUL_TURNS: Final = 2  # rejected turns in a row after which position and yaw are as uncertain as at the start
-_WALK: Final = 0.1 / math.sqrt(60.0)  # of each constant's first deviation, per root second: no model is exact
+_WALK: Final = 0.1 / math.sqrt(60.0)  # of each surveyed number's first deviation, per root second: no model is exact
 _CLOCK_TIME: Final = 60.0  # s over which the drum's clock wanders
 _MIN_TRACKING_TIME: Final = 10.0  # s between two initialisations
 _WINCH_DRIFT: Final = 5e-3  # m per root second, of a length whose winch is not measured
@@ -119,8 +119,8 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
 
 def _accepted(state: FilterState, frame: SensorFrame, dt: float) -> Iterator[Reading]:
     """Yield the frame's readings by the machine's clock; the drum's wanders off within the bounds of its lag."""
-    clock, at = state.checks.clock, state.layout.clock
-    diagonal(state.P)[state.layout.walls.start : at] += _WALK**2 * dt * state.constant_variances
+    clock, at, surveyed = state.checks.clock, state.layout.clock, state.layout.surveyed
+    diagonal(state.P)[surveyed] += _WALK**2 * dt * state.survey_variances
     if clock is not None:
         keep = math.exp(-dt / _CLOCK_TIME)
         state.clock_error *= keep
@@ -181,7 +181,7 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
         return False
     state.P = _initial_covariance(settings, lay, state.taut.toward, checks.clock)
     diagonal(state.P)[lay.stretch] = (settings.stretch_rate_sigma * state.lengths) ** 2
-    state.constant_variances = diagonal(state.P)[lay.walls.start : lay.clock].copy()
+    state.survey_variances = diagonal(state.P)[lay.surveyed].copy()
     state.chain = None
     return True
 

@@ -161,12 +161,25 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         return
     if count:  # the position is measured, so lengths must be wrong
         diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
-        zeros = diagonal(state.P)[lay.zeros]
-        zeros[lines] = np.minimum(zeros[lines] + found.innovation[m:] ** 2, settings.zero_sigma**2)
+        _doubt_zeros(settings, state, lines, found.innovation[m:] ** 2)
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)
     # a length is off by what no model has, which over hours would tell where lidars are, wrongly
-    surveyed = slice(lay.walls.start, lay.vertical_mount.stop)
-    apply_update(state, H, found.innovation, found.noise, found.spread, surveyed)
+    apply_update(state, H, found.innovation, found.noise, found.spread, lay.surveyed)
+
+
+def _doubt_zeros(settings: FilterSettings, state: FilterState, lines: NDArray[np.intp], more: Array) -> None:
+    """Make the zeros of j *lines* less sure by variances *more* (j,), rad^2, and as much less far from what was told.
+
+    What was learnt of a zero besides what its owner was told counts less: without that it would wander off in steps.
+    """
+    first = settings.zero_sigma**2
+    if first > 0.0:
+        variances = diagonal(state.P)[state.layout.zeros]
+        before = variances[lines]
+        after = np.maximum(before, np.minimum(before + more, first))
+        variances[lines] = after
+        learnt = np.maximum(first - before, 1e-3 * first)
+        state.zeros[lines] *= np.clip((first - after) / learnt, 0.0, 1.0)
 
 
 class _Angles(NamedTuple):

@@ -133,6 +133,11 @@ class Layout(NamedTuple):
         )  # fmt: skip
 
     @property
+    def surveyed(self) -> slice:
+        """What an owner measured with a tape: walls and mounts of lidars."""
+        return slice(self.walls.start, self.vertical_mount.stop)
+
+    @property
     def tilt(self) -> slice:
         """The first two of the attitude."""
         return slice(self.attitude.start, self.attitude.start + 2)
@@ -179,7 +184,7 @@ class FilterState:
     vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
     zeros: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad
     clock_error: float = 0.0  # s
-    constant_variances: Array = field(default_factory=lambda: np.zeros(0))  # at first, from `Layout.walls` to `zeros`
+    survey_variances: Array = field(default_factory=lambda: np.zeros(0))  # of `Layout.surveyed`, at first
     consistency: Consistency = field(default_factory=Consistency)
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
