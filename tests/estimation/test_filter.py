@@ -198,21 +198,23 @@ def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -
 def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covariance(later: FilterState) -> None:
     """The covariance of a prediction is that of its own differences, but for what it adds as noise."""
     lay, rotation, dt = later.layout, np.array([1e-3, -2e-3, 1e-3, 5e-4]), 0.01
+    settings, later = dataclasses.replace(KNOWN, layers=None), copy.deepcopy(later)
+    later.stretching = 0.0
     parts = np.r_[lay.position, lay.lengths, lay.radii, lay.stretch]
 
-    def predicted(part: int | None, step: float = 0.0) -> np.ndarray:
+    def predicted(by: np.ndarray) -> FilterState:
         state = copy.deepcopy(later)
-        if part is not None:
-            by = np.zeros(lay.size)
-            by[part] = step
-            inject_correction(state, by)
-        line_update.predict(dataclasses.replace(KNOWN, layers=None), state, rotation, dt)
+        inject_correction(state, by)
+        line_update.predict(settings, state, rotation, dt)
+        line_update.update_jacobian(settings, state, at_once=True)
+        return state
+
+    def numbers(state: FilterState) -> np.ndarray:
         return np.concatenate([state.position, state.lengths, np.log(state.radii), state.stretch_rates])
 
-    base, step = predicted(None), 1e-5
-    F = np.column_stack([(predicted(int(part), step) - base) / step for part in parts])
-    state = copy.deepcopy(later)
-    line_update.predict(dataclasses.replace(KNOWN, layers=None), state, rotation, dt)
+    state, step = predicted(np.zeros(lay.size)), 1e-5
+    ways = step * np.eye(lay.size)[parts]
+    F = np.column_stack([(numbers(predicted(way)) - numbers(state)) / step for way in ways])
     whole = np.ix_(parts, parts)
     noise = state.P[whole] - F @ later.P[whole] @ F.T
     scale = np.sqrt(np.outer(np.diag(later.P)[parts], np.diag(later.P)[parts]))

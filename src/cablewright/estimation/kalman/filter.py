@@ -166,7 +166,7 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     state.zeros, state.clock_error, state.stretch_rates = np.zeros(m), 0.0, np.zeros(m)
     state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
     state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
-    state.gyro_yaw, state.coasted = 0.0, np.zeros(4)
+    state.gyro_yaw, state.coasted, state.stretching = 0.0, np.zeros(4), 0.0
     checks = state.checks = chain.checks
     state.last_encoder_time = now if checks.last_encoders is None else checks.last_encoders.time
     state.last_imu_time = now if checks.last_imu is None else checks.last_imu.time

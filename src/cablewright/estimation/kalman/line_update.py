@@ -41,9 +41,15 @@ _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is
 
 
 def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bool = False) -> None:
-    """Compute the taut lines at B and the Jacobian of B by lengths, if they are old or *at_once*."""
+    """Compute the taut lines at B and the Jacobian of B by lengths, if they are old or *at_once*.
+
+    What changes as slowly is predicted with them: rates of stretch, and radii where layers of the coils end.
+    """
     if not at_once and state.time - state.taut_time < _JACOBIAN_INTERVAL:
         return
+    _spread_stretch(settings, state)
+    if settings.layers is not None:
+        _predict_layers(settings.layers, state)
     model = settings.chain.model
     taut = taut_at(model, state.position)
     if not np.isfinite(taut.toward).all():
@@ -70,7 +76,8 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s."""
     lay, P, J = state.layout, state.P, state.jacobian
     paid_out = state.radii * rotation
-    stretched = _predict_stretch(settings, state, dt)
+    stretched = dt * state.stretch_rates
+    state.stretching += dt
     unseen = J @ stretched
     moved = J @ paid_out + unseen
     state.coasted[:3] += unseen
@@ -94,8 +101,6 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     variances[lay.lengths] += variance
     variances[lay.radii] += settings.radius_noise**2 * np.abs(rotation)
     variances[lay.ground] += settings.ground_noise**2 * distance
-    if settings.layers is not None:
-        _predict_layers(settings.layers, state)
 
 
 def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
@@ -107,12 +112,15 @@ def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
         state.radii = state.radii + change
 
 
-def _predict_stretch(settings: FilterSettings, state: FilterState, dt: float) -> Array:
-    """Return the growth (m,), m, of the unstrained lengths in *dt*, s, by creep and hysteresis, and predict its rate.
+def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
+    """Predict the rates of stretch, and what they did to the covariance of lengths and B, since the last time.
 
-    The rate is a Gauss-Markov process; its covariance with all else moves lengths and B.
+    A rate is a Gauss-Markov process.
     """
-    lay, P, J = state.layout, state.P, state.jacobian
+    lay, P, J, dt = state.layout, state.P, state.jacobian, state.stretching
+    if not dt > 0.0:
+        return
+    state.stretching = 0.0
     rows = dt * P[lay.stretch]
     P[lay.position] += J @ rows
     P[lay.lengths] += rows
@@ -123,9 +131,7 @@ def _predict_stretch(settings: FilterSettings, state: FilterState, dt: float) ->
     P[lay.stretch] *= keep
     P[:, lay.stretch] *= keep
     diagonal(P)[lay.stretch] += (1.0 - keep * keep) * (settings.stretch_rate_sigma * state.lengths) ** 2
-    grown = dt * state.stretch_rates
     state.stretch_rates = keep * state.stretch_rates
-    return grown
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:

@@ -178,6 +178,7 @@ class FilterState:
     range_bias: Array = field(default_factory=lambda: np.zeros(0))
     ground_height: float = 0.0  # m, under the valve
     layer_radii: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m, expected by the layers of the coils
+    stretching: float = 0.0  # s since the covariance had what the rates of stretch did
     stretch_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m/s, of unstrained lengths
     wall_errors: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (w, 2) m, and rad
     mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
