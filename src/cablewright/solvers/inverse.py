@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,6 +16,9 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run
+
+BLOCK: Final = 128 * 64
+"""Poses of a path that a study solves between two reports of progress: a multiple of the kernels' chunk."""
 
 
 def inverse(

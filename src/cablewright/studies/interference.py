@@ -37,7 +37,7 @@ from cablewright.printing.path import Samples
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure
 from cablewright.robot import Robot
-from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.studies.job_poses import along, sampled
 from cablewright.studies.memory import require_for_samples
 from cablewright.triangle_mesh import TriangleMesh
@@ -45,7 +45,6 @@ from cablewright.triangle_mesh import TriangleMesh
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a job whose arrays are in files."""
 
-BLOCK = 128 * 64  # samples between two reports of progress
 PART = KINDS.index("part")
 ROOM = 0.25  # margin about the part in which the free region is sought, as a share of the part's largest side
 

@@ -25,7 +25,7 @@ from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range, ranges_of
 from cablewright.solvers.arguments import as_poses, given_numbers
-from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.inverse import BLOCK, solve_inverse
 
 METHODS: dict[str, Method] = {each.name: each for each in (Vertices(), FirstOrder(), MonteCarlo())}
 
@@ -64,7 +64,6 @@ CONTRIBUTION = (
            "vertical part", shown="mm"),
     Figure("offset", "m", "x, y and z of that displacement.", detail=True),
 )  # fmt: skip
-BLOCK = 128 * 64  # poses of a path that are solved together: a multiple of the kernels' chunk
 TOO_CURVED = 0.05
 """Share of the spread by which first order may be off before a note says so."""
 
@@ -208,7 +207,7 @@ class Accuracy(Result):
     @property
     def contributions(self) -> tuple[Contribution, ...]:
         """Each uncertain parameter with its effect, largest first."""
-        offsets = np.zeros((len(self.ranges), 3)) if not len(self) else np.full((len(self.ranges), 3), np.nan)
+        offsets = np.full((len(self.ranges), 3), np.nan if len(self) else 0.0)
         largest = np.full(len(offsets), -1.0)
         for rows in blocks(len(self)):
             effects = self.spread.effects[rows]

@@ -18,7 +18,6 @@ from cablewright.arrays import Array
 from cablewright.estimation import slackness
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.state import ObserverState
-from cablewright.estimation.drum_clock import DrumClock
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, diagonal, inflate_position
 from cablewright.estimation.reading_checks import (
@@ -179,15 +178,15 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     line_update.update_jacobian(settings, state, at_once=True)
     if state.taut is None:
         return False
-    state.P = _initial_covariance(settings, lay, state.taut.toward, checks.clock)
-    diagonal(state.P)[lay.stretch] = (settings.stretch_rate_sigma * state.lengths) ** 2
+    state.P = _initial_covariance(settings, state, state.taut.toward)
     state.survey_variances = diagonal(state.P)[lay.surveyed].copy()
     state.chain = None
     return True
 
 
-def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array, clock: DrumClock | None) -> Array:
+def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Array) -> Array:
     """Covariance of the state that the chain hands over."""
+    lay, clock = state.layout, state.checks.clock
     sigma = np.zeros(lay.size)
     lidars = settings.chain.walls.lidars
     turn = max(one.turn_sigma for one in lidars)  # of a mount that the chain takes to be exact
@@ -202,7 +201,7 @@ def _initial_covariance(settings: FilterSettings, lay: Layout, toward: Array, cl
     if settings.chain.height is not None:
         own = settings.chain.height
         sigma[lay.vertical_mount] = np.repeat([own.place_sigma, own.turn_sigma], 3)
-    sigma[lay.zeros] = settings.zero_sigma
+    sigma[lay.zeros], sigma[lay.stretch] = settings.zero_sigma, settings.stretch_rate_sigma * state.lengths
     sigma[lay.clock] = 0.0 if clock is None else clock.sigma
     P = np.diag(sigma**2)
     rows = np.r_[lay.position, lay.lengths]

@@ -20,13 +20,12 @@ from cablewright.printing.timing import TimeLaw, accelerations, corner_speeds
 from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
-from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.solvers.limits import drum_arms
 from cablewright.solvers.linearise import linearise_solved
 from cablewright.studies.checks.path_statics import PathStatics
 from cablewright.studies.interference import Clearances, JobDistances
 
-BLOCK: Final = 128 * 64  # samples solved between two reports of progress; a multiple of the kernels' chunk
 RESERVE: Final = 1.1
 """Tension kept from the limits at rest, in units of what acceleration takes."""
 

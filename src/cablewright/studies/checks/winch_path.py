@@ -16,10 +16,9 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.progress import Progress, silent
-from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.studies.job_poses import along, sampled
 
-BLOCK: Final = 128 * 64
 TOLERANCE: Final = 2e-5
 """Default of the largest error of a length between two points, m."""
 
