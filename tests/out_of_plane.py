@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from cablewright.robot import Eyelet, Line, PlatformSheave, Pulley, Robot, Swivel, load
 from oracles import guided_paths as oracle
 
-KINDS = ("tilted", "horizontal", "aside", "platform sheaves", "both", "pulleys", "guides", "mixed")
+KINDS = ("tilted", "horizontal", "aside", "platform sheaves", "both", "pulleys", "guides", "mixed", "mounts", "pulleys on mounts")
 MIXED = ("tilted", "platform sheaves", "pulleys", "both", "guides", "aside")
 FEED = 2.0  # m of dead span before every other tilted swivel
 
@@ -37,6 +37,11 @@ def checked(robot: Robot) -> Robot:
 
 def guided(line: Line, kind: str, i: int, rng: np.random.Generator) -> Line:
     """The line with another way from its winch to its platform point."""
+    if "mounts" in kind:
+        way = "pulleys" if "pulleys" in kind else ("platform sheaves", "tilted", "both", "guides")[i % 4]
+        soft = 3e-6 * rng.normal(size=(3, 3))
+        own = {"exit_compliance": 8e-6 if i in (0, 3, 5) else tuple(map(tuple, (soft @ soft.T / 1e-6).tolist()))}
+        return guided(line, way, i, rng).model_copy(update=own)
     exit_point, own = np.array(line.exit_point), {"winch_exit": None, "dead_length": 0.0, "sheave": Eyelet()}
     inward = -exit_point * [1.0, 1.0, 0.0] / np.linalg.norm(exit_point[:2])
     if kind in ("tilted", "horizontal", "both"):
@@ -120,6 +125,24 @@ def touched(line: Line, force: np.ndarray | None, away: np.ndarray | None = None
         turn = np.arctan2(np.cross(arrival, radial) @ normal, arrival @ radial) % (2 * np.pi)
         return exit_point + radius * radial, radius * turn
     return exit_point, 0.0
+
+
+def towards_winch(line: Line) -> np.ndarray:
+    """Unit vector along the dead span at the exit point; zero where it is not modelled."""
+    if line.winch_exit is None:
+        return np.zeros(3)
+    back = np.array(line.last_guide) - line.exit_point
+    if isinstance(line.sheave, Pulley):
+        back = np.array(line.last_guide) - touched(line, None)[0]
+    return unit(back)
+
+
+def given_way(line: Line, force: np.ndarray) -> np.ndarray:
+    """How far the exit goes, m, under the *force* of the free span on one cable, N, and that of the dead span."""
+    compliance = np.array(line.exit_compliance or 0.0)
+    compliance = compliance * np.eye(3) if compliance.ndim == 0 else compliance
+    load = line.advantage * line.cables * force + line.cables * np.linalg.norm(force) * towards_winch(line)
+    return compliance @ load
 
 
 class Aside:

@@ -19,6 +19,7 @@ from cablewright.robot.new_robot import Outline, robot_file
 from cablewright.robot.parameter_values import with_modulus
 from cablewright.robot.parameters import Parameter, nominal
 from cablewright.solvers.linearise import tension_changes
+from cablewright.solvers.parameters import response
 from oracles import guided_paths as oracle
 from oracles import irvine
 
@@ -114,6 +115,8 @@ def textbook(line: Line, state: np.ndarray, weight: float, pose: np.ndarray, mod
     x, z = irvine.span(np.hypot(*start[:2]), start[2], free, weight, stiffness)
     across = start[:2] / np.hypot(*start[:2])
     left, contact = out_of_plane.touched(line, start)
+    gave = out_of_plane.given_way(line, start)
+    left = left + gave
     anchor, wound = R @ np.array(line.platform_point), 0.0
     if line.platform_sheave is not None:
         axis = R @ out_of_plane.unit(line.platform_sheave.axis)
@@ -136,6 +139,7 @@ def textbook(line: Line, state: np.ndarray, weight: float, pose: np.ndarray, mod
         spans, heights = np.diff(points, axis=0), points[:, 2] - points[-1, 2]
         mean = np.linalg.norm(spans, axis=1) @ (0.5 * (heights[:-1] + heights[1:]))
         rise = mean / np.linalg.norm(spans, axis=1).sum() ** 2  # mean height over the sheave, per length
+    dead -= float(gave @ out_of_plane.towards_winch(line))
     unstrained = mp.findroot(
         lambda L: L * (1 + (mpf(tension) + weight * L * rise) / stiffness) - dead, dead
     ) if line.winch_exit is not None and line.dead_elastic else dead  # fmt: skip
@@ -159,8 +163,12 @@ def test_stiffness_is_symmetric_where_statics_is_conservative(robot: Robot, cabl
     lines = tuple(line.model_copy(update={"arc_elastic": True}) for line in robot.lines)
     stiffness = cw.linearise(held(robot.model_copy(update={"lines": lines}), cable)).stiffness
     skew = np.abs(stiffness - np.swapaxes(stiffness, 1, 2)).max() / np.abs(stiffness).max()
-    # a groove that holds a cable aslant, and an arc without weight, do not keep energy to the last digit
-    assert skew < (1e-3 if robot.name in ("aside", "pulleys", "mixed") else 1e-9 if cable == "elastic" else 1e-7)
+    # a groove that holds a cable aslant, arcs without weight and dead spans that keep theirs spend a little energy
+    if robot.name in ("aside", "pulleys", "mixed", "pulleys on mounts"):
+        most = 1e-3
+    else:
+        most = 1e-9 if cable == "elastic" else 1e-6 if robot.name == "mounts" else 1e-7
+    assert skew < most
 
 
 @pytest.mark.parametrize("robot", [*bodies(), *points()], ids=lambda robot: robot.name)
@@ -178,6 +186,9 @@ def test_motions_are_differences(robot: Robot, cable: str) -> None:
                 columns[f"platform_point.{word}"] = linear.per_platform_point[:, i, axis]
         if not isinstance(line.sheave, Eyelet):
             columns["sheave_radius"] = linear.per_sheave_radius[:, i]
+        if isinstance(line.exit_compliance, float):
+            columns["exit_compliance"] = response(each[None], [Parameter("exit_compliance", line.name)])[0, :, 0]
+            by_step["exit_compliance"] = 1e-9
         for kind, wanted in columns.items():
             motion = differences(model, each, Parameter(kind, line.name), by_step.get(kind, 1e-6))
             np.testing.assert_allclose(wanted, motion, rtol=2e-6, atol=1e-6, err_msg=f"{kind} of {line.name}")

@@ -57,10 +57,11 @@ MEAN_RISE = 33  # twice the mean height of its dead span over its sheave, per le
 LOW_RISE, HIGH_RISE = 34, 35  # lowest and highest of sheave, guides and winch over the sheave, per length
 END_RADIUS = 36  # sheave on the platform; 0 where the line ends at its platform point
 END_AXIS_X, END_AXIS_Y, END_AXIS_Z = 37, 38, 39  # axis through the platform point that it turns about, platform frame
-COLUMNS = 40
+MOUNT = 40  # 40..45: compliance of the exit's mount (m/N, world): xx, yy, zz, xy, xz, yz; only of a line with a GUIDE
+COLUMNS = 46
 
-# Values of GUIDE: a swivel may have its winch ASIDE of its axis. ARRIVAL is then the vector (m) from the exit point to
-# where the cable comes from, and of a pulley the unit vector from its centre to where the cable meets it.
+# Values of GUIDE: a swivel may have its winch ASIDE of its axis. ARRIVAL is then, and of an eyelet, the vector (m) from
+# the exit point to where the cable comes from, and of a pulley the unit vector from its centre to where it meets it.
 UPRIGHT, EYELET, SWIVEL, PULLEY, ASIDE = 0, 1, 2, 3, 4
 
 # Unknowns of one line, ordered so that a simpler sheave kind uses the first few of them.

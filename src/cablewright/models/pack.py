@@ -14,6 +14,7 @@ from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.robot import Eyelet, Line, Platform, Pulley, RigidPlatform, Robot, Swivel
 from cablewright.robot.direction import unit_vector
+from cablewright.robot.mount import compliance_matrix
 
 
 def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] | None = None) -> Packed:
@@ -29,6 +30,9 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
             own.end_radius = line.platform_sheave.radius
             own.end_axis = unit_vector(line.platform_sheave.axis)
         _pack_cable(own, line, fidelity.cable, robot.scene.gravity)
+        if line.exit_compliance is not None and fidelity.cable is not CableLaw.RIGID:
+            (xx, xy, xz), (_, yy, yz), (_, _, zz) = compliance_matrix(line.exit_compliance)
+            own.mount = xx, yy, zz, xy, xz, yz
         own.tension_limits = tension_limits or line.tension_limits
         own.breaking_load = line.cable.breaking_load
     platform = PlatformNumbers(np.zeros(layout.PLATFORM))
@@ -125,6 +129,7 @@ def _pack_out_of_plane(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
     own.guide = layout.EYELET
     if line.winch_exit is not None:
         _pack_dead_span(own, line)
+        own.arrival = np.array(line.last_guide) - exit_point
     if law is SheaveLaw.EYELET:
         return
     if isinstance(sheave, Swivel):
@@ -132,7 +137,7 @@ def _pack_out_of_plane(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
         own.radius = own.lever = sheave.radius
         own.side = 1.0 if sheave.wrap == "over" else -1.0
         if line.is_aside:
-            own.guide, own.arrival = layout.ASIDE, np.array(line.last_guide) - exit_point
+            own.guide = layout.ASIDE
             own.dead_span = own.dead_span - float(np.linalg.norm(own.arrival)) if line.guides else 0.0
     elif isinstance(sheave, Pulley):
         assert line.last_guide is not None  # checked by Line

@@ -45,6 +45,11 @@ def _radius(old: Array, radii: Array, _line: Line) -> Array:
     return np.hstack([np.where(sheave, radii, 0.0), np.where(swivel, radii, old[:, 1:2]), old[:, 2:]])
 
 
+def _mount(old: Array, compliances: Array, _line: Line) -> Array:
+    """Set the compliance of the exit's mount, the same in all directions, where the fidelity lets lines stretch."""
+    return np.hstack([old[:, :1], np.where(old[:, :1] > 0.0, compliances, 0.0).repeat(3, axis=1)])
+
+
 def _point(axis: int) -> OfLine:
     """Return the parameter of a platform point along *axis*; a retraction is kept."""
     return OfLine(POINT + axis, (layout.POINT_X + axis,), lambda old, to, line: old + (to - line.platform_point[axis]))
@@ -52,6 +57,12 @@ def _point(axis: int) -> OfLine:
 
 OF_LINES: Final[Mapping[str, OfLine]] = {
     "modulus": OfLine(MODULUS, layout.COMPLIANCES, lambda old, factors, _: old / factors, by_inverse=True),
+    "creep_compliance": OfLine(
+        MODULUS,
+        layout.COMPLIANCES,
+        lambda old, crept, _: np.where(old > 0.0, old + crept, 0.0),
+        per=lambda line, lengths: np.full_like(lengths, -line.cable.stiffness),
+    ),
     "exit_point.x": OfLine(EXIT, (layout.EXIT_X,)),
     "exit_point.y": OfLine(EXIT + 1, (layout.EXIT_Y,)),
     "exit_point.z": OfLine(EXIT + 2, (layout.EXIT_Z, layout.WINCH_Z), _height),
@@ -65,6 +76,7 @@ OF_LINES: Final[Mapping[str, OfLine]] = {
     ),
     "length_offset": OfLine(LENGTH, added=True),
     "length_scale": OfLine(LENGTH, per=lambda _, lengths: lengths, factor=lambda _, scales: scales),
+    "exit_compliance": OfLine(EXIT, (layout.FREE_COMPLIANCE, *range(layout.MOUNT, layout.MOUNT + 3)), _mount),
     "temperature": OfLine(
         LENGTH,
         per=lambda line, lengths: lengths * (line.cable.thermal_expansion or 0.0),
@@ -94,7 +106,8 @@ def varied(
     lines = np.broadcast_to(packed.lines, (rows, *packed.lines.shape[1:])).copy()
     platform = np.broadcast_to(packed.platform, (rows, packed.platform.shape[1])).copy()
     paid_out, added = lengths.copy(), np.zeros_like(lengths)
-    for parameter, value in zip(parameters, values.T, strict=True):
+    pairs = zip(parameters, values.T, strict=True)
+    for parameter, value in sorted(pairs, key=lambda pair: pair[0].kind == "creep_compliance"):  # after the moduli
         if parameter.kind in OF_PLATFORM:
             size = robot.scene.gravity if parameter.kind == "mass" else 1.0
             platform[:, OF_PLATFORM[parameter.kind]] = value * size

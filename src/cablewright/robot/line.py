@@ -10,6 +10,7 @@ from pydantic import Field, StrictBool, model_validator
 
 from cablewright.robot.cable import Cable
 from cablewright.robot.direction import unit_vector
+from cablewright.robot.mount import Compliance
 from cablewright.robot.sheave import Eyelet, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
 from cablewright.robot.winch import Winch
 from cablewright.units import Force, Length, NonNegative, Vec3
@@ -43,10 +44,15 @@ class Line(Description):
 
     ``guides``: (k, 3) m, world: eyelets that the cable passes from the winch exit on, before the exit point.
     ``platform_sheave``: on which the cable ends, instead of at its platform point.
+
+    ``exit_compliance``: m/N, by which the mount of the exit point is displaced per force of the cable on it: that of
+    the free span, and of the dead span where it is modelled; else the winch is on the same mount. ``exit_point`` is
+    where it is without load.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
     exit_point: Vec3
+    exit_compliance: Compliance | None = None
     winch_exit: Vec3 | None = None
     guides: Annotated[tuple[Vec3, ...], Field(max_length=MAX_GUIDES)] = ()
     dead_length: NonNegative[Length] = 0.0
@@ -77,7 +83,10 @@ class Line(Description):
 
     @property
     def out_of_plane_by(self) -> str:
-        """What takes the line out of the vertical plane through its exit point and platform point; empty if nothing."""
+        """What takes the line out of the vertical plane through its exit point and platform point; empty if nothing.
+
+        A mount that gives does, if only by how far it gives.
+        """
         if isinstance(self.sheave, Pulley):
             return "a pulley in a fixed plane"
         if isinstance(self.sheave, Swivel) and self.is_aside:
@@ -86,7 +95,9 @@ class Line(Description):
             return "a sheave on the platform"
         if isinstance(self.sheave, Swivel) and not self.sheave.upright:
             return "a swivel whose axis is not vertical"
-        return "guides" if self.guides else ""
+        if self.guides:
+            return "guides"
+        return "a mount that gives" if self.exit_compliance is not None else ""
 
     @property
     def in_plane(self) -> bool:
@@ -114,8 +125,11 @@ class Line(Description):
 
     def _check_path(self) -> None:
         if isinstance(self.sheave, UniversalJoint) and not self.in_plane:
-            key = "guides" if self.guides else "platform_sheave"
+            keys = {"guides": self.guides, "platform_sheave": self.platform_sheave, "exit_compliance": True}
+            key = next(key for key, given in keys.items() if given)
             raise refusal(key, "is for lines without a universal joint")
+        if self.is_aside and self.exit_compliance is not None:
+            raise refusal("exit_compliance", "is not for a swivel whose cable comes from aside of its axis")
         if self.guides:
             self._check_guides()
         if isinstance(self.sheave, Pulley):

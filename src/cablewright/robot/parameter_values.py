@@ -26,11 +26,13 @@ class Kind:
 
     ``of``: whether each line has its own value, all lines have one value, or the platform. ``dimension``: None for a
     number in ``plain_unit``. ``role``: "hardware" is in a robot's description; "command" is a difference between true
-    and commanded lengths; "winch", "mount" and "sensor" are known from a calibration only. ``path``: keys and axes of
+    and commanded lengths; "load" are differences that
+    loads make and no encoder counts; "winch" and "sensor" are known from a calibration only. ``path``: keys and axes of
     the value in the line or platform, by default the name, or of a value that the number needs; ``absent``: the message
     for a line without it. ``body``: only rigid platforms have it. ``shareable``: lines may have one value in common.
-    ``nominal``: the value of the robot as its file describes it; None: the value in the file. Valid values are above
-    ``min_value`` and in the ``room`` that the line allows the number of that name. ``setter``: sets a value at a path,
+    ``nominal``: the value of the robot as its file describes it; None: the value in the file, or ``missing`` where that
+    leaves it out. Valid values are above
+    ``min_value``, or at it if ``closed``, and in the ``room`` that the line allows the number of that name. ``setter``: sets a value at a path,
     with all that depends on it.
     """
 
@@ -38,13 +40,15 @@ class Kind:
     dimension: Dimension | None
     of: Owner
     meaning: str
-    role: Literal["hardware", "command", "winch", "mount", "sensor"] = "hardware"
+    role: Literal["hardware", "command", "winch", "load", "sensor"] = "hardware"
     path: str = ""
     absent: str = ""
     body: bool = False
     shareable: bool = False
     nominal: float | None = None
+    missing: float | None = None
     min_value: float = -math.inf
+    closed: bool = False
     plain_unit: str = "1"
     room: Callable[[Line, str], Room | None] = lambda _line, _name: None
     setter: Callable[[Any, str, float], Any] | None = None
@@ -72,17 +76,17 @@ class Kind:
 
     @property
     def described(self) -> bool:
-        """Whether a robot's description has it, so that it can be set."""
-        return self.nominal is None or self.setter is not None
+        """Whether a robot's description always has it, so that it can be set."""
+        return (self.nominal is None and self.missing is None) or self.setter is not None
 
     @property
     def bound(self) -> str:
         """Which values are valid, as the end of a sentence."""
-        return f"must be above {self.min_value:g}"
+        return f"must be {'at least' if self.closed else 'above'} {self.min_value:g}"
 
     def allows(self, value: float) -> bool:
-        """Whether a ``value`` (SI) is above the minimum."""
-        return value > self.min_value
+        """Whether a ``value`` (SI) is above the minimum, or at it where that is valid."""
+        return value > self.min_value or (self.closed and value == self.min_value)
 
     def value(self, part: Line | Platform) -> float | None:
         """Return the value (SI) of a line or the platform; None if it has no such number."""
@@ -91,7 +95,9 @@ class Kind:
         found: Any = part
         for key in (self.path or self.name).split("."):
             found = found[AXES.index(key)] if isinstance(found, tuple) else getattr(found, key, None)
-        if found is None or not self.allows(found):
+        if found is None:
+            return self.missing
+        if isinstance(found, tuple) or not self.allows(found):
             return None
         return float(found) if self.nominal is None else self.nominal
 

@@ -28,7 +28,7 @@ ASSUMED: Final = "assumed"
 STEEL_DENSITY: Final = 1700.0
 """kg/m^3 of a cable's circle: ropes of steel have 2000 to 6000, of fibres at most 1500."""
 
-_KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role in ("hardware", "command")}
+_KINDS: Final = {name: kinds for name, kinds in KINDS_OF.items() if kinds[0].role in ("hardware", "command", "load")}
 """Parameters that may be uncertain, by name."""
 
 _WAYS: Final = ("factor", "range", "plus_minus", "deviation", "relative_deviation")
@@ -136,9 +136,18 @@ class Uncertain(Description):
             fault = why_not(robot, kind, self.lines, self.shared)
             if fault is not None:
                 raise self._refused(*fault)
+            if kind.missing is not None:
+                self._require_given(robot, kind)
             parameters = parameters_of(robot, kind.name, self.lines, self.shared)
             found += [self._range(robot, parameter, coverage) for parameter in parameters]
         return tuple(found)
+
+    def _require_given(self, robot: Robot, kind: Kind) -> None:
+        """Raise `InputError` for a line that leaves out a number which the robot's statics leaves out then, too."""
+        for line in robot.lines:
+            if (self.lines is None or line.name in self.lines) and getattr(line, kind.name) is None:
+                why = f"line {line.name!r} gives no {kind.name}: write {kind.missing:g} where the robot has none"
+                raise self._refused("name", why)
 
     def _range(self, robot: Robot, parameter: Parameter, coverage: float) -> Range:
         value, way = nominal(robot, parameter), self.way
@@ -282,7 +291,8 @@ def _limits(robot: Robot, parameter: Parameter) -> list[Room]:
     """Return the ranges that the kind itself and the robot's lines allow, each with its reason."""
     kind, lines = parameter.entry, (line for line in robot.lines if parameter.line in (None, line.name))
     rooms = (kind.room(line, kind.name) for line in lines)
-    return [(kind.min_value, math.inf, f"it {kind.bound}"), *(room for room in rooms if room is not None)]
+    least = math.nextafter(kind.min_value, -math.inf) if kind.closed else kind.min_value
+    return [(least, math.inf, f"it {kind.bound}"), *(room for room in rooms if room is not None)]
 
 
 def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Parameter, index: int) -> None:

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.kernels.layout import EXIT, LENGTH
+from cablewright.kernels.statics.spatial_parameters import mount_rows
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.parameters import OF_LINES, OF_PLATFORM, lines_of
 from cablewright.models.rotation import matrices
@@ -71,11 +73,24 @@ def tension_response(
 
 
 def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:
-    """Yield lines with the parameter, its column in the linearisation, and the factor (N,) to that column's unit."""
-    if parameter.kind in OF_LINES:
+    """Yield lines with the parameter, its columns in the linearisation, and the factor (N,) to each column's unit."""
+    if parameter.kind == "exit_compliance":
+        yield from _by_mounts(equilibrium, parameter)
+    elif parameter.kind in OF_LINES:
         number, robot = OF_LINES[parameter.kind], equilibrium.model.robot
         for i in lines_of(robot, parameter):
             yield i, number.linear, number.per(robot.lines[i], equilibrium.lengths[:, i])
+
+
+def _by_mounts(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:
+    """As `_columns`: an exit goes as the force on it, and its dead span, whose winch stays, covers as much less."""
+    rows, m = len(equilibrium.pose), equilibrium.model.m
+    forces, dead = np.zeros((rows, m, 3)), np.zeros((rows, m, 3))
+    mount_rows(equilibrium.packed.lines, equilibrium.states, forces, dead)
+    for i in lines_of(equilibrium.model.robot, parameter):
+        for axis in range(3):
+            yield i, EXIT + axis, forces[:, i, axis]
+        yield i, LENGTH, (forces[:, i] * dead[:, i]).sum(axis=1)
 
 
 def _wrench(equilibrium: Equilibrium, column: int) -> Array:

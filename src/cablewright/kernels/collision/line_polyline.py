@@ -23,7 +23,7 @@ from cablewright.kernels.layout import (
     WEIGHT,
 )
 from cablewright.kernels.statics.catenary import TINY, span
-from cablewright.kernels.statics.guides import CONTACT_POINT, leave_frame
+from cablewright.kernels.statics.guides import CONTACT_POINT, give_way, leave_frame
 
 MAX_POINTS = 128  # of a line
 EVEN_PIECES = 8  # up to this number, the rest of a section is divided evenly
@@ -70,7 +70,9 @@ def span_plane(row, y, guide, origin, plane):
     t, c = exp(y[TAU]), cos(y[PHI])
     away = (plane[0] * plane[2], plane[1] * plane[2], plane[3])
     plane[0], plane[1] = cos(y[AZIMUTH]), sin(y[AZIMUTH])
-    leave_frame(row, t * c * plane[0], t * c * plane[1], t * sin(y[PHI]), away, guide, 0)
+    fx, fy, fz = t * c * plane[0], t * c * plane[1], t * sin(y[PHI])
+    leave_frame(row, fx, fy, fz, away, guide, 0)
+    give_way(row, fx, fy, fz, 0.0, guide, 0)
     for k in range(3):
         origin[k] += guide[CONTACT_POINT + k]
     straight = y[FREE] * (1.0 + t * row[FREE_COMPLIANCE])

@@ -5,7 +5,7 @@ axis until the axis, the sheave and the tension vector lie in one plane, because
 along the axis, or, where it comes from a winch aside of it, until both tensions have no moment about the axis. A
 pulley turns in a fixed plane. Where a cable leaves or enters aslant, the groove takes what pulls out of the sheave's
 plane: it touches the rim where its tension vector, seen along the wheel's axis, is tangent. All depends on the
-direction of the force alone.
+direction of the force alone, but how far the mount of a guide at the frame gives, which is also in its size.
 """
 
 from math import asin, atan2, cos, pi, sin, sqrt
@@ -17,11 +17,16 @@ from cablewright.kernels.layout import (
     AXIS_X,
     DEAD_SPAN,
     END_RADIUS,
+    EYELET,
     GUIDE,
+    MOUNT,
     PULLEY,
+    PULLS,
     RADIUS,
     SIDE,
+    SPANS,
     SWIVEL,
+    UNKNOWNS,
 )
 
 # What is known of a guide, from `at` on: its contact point and what changes with the force f that leaves it.
@@ -33,7 +38,8 @@ SPAN = 16  # distance that the dead span covers, m
 SPAN_BY_FORCE = 17  # 17..19: its derivative by f, m/N
 POINT_BY_RADIUS = 20  # 20..22: derivative of the point by the sheave's radius, of a guide ASIDE
 ARC_BY_RADIUS, SPAN_BY_RADIUS = 23, 24  # the same of contact length and dead span
-GUIDE_SIZE = 25
+GIVEN_WAY = 25  # 25..27: what of the contact point is how far the mount gives, m
+GUIDE_SIZE = 28
 
 NO_PLANE = 1e-9  # sine of the angle to the axis under which a sheave has no plane
 UNWOUND = 1.5 * pi  # rad: a larger angle of contact is one below zero
@@ -62,6 +68,57 @@ def leave_frame(row, fx, fy, fz, away, out, at):
     _clear(out, at)
     out[at + SPAN] = row[DEAD_SPAN]
     return True
+
+
+@jit
+def give_way(row, fx, fy, fz, tension, out, at):
+    """Add to the guide at the frame how far its mount gives under the force of the free and of the dead span.
+
+    The free span leaves with the force (fx, fy, fz); with a *tension* above 0 N it has that size, whatever this one's
+    is, and does not change. Where the dead span is not modelled its winch is on the same mount.
+    """
+    out[at + GIVEN_WAY] = out[at + GIVEN_WAY + 1] = out[at + GIVEN_WAY + 2] = 0.0
+    if row[MOUNT] + row[MOUNT + 1] + row[MOUNT + 2] == 0.0:
+        return
+    size = sqrt(fx * fx + fy * fy + fz * fz)
+    held = tension > 0.0
+    grow = row[PULLS] * (tension / size if held else 1.0)  # of the force, to that of all spans of the line
+    f, towards = (fx, fy, fz), towards_winch(row)
+    dead = size / row[SPANS]
+    for i in range(3):
+        for j in range(3):
+            soft = grow * _compliance(row, i, j)
+            out[at + GIVEN_WAY + i] += soft * (f[j] + dead * towards[j])
+            along = 0.0  # compliance times the part of the force's change that is along the force, over its size
+            for k in range(3):
+                along += _compliance(row, i, k) * (-f[k] if held else dead * towards[k])
+            slope = soft + grow * along * f[j] / (size * size)
+            out[at + BY_FORCE + 3 * i + j] += slope
+            out[at + SPAN_BY_FORCE + j] -= towards[i] * slope
+    for i in range(3):
+        out[at + CONTACT_POINT + i] += out[at + GIVEN_WAY + i]
+        out[at + SPAN] -= towards[i] * out[at + GIVEN_WAY + i]
+
+
+@jit
+def _compliance(row, i, j):
+    """Entry *i*, *j* of the compliance of the exit's mount, m/N."""
+    return row[MOUNT + i] if i == j else row[MOUNT + 2 + i + j]
+
+
+@jit
+def towards_winch(row):
+    """Unit vector from the guide at the frame along its dead span; zero where that is not modelled, or comes ASIDE."""
+    if row[UNKNOWNS] < 4.0 or row[GUIDE] == ASIDE:
+        return 0.0, 0.0, 0.0
+    x, y, z = row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2]
+    if row[GUIDE] == EYELET:
+        far = sqrt(x * x + y * y + z * z)
+        return x / far, y / far, z / far
+    axis = (row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
+    if row[GUIDE] == PULLEY:
+        return _cross((x, y, z), axis)
+    return -row[SIDE] * axis[0], -row[SIDE] * axis[1], -row[SIDE] * axis[2]
 
 
 @jit

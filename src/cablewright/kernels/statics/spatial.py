@@ -50,6 +50,7 @@ from cablewright.kernels.statics.guides import (
     GUIDE_SIZE,
     SPAN,
     SPAN_BY_FORCE,
+    give_way,
     leave_frame,
     leave_platform,
 )
@@ -63,11 +64,12 @@ COLUMNS = 8  # of right-hand sides
 
 # What `place_span` writes to a record.
 FRAME, PLATFORM = 0, GUIDE_SIZE  # the guides, see `guides`
-FORCE, END_FORCE = 50, 53  # tension vectors at the span's start and end, along the direction of travel, N
-ARM = 56  # from the platform's origin to where the span ends, world, m
-CHORD = 59  # of the span, m
-GAP = 62  # from the span's end to where it should end, m
-RECORD = 65
+FORCE = 2 * GUIDE_SIZE  # tension vector at the span's start, along the direction of travel, N
+END_FORCE = FORCE + 3  # the same at its end
+ARM = END_FORCE + 3  # from the platform's origin to where the span ends, world, m
+CHORD = ARM + 3  # of the span, m
+GAP = CHORD + 3  # from the span's end to where it should end, m
+RECORD = GAP + 3
 
 STRAIGHT_STEPS = 30
 STRAIGHT_STEP = 0.5  # largest turn of a straight line's direction in one step
@@ -135,15 +137,22 @@ def point_of(row, pose, arm, k):
 
 
 @jit
-def place_guides(row, pose, arm, rotation, record):
-    """Write both guides for the forces in *record*. False where a sheave has no plane."""
+def place_guides(row, pose, arm, rotation, tension, record):
+    """Write both guides for the forces in *record*. False where a sheave has no plane.
+
+    The mount of the frame's guide gives under the force there or, above 0 N, under the *tension* in its direction.
+    """
     away = (-point_of(row, pose, arm, 0), -point_of(row, pose, arm, 1), -point_of(row, pose, arm, 2))
     ax, ay, az = rotate(rotation, row[END_AXIS_X], row[END_AXIS_X + 1], row[END_AXIS_X + 2])
     gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
     found = leave_platform(row, ax, ay, az, gx, gy, gz, away, record, PLATFORM)
     at = PLATFORM + CONTACT_POINT
     away = (away[0] + record[at], away[1] + record[at + 1], away[2] + record[at + 2])
-    return leave_frame(row, record[FORCE], record[FORCE + 1], record[FORCE + 2], away, record, FRAME) and found
+    fx, fy, fz = record[FORCE], record[FORCE + 1], record[FORCE + 2]
+    if not (leave_frame(row, fx, fy, fz, away, record, FRAME) and found):
+        return False
+    give_way(row, fx, fy, fz, tension, record, FRAME)
+    return True
 
 
 @jit
@@ -161,7 +170,7 @@ def place_span(row, y, pose, arm, rotation, record, block):
     record[FORCE], record[FORCE + 1], record[FORCE + 2] = h * ex, h * ey, v
     record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2] = h * ex, h * ey, v1
     record[CHORD], record[CHORD + 1], record[CHORD + 2] = x * ex, x * ey, z
-    if not place_guides(row, pose, arm, rotation, record):
+    if not place_guides(row, pose, arm, rotation, 0.0, record):
         return False
     y[CONTACT] = record[FRAME + ARC] + record[PLATFORM + ARC]
     y[DEAD], _, _ = dead_length(row, record[FRAME + SPAN], t)
@@ -373,7 +382,7 @@ def straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
         record[FORCE], record[FORCE + 1], record[FORCE + 2] = ex, ey, ez
         record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2] = ex, ey, ez
         y[PHI], y[AZIMUTH] = atan2(ez, sqrt(ex * ex + ey * ey)), atan2(ey, ex)
-        if not place_guides(row, pose, arm, rotation, record):
+        if not place_guides(row, pose, arm, rotation, tension, record):
             y[FREE] = ON_AXIS
             return False
         toward, gap = (ex, ey, ez), 0.0

@@ -3,12 +3,13 @@
 The winch exit follows the exit point altogether; the arc on a pulley begins in the same direction.
 """
 
-from math import cos, exp
+from math import cos, exp, sin
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     ASIDE,
+    AZIMUTH,
     DEAD,
     DEAD_COMPLIANCE,
     EXIT,
@@ -24,6 +25,7 @@ from cablewright.kernels.layout import (
     PULLS,
     RADIUS,
     SHEAVE,
+    SPANS,
     TAU,
     WEIGHT,
     WEIGHT_FACTOR,
@@ -36,9 +38,11 @@ from cablewright.kernels.statics.guides import (
     ARC_BY_RADIUS,
     BY_FORCE,
     CONTACT_POINT,
+    GIVEN_WAY,
     POINT_BY_RADIUS,
     SPAN,
     SPAN_BY_RADIUS,
+    towards_winch,
 )
 from cablewright.kernels.statics.spatial import (
     ARM,
@@ -81,6 +85,26 @@ def write_tension_changes(row, y, length, i, pose, work, spatial, own, by_pose):
     for k in range(PARAMETERS):
         own[k] = -_tension_change(record, y, spatial.parameters, k)
     return True
+
+
+@jit
+def mount_rows(lines, states, forces, dead):
+    """Write the force (N, m, 3), N, on the exit of each line out of the plane, and what its moves do to the dead span.
+
+    *dead* (N, m, 3): unstrained length that the dead span loses per move of the exit, with the winch fixed. *lines*
+    (1 or N, m, COLUMNS), *states* (N, m, 6); those of other lines are left as they are.
+    """
+    for j in range(states.shape[0]):
+        for i in range(states.shape[1]):
+            row, y = lines[j if lines.shape[0] > 1 else 0, i], states[j, i]
+            if row[GUIDE] == 0.0:
+                continue
+            t, c, towards = exp(y[TAU]), cos(y[PHI]), towards_winch(row)
+            free = (c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI]))
+            strain = row[DEAD_COMPLIANCE] * (t + row[WEIGHT] * row[MEAN_RISE] * y[DEAD])
+            for k in range(3):
+                forces[j, i, k] = row[PULLS] * t * (free[k] + towards[k] / row[SPANS])
+                dead[j, i, k] = towards[k] / (1.0 + strain)
 
 
 @jit
@@ -135,7 +159,7 @@ def _by_dead_span(row, y, record, taken, changes):
         changes[3, SHEAVE] = record[FRAME + ARC_BY_RADIUS] * taken + record[FRAME + SPAN_BY_RADIUS] * per_metre
     elif radius > 0.0:
         for k in range(3):
-            changes[k, SHEAVE] = record[FRAME + CONTACT_POINT + k] / radius
+            changes[k, SHEAVE] = (record[FRAME + CONTACT_POINT + k] - record[FRAME + GIVEN_WAY + k]) / radius
         changes[3, SHEAVE] = record[FRAME + ARC] / radius * taken
     if record[FRAME + SPAN] == 0.0:
         return

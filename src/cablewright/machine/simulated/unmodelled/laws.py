@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Final
+from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from cablewright.arrays import Array
 from cablewright.machine.quantities import Share, Size, Time
+from cablewright.robot.mount import Compliance, compliance_matrix
 from cablewright.units import Angle, NonNegative
-from cablewright.validation import Description, refusal
-
-_ROUNDING: Final = 1e-12  # of a compliance's largest entry
-_Entry = Annotated[float, Field(ge=-1e-2, le=1e-2)]
-_Row = tuple[_Entry, _Entry, _Entry]
+from cablewright.validation import Description
 
 
 class CableStretch(Description):
@@ -36,25 +33,6 @@ class SheaveFriction(Description):
     friction: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
 
 
-def _require_passive(value: float | tuple[_Row, _Row, _Row]) -> float | tuple[_Row, _Row, _Row]:
-    if isinstance(value, float):
-        if not 0.0 <= value <= 1e-2:
-            raise refusal("compliance", f"{value:g} m/N: must be 0 to 0.01 m/N")
-        return value
-    matrix = np.array(value)
-    slight = _ROUNDING * float(np.abs(matrix).max())
-    if (np.abs(matrix - matrix.T) > slight).any():
-        raise refusal("compliance", "must be a symmetric matrix: a mount that is not gains energy over a cycle")
-    least = float(np.linalg.eigvalsh(matrix).min())
-    if least < -slight:
-        raise refusal("compliance", f"makes the stiffness indefinite: its smallest eigenvalue is {least:g} m/N")
-    return value
-
-
-Compliance = Annotated[float | tuple[_Row, _Row, _Row], AfterValidator(_require_passive)]
-"""Displacement per force, m/N: the same in all directions, or a symmetric matrix (3, 3) in world axes."""
-
-
 class ExitMounts(Description):
     """``compliance`` of the exits' mounts, m/N, and other ones of some lines ``by_line``."""
 
@@ -63,8 +41,7 @@ class ExitMounts(Description):
 
     def matrices(self, lines: Sequence[str]) -> Array:
         """Return the compliance (m, 3, 3), m/N, of each exit by the names of the *lines*."""
-        given = [self.by_line.get(name, self.compliance) for name in lines]
-        return np.array([each * np.eye(3) if isinstance(each, float) else each for each in given])
+        return np.array([compliance_matrix(self.by_line.get(name, self.compliance)) for name in lines])
 
 
 class WinchGears(Description):
