@@ -11,7 +11,10 @@ from scipy.spatial.transform import Rotation
 from cablewright.robot import Eyelet, Line, PlatformSheave, Pulley, Robot, Swivel, load
 from oracles import guided_paths as oracle
 
-KINDS = ("tilted", "horizontal", "aside", "platform sheaves", "both", "pulleys", "guides", "mixed", "mounts", "pulleys on mounts")
+KINDS = (
+    "tilted", "horizontal", "aside", "platform sheaves", "both", "pulleys", "guides", "mixed", "mounts",
+    "pulleys on mounts",
+)  # fmt: skip
 MIXED = ("tilted", "platform sheaves", "pulleys", "both", "guides", "aside")
 FEED = 2.0  # m of dead span before every other tilted swivel
 

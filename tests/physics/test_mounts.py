@@ -1,4 +1,4 @@
-"""Laws of exits whose mounts give: energy, the stiff robot with its exits where they are, and the plant's own mounts."""
+"""Laws of exits whose mounts give: energy, the stiff robot with its exits where they are, the plant's own mounts."""
 
 from __future__ import annotations
 
@@ -13,14 +13,18 @@ from scipy.optimize import minimize
 import cablewright as cw
 import out_of_plane
 from cablewright.errors import InputError
+from cablewright.kernels import layout
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState
 from cablewright.models.statics import Model
+from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.parameter_values import with_exit_point
 from cablewright.robot.parameters import Parameter
 from cablewright.solvers.linearise import tension_changes
 from cablewright.solvers.parameters import response, tension_response
+from cablewright.solvers.uniqueness import unique_among
+from physics.test_lines_out_of_plane import differences
 
 POSE = [0.4, -0.3, 1.2]
 
@@ -50,7 +54,7 @@ def random_matrices(count: int, size: float = 5e-6) -> list[Any]:
 
 @pytest.mark.parametrize("dead", [False, True])
 def test_the_platform_rests_where_the_energy_is_least(dead: bool) -> None:
-    """Straight lines through eyelets: over the platform's place and where each exit goes, along its dead span or not."""
+    """Straight lines through eyelets: over the platform's place and where each exit goes, with dead spans or not."""
     own: dict[str, Any] = {"sheave": Eyelet(), "dead_length": 0.0, "winch_exit": None}
     robot = on_mounts(load("merlet2023"), random_matrices(4, 2e-5), **own)
     if dead:
@@ -77,13 +81,13 @@ def test_the_platform_rests_where_the_energy_is_least(dead: bool) -> None:
         drawn = chord + covered - lengths  # the same strain in both spans, since the tension is the same
         tension = hard * drawn / lengths
         slope, pull = np.zeros(15), tension[:, None] * free / chord[:, None]
-        slope[:3] = pull.sum(axis=0) + [0, 0, weight]
+        slope[:3] = pull.sum(axis=0) + np.array([0, 0, weight])
         load = -pull - tension[:, None] * toward_winch
         slope[3:] = 1e-3 * (load + np.einsum("iab,ib->ia", stiff, gone)).ravel()
         whole = 0.5 * hard * drawn**2 / lengths
         return float(whole.sum() + weight * place[2] + 0.5 * np.einsum("ia,iab,ib", gone, stiff, gone)), slope
 
-    start = np.concatenate([found.pose + [1e-3, -1e-3, 2e-3], np.zeros(12)])
+    start = np.concatenate([found.pose + np.array([1e-3, -1e-3, 2e-3]), np.zeros(12)])
     least = minimize(energy_and_slope, start, jac=True, method="BFGS", options={"gtol": 1e-9, "maxiter": 5000})
     np.testing.assert_allclose(least.x[:3], found.pose, atol=1e-8)
 
@@ -111,6 +115,73 @@ def test_it_is_the_stiff_robot_with_its_exits_where_they_are(kind: str, cable: s
     there = cw.forward(stiff, found.lengths + longer, cable=cable)
     np.testing.assert_allclose(there.pose, found.pose, atol=1e-9)
     np.testing.assert_allclose(there.tensions, found.tensions, rtol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["merlet2023", "cogiro", "house-printer", "jung2020"])
+@pytest.mark.parametrize("cable", ["elastic", "catenary"])
+def test_one_number_keeps_a_line_in_its_plane(name: str, cable: str) -> None:
+    """It is the stiff robot with its exits where the forces in that plane put them; winches go along sideways."""
+    robot = on_mounts(load(name), [(1 + i) * 2e-6 for i in range(load(name).m)])
+    assert all(line.in_plane for line in robot.lines)
+    found = held(robot, cable)
+    exits = []
+    for i, line in enumerate(robot.lines):
+        phi, tau, psi = found.states[i, [layout.PHI, layout.TAU, layout.PSI]]
+        away = (found.platform_points[i] - line.exit_point)[:2]
+        dead = np.sin(psi) if line.winch_exit is not None else 0.0
+        ahead = np.append(np.cos(phi) * away / np.linalg.norm(away), np.sin(phi) + dead)
+        exits.append(line.exit_point + line.exit_compliance * np.exp(tau) * ahead)
+    moved = tuple(
+        with_exit_point(line, tuple(at)).model_copy(update={"exit_compliance": None})
+        for line, at in zip(robot.lines, exits, strict=True)
+    )
+    there = cw.forward(robot.model_copy(update={"lines": moved}), found.lengths, cable=cable, guess=found.pose)
+    np.testing.assert_allclose(there.pose, found.pose, atol=1e-9)
+    np.testing.assert_allclose(there.tensions, found.tensions, rtol=1e-7)
+    again = cw.forward(robot, found.lengths, cable=cable)
+    np.testing.assert_allclose(again.pose, found.pose, atol=1e-9)
+    assert np.linalg.norm(cw.forward(load(name), found.lengths, cable=cable).pose[:3] - found.pose[:3]) > 1e-4
+
+
+@pytest.mark.parametrize("name", ["merlet2023", "cogiro", "jung2020"])
+@pytest.mark.parametrize("cable", ["elastic", "catenary"])
+def test_one_number_is_the_matrix_that_is_alike_in_all_directions(name: str, cable: str) -> None:
+    """The one in the plane's kernel, the other in that of lines out of the plane."""
+    one = on_mounts(load(name), 6e-6, arc_elastic=True)
+    other = on_mounts(one, tuple(map(tuple, (6e-6 * np.eye(3)).tolist())))
+    assert not other.lines[0].in_plane
+    first = held(one, cable)
+    second = cw.forward(other, first.lengths, cable=cable, guess=first.pose)
+    np.testing.assert_allclose(second.pose, first.pose, atol=1e-9)
+    np.testing.assert_allclose(second.tensions, first.tensions, rtol=1e-8)
+    matrices = [cw.linearise(each).stiffness for each in (first, second)]
+    np.testing.assert_allclose(*matrices, rtol=1e-6, atol=1e-8 * np.abs(matrices[0]).max())
+    parts = [stiffness(each).axial for each in (first, second)]
+    np.testing.assert_allclose(*parts, rtol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["merlet2023", "cogiro", "house-printer", "jung2020"])
+def test_of_lines_in_planes_motions_are_differences(name: str) -> None:
+    robot = on_mounts(load(name), 4e-6)
+    each, model = held(robot, "catenary"), Model.of(robot)
+    kinds = ("modulus", "exit_point.x", "exit_point.z", "length_offset", "exit_compliance", "creep_compliance")
+    for kind in (*kinds, *(() if isinstance(robot.lines[0].sheave, Eyelet) else ("sheave_radius",))):
+        step = {"modulus": 1e-4, "exit_compliance": 1e-9, "creep_compliance": 1e-9}.get(kind, 1e-6)
+        parameter = Parameter(kind, robot.lines[0].name)
+        motion = response(each[None], [parameter])[0, :, 0]
+        apart = differences(model, each, parameter, step)
+        np.testing.assert_allclose(motion, apart, rtol=2e-5, atol=2e-6 * np.abs(apart).max(), err_msg=kind)
+    skew = cw.linearise(each).stiffness - cw.linearise(each).stiffness.T
+    assert np.abs(skew).max() < 1e-6 * np.abs(cw.linearise(each).stiffness).max()
+
+
+def held(robot: Robot, cable: str) -> cw.Equilibrium:
+    """A pose in the middle of the robot, turned a little where it can turn."""
+    at = {"house-printer": [1.0, -0.7, 2.0], "jung2020": [0.2, 0.1, 0.8], "cogiro": [0.4, -0.3, 1.2]}
+    place = at.get(robot.name, POSE)
+    turn = [0.0, 0.0, 0.01] if robot.name == "jung2020" else [0.02, -0.01, 0.03]
+    pose = [*place, *turn] if robot.n == 6 else place
+    return cw.inverse(robot, pose, cable=cable).checked()
 
 
 @pytest.mark.parametrize("cable", ["rigid", "elastic"])
@@ -163,7 +234,14 @@ def test_proofs_are_refused_by_status() -> None:
     robot = on_mounts(load("merlet2023"), 5e-6)
     lengths = cw.inverse(robot, POSE).checked().lengths
     found = cw.certify(cw.forward(robot, lengths))
-    assert found.reason().startswith("not certified: a line is not in a vertical plane")
+    assert found.reason() == "not certified: the mount of an exit point gives, and the proof is by stiff ones"
+    assert not cw.equilibria(robot, lengths).certificates.certified.any()
+    plain = {"sheave": Eyelet(), "winch_exit": None}
+    assert unique_among(cw.inverse(on_mounts(robot, None, **plain), POSE)) is not None
+    assert unique_among(cw.inverse(on_mounts(robot, 0.0, **plain), POSE)) is not None
+    assert unique_among(cw.inverse(on_mounts(robot, 1e-6, **plain), POSE)) is None
+    with pytest.raises(InputError, match=r"certificates of a Tracker: line '.*' has exit_compliance"):
+        cw.Tracker(Model.of(robot), lengths)
 
 
 @pytest.mark.parametrize(
@@ -184,8 +262,8 @@ def test_bad_compliances_are_one_line(compliance: Any, message: str, tmp_path: P
     assert "\n" not in str(caught.value)
 
 
-def test_mounts_of_universal_joints_and_swivels_aside_are_refused() -> None:
-    with pytest.raises(ValidationError, match="exit_compliance: is for lines without a universal joint"):
-        on_mounts(load("paty2021"), 1e-6)
+def test_mounts_of_universal_joints_and_swivels_aside() -> None:
+    with pytest.raises(ValidationError, match="exit_compliance: must be one number on a universal joint"):
+        on_mounts(load("paty2021"), random_matrices(4))
     with pytest.raises(ValidationError, match="exit_compliance: is not for a swivel whose cable comes from aside"):
         on_mounts(out_of_plane.point("aside"), 1e-6)

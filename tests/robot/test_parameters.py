@@ -50,7 +50,8 @@ def said(robot: Robot, kind: str) -> list[float]:
         "linear_density": lambda line: line.cable.linear_density,
         "drum_radius": lambda line: line.winch.drum_radius,
         "build_up": lambda line: 0.0,
-        "exit_compliance": lambda line: 0.0,
+        "creep_compliance": lambda line: 0.0,
+        "exit_compliance": lambda line: line.exit_compliance or 0.0,
         "tension_offset": lambda line: 0.0,
         "tension_scale": lambda line: 1.0,
         "swivel_offset": lambda line: 0.0,
@@ -85,6 +86,7 @@ def test_the_kinds_are_listed_in_order_and_cannot_be_changed() -> None:
             "length_scale",
             "drum_radius",
             "build_up",
+            "creep_compliance",
             "exit_compliance",
         ),
         *("temperature", "mass"),
@@ -110,6 +112,7 @@ def test_a_kind_says_what_it_is(name: str) -> None:
         "tension_offset": "N",
         "linear_density": "kg/m",
         "build_up": "1/m",
+        "creep_compliance": "1/N",
         "exit_compliance": "m/N",
         "temperature": "K",
         "mass": "kg",
@@ -241,7 +244,8 @@ def test_what_is_physical() -> None:
     for name, kind in KINDS.items():
         assert kind.allows(1e-9)
         assert kind.allows(0.0) == (name not in bounded)
-        assert kind.allows(-1.0) == (name not in bounded)
+        assert kind.allows(-1.0) == (name not in (*bounded, "creep_compliance", "exit_compliance"))
+        assert kind.bound.startswith("must be at least" if kind.closed else "must be above")
 
 
 def test_a_load_in_place_is_the_nominal() -> None:

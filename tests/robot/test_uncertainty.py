@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from cablewright.analyses.accuracy.expected_error import INTERPOLATION, REMEDIES
 from cablewright.errors import InputError
 from cablewright.robot import (
     KINDS,
@@ -113,10 +114,28 @@ def test_every_kind_takes_a_width_about_its_nominal(kind: str, way: str) -> None
         assert one.low < one.nominal < one.high
 
 
-@pytest.mark.parametrize("kind", ["drum_radius", "build_up", "exit_compliance", "tension_scale", "yaw_offset"])
+@pytest.mark.parametrize("kind", ["drum_radius", "build_up", "tension_scale", "yaw_offset"])
 def test_what_only_a_calibration_knows_is_not_uncertain(kind: str) -> None:
     with pytest.raises(ValidationError, match="name: unknown parameter"):
         entry(HOUSE, name=kind, plus_minus=1e-3)
+
+
+def test_what_loads_do_is_uncertain_from_nothing_on() -> None:
+    soft = tuple(line.model_copy(update={"exit_compliance": 0.0}) for line in HOUSE.lines)
+    robot = HOUSE.model_copy(update={"lines": soft})
+    for name in ("exit_compliance", "creep_compliance"):
+        one = entry(robot, name=name, range=[0.0, 1e-5])[0]
+        assert (one.nominal, one.low, one.high) == (0.0, 0.0, 1e-5)
+        with pytest.raises(ValidationError, match=r"range.*must be at least 0"):
+            entry(robot, name=name, range=[-1e-6, 1e-5])
+        with pytest.raises(InputError, match=r"deviation.*: it must be at least 0"):
+            entry(robot, name=name, deviation=1e-6)
+
+
+def test_every_uncertain_kind_has_a_remedy() -> None:
+    assert set(REMEDIES) - {INTERPOLATION} == {
+        kind.base for kind in KINDS.values() if kind.role in ("hardware", "command", "load")
+    }
 
 
 @pytest.mark.parametrize("name", library_names())
@@ -275,6 +294,7 @@ OVER = JOINT.winch_exit[2] if JOINT.winch_exit else math.nan
         (HOUSE, {"name": "mass", "deviation": 150}, "deviation = 150.0: mass from -100 to 500 kg: it must be above 0"),
         (HOUSE, {"name": "modulus", "relative_deviation": 0.5}, "relative_deviation = 0.5: modulus of south-west from"),
         (HOUSE, {"name": "linear_density", "plus_minus": 1}, "plus_minus = 1.0: linear density of south-west from -0."),
+        (HOUSE, {"name": "exit_compliance", "deviation": 1e-6}, "name = 'exit_compliance': line 'south-west' gives no"),
         (HOUSE, {"name": "mass", "factor": [1, 1e308]}, "factor = [1.0, 1e+308]: the mass would not be finite"),
         (HOUSE, {"name": "force.x", "deviation": 1e308}, "deviation = 1e+308: the force x would not be finite"),
         (HOUSE, {"name": "force.x", "range": [-1.7e308, 1.7e308]}, "range = [-1.7e+308, 1.7e+308]: the force x would"),

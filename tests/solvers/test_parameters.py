@@ -119,7 +119,7 @@ def test_robots_described_otherwise_go_where_first_order_says(robot: Robot, kind
 
 def test_every_number_of_the_statics_has_its_columns() -> None:
     """An entry of the registry, but for those that a calibration alone knows, is in one of the two tables."""
-    wanted = {kind.name: kind.of for kind in KINDS.values() if kind.role in ("hardware", "command")}
+    wanted = {kind.name: kind.of for kind in KINDS.values() if kind.role in ("hardware", "command", "load")}
     assert {*OF_LINES, *OF_PLATFORM} == {*wanted}
     assert set(OF_PLATFORM) == {name for name, owner in wanted.items() if owner == "platform"}
 

@@ -76,7 +76,7 @@ class Bound(Description):
             raise refusal("name", f"has no bounds of one number; {suggestion(self.name, BOUNDED)}")
         if not self.min < self.max:
             raise refusal("max", f"must be over min, {self.min:g}")
-        if self.min <= 0.0 and KINDS_OF[self.name][0].min_value == 0.0:
+        if self.min <= 0.0 and KINDS_OF[self.name][0].min_value == 0.0 and not KINDS_OF[self.name][0].closed:
             raise refusal("min", "must be over 0")
         return self
 

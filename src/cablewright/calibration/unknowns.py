@@ -179,14 +179,15 @@ def require_covered(robot: Robot, elastic: bool) -> None:
 
     Straight lines cover all whose length changes beyond the exit point only.
     """
+    for line in robot.lines:
+        if line.exit_compliance is not None:
+            why = "it can be an unknown of a robot file without it"
+            raise InputError(f"calibration: line {line.name!r} has exit_compliance, which is not covered; {why}")
     if elastic:
         robot.require_plain("calibration of lines that stretch")
         return
     robot.require_no_plane("calibration")
     for line in robot.lines:
-        if line.exit_compliance is not None:
-            why = "it can be an unknown of a robot file without it"
-            raise InputError(f"calibration: line {line.name!r} has exit_compliance, which is not covered; {why}")
         if isinstance(line.sheave, Pulley) or line.is_aside or line.platform_sheave is not None:
             raise InputError(f"calibration: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
 

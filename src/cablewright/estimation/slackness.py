@@ -21,7 +21,7 @@ from cablewright.models.packed_views import LineNumbers, LineStates, blank_state
 from cablewright.models.statics import Model
 from cablewright.signals import LineAngles
 from cablewright.solvers.one_line import hang
-from cablewright.solvers.taut import Taut
+from cablewright.solvers.taut import Taut, stretches
 
 _MIN_SLOPE: Final = 1e-6  # difference of slopes below which a line counts as straight
 _MAX_REPEATS: Final = 10  # identical readings in a row: a sensor with noise gives none
@@ -134,7 +134,7 @@ def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array
     c = np.cos(taut.angles)
     h = lines.weight * (0.5 * taut.free - settings.from_platform) / slopes
     sag = (lines.weight * taut.free * c * c / h) ** 2 * taut.free / 24.0
-    return np.asarray(sag - lines.free_compliance * np.minimum(h / c, lines.tension_max) * taut.lengths)
+    return np.asarray(sag - stretches(lines, taut) * np.minimum(h / c, lines.tension_max))
 
 
 def catenary_excess(settings: SlacknessSettings, taut: Taut, line: int, difference: float) -> float:

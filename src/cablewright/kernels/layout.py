@@ -57,7 +57,7 @@ MEAN_RISE = 33  # twice the mean height of its dead span over its sheave, per le
 LOW_RISE, HIGH_RISE = 34, 35  # lowest and highest of sheave, guides and winch over the sheave, per length
 END_RADIUS = 36  # sheave on the platform; 0 where the line ends at its platform point
 END_AXIS_X, END_AXIS_Y, END_AXIS_Z = 37, 38, 39  # axis through the platform point that it turns about, platform frame
-MOUNT = 40  # 40..45: compliance of the exit's mount (m/N, world): xx, yy, zz, xy, xz, yz; only of a line with a GUIDE
+MOUNT = 40  # 40..45: compliance of the exit mount (m/N, world): xx, yy, zz, xy, xz, yz; of an UPRIGHT line xx = yy = zz
 COLUMNS = 46
 
 # Values of GUIDE: a swivel may have its winch ASIDE of its axis. ARRIVAL is then, and of an eyelet, the vector (m) from

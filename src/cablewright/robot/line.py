@@ -83,10 +83,7 @@ class Line(Description):
 
     @property
     def out_of_plane_by(self) -> str:
-        """What takes the line out of the vertical plane through its exit point and platform point; empty if nothing.
-
-        A mount that gives does, if only by how far it gives.
-        """
+        """What takes the line out of the vertical plane through its exit point and platform point; empty if nothing."""
         if isinstance(self.sheave, Pulley):
             return "a pulley in a fixed plane"
         if isinstance(self.sheave, Swivel) and self.is_aside:
@@ -97,7 +94,17 @@ class Line(Description):
             return "a swivel whose axis is not vertical"
         if self.guides:
             return "guides"
-        return "a mount that gives" if self.exit_compliance is not None else ""
+        return self._mount_out_of_plane()
+
+    def _mount_out_of_plane(self) -> str:
+        """As `out_of_plane_by`, of the mount of the exit point alone."""
+        if self.exit_compliance is None:
+            return ""
+        if not isinstance(self.exit_compliance, float):
+            return "a mount that gives by a matrix"
+        if isinstance(self.sheave, Eyelet) and self.winch_exit is not None and self._from_axis()[1] > AXIS_TOLERANCE:
+            return "a mount that gives towards a winch aside"
+        return ""
 
     @property
     def in_plane(self) -> bool:
@@ -112,7 +119,7 @@ class Line(Description):
     def _from_axis(self) -> tuple[float, float]:
         """Where the cable comes from: how far along the axis of its sheave, from the exit point, and aside of it, m."""
         assert self.last_guide is not None
-        assert not isinstance(self.sheave, Eyelet | Pulley)
+        assert not isinstance(self.sheave, Pulley)
         axis = unit_vector(self.sheave.axis) if isinstance(self.sheave, Swivel) else (0.0, 0.0, 1.0)
         away = tuple(c - a for c, a in zip(self.last_guide, self.exit_point, strict=True))
         along = sum(a * d for a, d in zip(axis, away, strict=True))
@@ -125,8 +132,9 @@ class Line(Description):
 
     def _check_path(self) -> None:
         if isinstance(self.sheave, UniversalJoint) and not self.in_plane:
-            keys = {"guides": self.guides, "platform_sheave": self.platform_sheave, "exit_compliance": True}
-            key = next(key for key, given in keys.items() if given)
+            if not self.guides and self.platform_sheave is None:
+                raise refusal("exit_compliance", "must be one number on a universal joint, the same in all directions")
+            key = "guides" if self.guides else "platform_sheave"
             raise refusal(key, "is for lines without a universal joint")
         if self.is_aside and self.exit_compliance is not None:
             raise refusal("exit_compliance", "is not for a swivel whose cable comes from aside of its axis")

@@ -314,7 +314,7 @@ def slack_spans(found: Equilibrium) -> Mask:
     x, z = np.hypot(away[..., 0], away[..., 1]), away[..., 2]
     phi, beta, turn, lever = states.free_angle, states.lever_angle, lines.side * lines.radius, lines.lever
     chord = np.hypot(x - lever * np.cos(beta) + turn * np.sin(phi), z - lever * np.sin(beta) - turn * np.cos(phi))
-    for row, i in np.argwhere(np.broadcast_to(~lines.in_plane, chord.shape)):
+    for row, i in np.argwhere(np.broadcast_to(~lines.in_plane | lines.mount.any(axis=-1), chord.shape)):
         chord[row, i] = _chord(LineNumbers(lines.array[row if len(lines.array) > 1 else 0, i]), states.array[row, i])
     return np.asarray(states.free_length > chord)
 

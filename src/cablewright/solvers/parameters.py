@@ -9,6 +9,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.kernels.layout import EXIT, LENGTH
 from cablewright.kernels.statics.spatial_parameters import mount_rows
+from cablewright.kernels.statics.wrench import AXIS_DISTANCE
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.parameters import OF_LINES, OF_PLATFORM, lines_of
 from cablewright.models.rotation import matrices
@@ -86,7 +87,9 @@ def _by_mounts(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple
     """As `_columns`: an exit goes as the force on it, and its dead span, whose winch stays, covers as much less."""
     rows, m = len(equilibrium.pose), equilibrium.model.m
     forces, dead = np.zeros((rows, m, 3)), np.zeros((rows, m, 3))
-    mount_rows(equilibrium.packed.lines, equilibrium.states, forces, dead)
+    away = equilibrium.platform_points[..., :2] - equilibrium.lines.exit_point[..., :2]
+    planes = away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), AXIS_DISTANCE)
+    mount_rows(equilibrium.packed.lines, equilibrium.states, planes, forces, dead)
     for i in lines_of(equilibrium.model.robot, parameter):
         for axis in range(3):
             yield i, EXIT + axis, forces[:, i, axis]

@@ -39,6 +39,16 @@ def taut_at(model: Model, pose: Array) -> Taut:
     return Taut(angles, free, lengths, toward, planes, per_motion)
 
 
+def stretches(lines: LineNumbers, taut: Taut) -> Array:
+    """Return by how much each straight line to a point grows per tension, m/N: all its cable, and what its mount gives.
+
+    The mount is pulled along the free span and, where it is modelled, along a dead span below or above it.
+    """
+    rise = np.sin(taut.angles)
+    mount = lines.mount[:, 0] * np.where(lines.has_dead_span, 2.0 - 2.0 * np.sign(lines.side) * rise, 1.0)
+    return np.asarray(lines.free_compliance * taut.lengths + mount)
+
+
 def taut_of_body(lines: Array, pose: Array) -> Taut:
     """As `taut_at`, of a rigid body with *lines* (m, ...) of `Packed`, which differ with its retraction."""
     m = len(lines)

@@ -24,7 +24,7 @@ from cablewright.estimation.kalman.state import (
     inflate_shaken,
     judge,
 )
-from cablewright.solvers.taut import taut_at
+from cablewright.solvers.taut import stretches, taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
 _ANGLE_INTERVAL: Final = 0.2  # s between updates by the angles, which are smoothed over as long
@@ -60,7 +60,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     lines, c = model.lines, np.cos(taut.angles)
     h = Sag.at(settings.chain.slackness, taut).forces(excess(state))
     sag = (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
-    stiffness = 1.0 / (lines.free_compliance * taut.lengths + sag + 1e-12)
+    stiffness = 1.0 / (stretches(lines, taut) + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
     state.jacobian = np.asarray(np.linalg.solve(weighted @ taut.toward, weighted), dtype=np.float64)
 

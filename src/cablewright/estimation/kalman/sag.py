@@ -14,7 +14,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.estimation.slackness import SlacknessSettings
-from cablewright.solvers.taut import Taut
+from cablewright.solvers.taut import Taut, stretches
 
 _FORCES: Final = np.geomspace(0.2, 2e4, 160)  # N: of the tables by which an excess gives the force
 _MIN_FORCE: Final = 0.5  # N, of a line that hangs as a parabola
@@ -37,7 +37,7 @@ class Sag(NamedTuple):
         lines, cosine = sensors.model.lines, np.cos(taut.angles)
         return cls(
             (lines.weight * taut.free * cosine**2) ** 2 * taut.free / 24.0,
-            lines.free_compliance * taut.lengths / cosine,
+            stretches(lines, taut) / cosine,
             lines.weight * (0.5 * taut.free - sensors.from_platform),
             np.tan(taut.angles),
             taut.angles,

@@ -12,7 +12,7 @@ and the platform. The rounding of floating-point sums with Y is bounded by GAMMA
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import GAMMA, ROUNDING
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, residual_of_all
-from cablewright.kernels.layout import BETA, GUIDE, UNKNOWNS
+from cablewright.kernels.layout import BETA, GUIDE, MOUNT, UNKNOWNS
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.equilibrium import is_slack
 
@@ -24,7 +24,7 @@ GRAIN = 4e-16  # of an unknown: min half width
 NARROWER = 1e-3
 TRIES = 5
 
-CERTIFIED, NOT_CONTRACTING, UNBOUNDED, NO_INVERSE, SLACK, IMPRECISE, OUT_OF_PLANE = 0, 1, 2, 3, 4, 5, 6
+CERTIFIED, NOT_CONTRACTING, UNBOUNDED, NO_INVERSE, SLACK, IMPRECISE, OUT_OF_PLANE, SOFT = 0, 1, 2, 3, 4, 5, 6, 7
 
 
 @jit
@@ -37,6 +37,8 @@ def certify(packed, lengths, pose, states, tolerance, work):
     for i in range(packed.lines.shape[0]):
         if packed.lines[i, GUIDE] > 0.0:
             return OUT_OF_PLANE
+        if packed.lines[i, MOUNT] > 0.0:
+            return SOFT
         if is_slack(packed.lines[i], states[i]):
             return SLACK
     residual_of_all(packed, lengths, pose, states, work)

@@ -24,6 +24,7 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.statics.catenary import TINY, span
 from cablewright.kernels.statics.guides import CONTACT_POINT, give_way, leave_frame
+from cablewright.kernels.statics.line import given_way
 
 MAX_POINTS = 128  # of a line
 EVEN_PIECES = 8  # up to this number, the rest of a section is divided evenly
@@ -43,8 +44,9 @@ def polyline(row, y, origin, plane, ends, tolerance, points, cuts):
     h, v = t * cos(y[PHI]), t * sin(y[PHI])
     turn, x0, z0 = row[SIDE] * row[RADIUS], 0.0, 0.0
     if row[GUIDE] == 0.0:
-        x0 = row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])
-        z0 = row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
+        x0, z0 = given_way(row, y)
+        x0 += row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])
+        z0 += row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
     if row[WEIGHT] == 0.0:
         return _straight(origin, x0, z0, plane, ends, points, cuts), 0.0
     count, bound = 0, 0.0

@@ -21,8 +21,10 @@ from cablewright.kernels.layout import (
     LEVER,
     LEVER_MOMENT,
     LOW_RISE,
+    MOUNT,
     PHI,
     PSI,
+    PULLS,
     RADIUS,
     SIDE,
     SPANS,
@@ -58,8 +60,10 @@ def system(row, y, x, z, length, jacobian, residual):
     if unknowns == 6:
         cb, sb = cos(y[BETA]), sin(y[BETA])
     hx, hz = row[LEVER] * cb, row[LEVER] * sb
+    gx, gz = given_way(row, y)
+    hz += gz
     sx, sz, hh, hv, vv, xl, zl, _ = span(t * cf, t * sf, y[FREE], weight, row[FREE_COMPLIANCE])
-    residual[0] = hx - turn * sf + sx - x
+    residual[0] = hx + gx - turn * sf + sx - x
     residual[1] = hz + turn * cf + sz - z
     jacobian[0, PHI] = t * (hv * cf - hh * sf) - turn * cf
     jacobian[1, PHI] = t * (vv * cf - hv * sf) - turn * sf
@@ -91,7 +95,38 @@ def system(row, y, x, z, length, jacobian, residual):
             jacobian[2, PSI] = turn * taken
         if unknowns > 5:
             _moment(row, t, cf, sf, cp, sp, cb, sb, jacobian, residual)
+    if row[MOUNT] > 0.0:
+        _add_mount(row, y, gx, gz, jacobian)
     return t * cf, t * sf
+
+
+@jit
+def given_way(row, y):
+    """How far the exit point is from where it is without load, as its mount gives (m, in the line's plane).
+
+    It gives under the free span's force, and in height under that of a dead span, whose winch goes along sideways.
+    """
+    soft = row[MOUNT] * row[PULLS] * exp(y[TAU])
+    dead = sin(y[PSI]) / row[SPANS] if row[UNKNOWNS] > 3.0 else 0.0
+    return soft * cos(y[PHI]), soft * (sin(y[PHI]) + dead)
+
+
+@jit
+def _add_mount(row, y, gx, gz, jacobian):
+    """Add the derivatives of `given_way` to the Jacobian of `system`."""
+    soft = row[MOUNT] * row[PULLS] * exp(y[TAU])
+    rise = soft * cos(y[PHI])
+    jacobian[0, PHI] -= soft * sin(y[PHI])
+    jacobian[1, PHI] += rise
+    jacobian[0, TAU] += gx
+    jacobian[1, TAU] += gz
+    if row[UNKNOWNS] > 3.0:
+        jacobian[3, PHI] += rise
+        jacobian[3, TAU] += gz
+    if row[UNKNOWNS] > 4.0:
+        rise = soft * cos(y[PSI]) / row[SPANS]
+        jacobian[1, PSI] += rise
+        jacobian[3, PSI] += rise
 
 
 @jit
@@ -294,8 +329,9 @@ def pull_of(row, y, x, z):
     """
     h, v = start_force(y)
     turn = row[SIDE] * row[RADIUS]
-    cx = x - row[LEVER] * cos(y[BETA]) + turn * sin(y[PHI])
-    cz = z - row[LEVER] * sin(y[BETA]) - turn * cos(y[PHI])
+    gx, gz = given_way(row, y)
+    cx = x - gx - row[LEVER] * cos(y[BETA]) + turn * sin(y[PHI])
+    cz = z - gz - row[LEVER] * sin(y[BETA]) - turn * cos(y[PHI])
     chord = sqrt(cx * cx + cz * cz)
     cx, cz = cx / chord, cz / chord
     return h * cx + (v + 0.5 * row[WEIGHT] * y[FREE]) * cz, cx, cz
@@ -333,7 +369,8 @@ def system_at_pull(row, x, z, pull, y, jacobian, rhs):
     turn = row[SIDE] * row[RADIUS]
     hx, hz = row[LEVER] * cos(y[BETA]), row[LEVER] * sin(y[BETA])
     tx, tz = turn * cos(y[PHI]), turn * sin(y[PHI])
-    cx, cz = x - hx + tz, z - hz - tx
+    gx, gz = given_way(row, y)
+    cx, cz = x - gx - hx + tz, z - gz - hz - tx
     chord = sqrt(cx * cx + cz * cz)
     cx, cz = cx / chord, cz / chord
     middle = v + 0.5 * row[WEIGHT] * y[FREE]
@@ -343,6 +380,12 @@ def system_at_pull(row, x, z, pull, y, jacobian, rhs):
     jacobian[2, FREE] = 0.5 * row[WEIGHT] * cz / pull
     if row[UNKNOWNS] > 5.0:
         jacobian[2, BETA] = -across * (cx * hx + cz * hz)
+    if row[MOUNT] > 0.0:
+        soft = row[MOUNT] * row[PULLS]
+        jacobian[2, PHI] -= across * soft * (cz * v + cx * h)
+        jacobian[2, TAU] += across * (cz * gx - cx * gz)
+        if row[UNKNOWNS] > 4.0:
+            jacobian[2, PSI] = -across * soft * cx * exp(y[TAU]) * cos(y[PSI]) / row[SPANS]
     rhs[2, 0] = (h * cx + middle * cz) / pull - 1.0
     rhs[2, 1] = 1.0
     return -across * cz, across * cx

@@ -22,11 +22,13 @@ from cablewright.kernels.layout import (
     PARAMETERS,
     PHI,
     POINT,
+    PSI,
     PULLS,
     RADIUS,
     SHEAVE,
     SPANS,
     TAU,
+    UNKNOWNS,
     WEIGHT,
     WEIGHT_FACTOR,
 )
@@ -88,18 +90,24 @@ def write_tension_changes(row, y, length, i, pose, work, spatial, own, by_pose):
 
 
 @jit
-def mount_rows(lines, states, forces, dead):
-    """Write the force (N, m, 3), N, on the exit of each line out of the plane, and what its moves do to the dead span.
+def mount_rows(lines, states, planes, forces, dead):
+    """Write the force (N, m, 3), N, on the exit of each line, and what its moves do to the dead span.
 
-    *dead* (N, m, 3): unstrained length that the dead span loses per move of the exit, with the winch fixed. *lines*
-    (1 or N, m, COLUMNS), *states* (N, m, 6); those of other lines are left as they are.
+    *dead* (N, m, 3): unstrained length that the dead span loses per move of the exit, with the winch fixed; 0 of lines
+    in planes, whose exit moves so. *lines* (1 or N, m, COLUMNS), *states* (N, m, 6), *planes* (N, m, 2): directions.
     """
     for j in range(states.shape[0]):
         for i in range(states.shape[1]):
             row, y = lines[j if lines.shape[0] > 1 else 0, i], states[j, i]
+            t, c = exp(y[TAU]), cos(y[PHI])
             if row[GUIDE] == 0.0:
+                up = sin(y[PHI]) + (sin(y[PSI]) / row[SPANS] if row[UNKNOWNS] > 3.0 else 0.0)
+                forces[j, i, 0] = row[PULLS] * t * c * planes[j, i, 0]
+                forces[j, i, 1] = row[PULLS] * t * c * planes[j, i, 1]
+                forces[j, i, 2] = row[PULLS] * t * up
+                dead[j, i, :] = 0.0
                 continue
-            t, c, towards = exp(y[TAU]), cos(y[PHI]), towards_winch(row)
+            towards = towards_winch(row)
             free = (c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI]))
             strain = row[DEAD_COMPLIANCE] * (t + row[WEIGHT] * row[MEAN_RISE] * y[DEAD])
             for k in range(3):

@@ -106,7 +106,7 @@ def check(
         expected=expected,
         uncertainty=source,
         distances=walked.distances,
-        not_checked=tuple(not_checked(robot, walked.statics, skip, Schedule(job.schedule).turns)),
+        not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip, Schedule(job.schedule).turns)),
         step=step,
         reserved=careful is not robot,
         interpolation_error=interpolation_error(careful, path.poses, walked.statics.lengths, path.retraction),

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.robot import Robot
+from cablewright.robot.uncertainty import Uncertainty
 from cablewright.studies.checks.path_statics import PathStatics
 
 SKIPPABLE: Final = {
@@ -27,15 +28,21 @@ _LEFT_OUT: Final = (
     "platform and nozzle against the part and the frame",
     "swinging and vibration",
     "inertia of drums and motors",
-    "friction, creep and backlash",
+    "friction, hysteresis and backlash",
     "wind",
 )
 
 
-def not_checked(robot: Robot, statics: PathStatics, skip: Collection[str], turns: bool) -> list[str]:
+def not_checked(
+    robot: Robot, uncertain: Uncertainty, statics: PathStatics, skip: Collection[str], turns: bool
+) -> list[str]:
     """Return what a check of *robot* does not cover; *turns*: whether the platform turns on its way."""
     found = [f"{what}: switched off" for name, what in SKIPPABLE.items() if name in skip]
     found += _without_limit(robot)
+    stiff = [line.name for line in robot.lines if line.exit_compliance is None]
+    found += _lacks(robot, "mounts of exit points that give", "exit_compliance", stiff)
+    if all(entry.name != "creep_compliance" for entry in uncertain.parameters):
+        found.append("creep of cables: the uncertainty gives no creep_compliance")
     if "interference" not in skip:
         found += _without_shape(robot)
     singular = int(np.isnan(statics.displacement).sum())
