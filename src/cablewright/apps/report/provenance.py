@@ -65,6 +65,7 @@ def assumptions(robot: Robot) -> list[str]:
             "found with the full model."
         ),
         f"How cables leave their mountings: {_shared(robot, _sheave)}.",
+        f"What holds them there: {_shared(robot, _mount)}.",
         f"The arc of cable on the sheave: {_shared(robot, _arc)}.",
         f"The span from the winch: {_shared(robot, _dead_span)}.",
         f"From there to the platform: {_shared(robot, _free_spans)}.",
@@ -138,6 +139,15 @@ def _sheave(line: Line) -> str:
     return (
         f"{over} on a lever of {quantity(sheave.lever, 'm')} that turns freely and hangs as forces and weight take it"
     )
+
+
+def _mount(line: Line) -> str:
+    compliance = line.exit_compliance
+    if compliance is None:
+        return "stands still"
+    if isinstance(compliance, float):
+        return f"gives by {1e6 * compliance:g} mm per kN in any direction"
+    return f"gives, by up to {1e6 * max(row[i] for i, row in enumerate(compliance)):.3g} mm per kN along an axis"
 
 
 def _arc(line: Line) -> str:
