@@ -106,6 +106,8 @@ def given_way(row, y):
 
     It gives under the free span's force, and in height under that of a dead span, whose winch goes along sideways.
     """
+    if row[MOUNT] == 0.0:
+        return 0.0, 0.0
     soft = row[MOUNT] * row[PULLS] * exp(y[TAU])
     dead = sin(y[PSI]) / row[SPANS] if row[UNKNOWNS] > 3.0 else 0.0
     return soft * cos(y[PHI]), soft * (sin(y[PHI]) + dead)
