@@ -308,7 +308,8 @@ FORMATS = (
            _command("inverse", "{}", "--at", "0,0,1", "--json")),
     Format("walls", ".csv", _files("scan.csv"), _command("walls", "{}", "--json")),
     Format("modulus", ".csv", _files("tensile.csv"),
-           _command("modulus", "{}", "--gauge", "1", "--section", "12.57", "--json")),
+           _command("modulus", "{}", "--initial-length", "2", "--robot", "paty2021", "--json")),
+    Format("creep", ".csv", _files("creep.csv"), _command("creep", "{}", "--initial-length", "2", "--json")),
     Format("arguments", ".txt", lambda: ARGUMENTS, _words),
     Format("survey-command", ".gsi", _files("survey.gsi"), _command("survey", "{}", "--json")),
 )  # fmt: skip

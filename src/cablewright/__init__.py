@@ -13,7 +13,7 @@ Analyse: accuracy, boundary_modes, bracket, check, count_nodes, design, interfer
     workspace, workspace_area, Accuracy, AccuracyAtPose, AccuracyStudy, Boundary, BracketStress, Check, Designed,
     FirstOrder, FREEDOMS, Interference, InterferenceSettings, JobInterference, Modes, MonteCarlo, NodeCount, Places,
     RetractionLaw, RetractionStudy, Trade, TradeSettings, Vertices, Workspace, WorkspaceArea.
-Calibrate: aligned, calibrate, calibration_poses, check_drift, guide, modulus, read_scan, simulate_calibration,
+Calibrate: aligned, calibrate, calibration_poses, check_drift, creep, guide, modulus, read_scan, simulate_calibration,
     survey, walls, Calibration, CalibrationPlan, CalibrationPoses, CalibrationRecord, Drift, FileScan, Guidance,
     Laser, LidarPlace, Measured, RoomMap, SensorNoise,
     Shot, Shots, Sigmas, SimulatedCalibration, Survey, SurveyPlan, TensileResult, TensileTest, Walls.
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from cablewright.calibration.survey.result import Survey
     from cablewright.calibration.survey.shots import Shot, Shots
     from cablewright.calibration.survey.survey import survey
+    from cablewright.calibration.tensile.creep import creep
     from cablewright.calibration.tensile.modulus import modulus
     from cablewright.calibration.tensile.recording import TensileTest
     from cablewright.calibration.tensile.result import TensileResult
@@ -221,6 +222,7 @@ __all__ = [
     "check",
     "check_drift",
     "count_nodes",
+    "creep",
     "curves",
     "design",
     "enclose_poses",
@@ -290,6 +292,7 @@ _HOMES = {
         "calibration.survey.result": "Survey",
         "calibration.survey.shots": "Shot Shots",
         "calibration.survey.survey": "survey",
+        "calibration.tensile.creep": "creep",
         "calibration.tensile.modulus": "modulus",
         "calibration.tensile.recording": "TensileTest",
         "calibration.tensile.result": "TensileResult",

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from cablewright.kernels.layout import COLUMNS, STATE
-from cablewright.machine.simulated.unmodelled.cable_creep import HOUR, LOGARITHMIC, VOIGT, CableCreep, step_response
+from cablewright.machine.simulated.unmodelled.cable_creep import LOG_SHARE, VOIGT_SHARES, CableCreep, step_response
 from cablewright.machine.simulated.unmodelled.cable_hysteresis import CableHysteresis
 from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState
 from cablewright.machine.simulated.unmodelled.gear_backlash import GearBacklash
 from cablewright.machine.simulated.unmodelled.gusts import Gusts
 from cablewright.machine.simulated.unmodelled.sheave_slip import STICKS, SheaveSlip
+from cablewright.models.creep import HOUR, LOG_BEGIN, RETARDATIONS
 from cablewright.models.packed_views import LineNumbers, LineStates
 
 COMPLIANCES = np.array([1e-6, 2e-6, 0.5e-6])  # 1/N after an hour
@@ -31,18 +32,19 @@ def crept(loads: Array, times: Array) -> CableCreep:
 
 @pytest.mark.parametrize("time", [1.0, 30.0, HOUR, 86400.0, 1e6])
 def test_creep_answers_a_step_by_its_closed_form(time: float) -> None:
-    load, (begin, share) = np.array([100.0, 100.0, 300.0]), LOGARITHMIC
+    load, (begin, share) = np.array([100.0, 100.0, 300.0]), (LOG_BEGIN, LOG_SHARE)
     creep = CableCreep(COMPLIANCES)
     creep.advance(load, load, time)
     with mpmath.workdps(30):
-        voigt = sum(s * mpmath.expm1(-time / t) / mpmath.expm1(-HOUR / t) for t, s in VOIGT)
+        parts = zip(RETARDATIONS, VOIGT_SHARES, strict=True)
+        voigt = sum(s * mpmath.expm1(-time / t) / mpmath.expm1(-HOUR / t) for t, s in parts)
         exact = float(voigt + share * mpmath.log(1 + time / begin) / mpmath.log(1 + HOUR / begin))
     assert step_response(np.array([time]))[0] == pytest.approx(exact, rel=1e-12)
     assert creep.strain == pytest.approx(load * COMPLIANCES * exact, rel=1e-3)
 
 
 def test_shares_of_creep_after_an_hour_are_all() -> None:
-    assert sum(share for _, share in VOIGT) + LOGARITHMIC[1] == pytest.approx(1.0)
+    assert sum(VOIGT_SHARES) + LOG_SHARE == pytest.approx(1.0)
     assert step_response(np.array([0.0, HOUR])) == pytest.approx([0.0, 1.0])
 
 

@@ -56,6 +56,7 @@ COMMANDS = {
             "Simulated measurements to try `calibrate` with.",
         ),
         "modulus": ("calibration.modulus.ModulusCommand", "Young's modulus of a cable from a tensile test."),
+        "creep": ("calibration.creep.CreepCommand", "Creep and stiffness of a cable from a test that holds a load."),
         "walls": (
             "calibration.walls.WallsCommand",
             "Walls in a lidar's scan, and the lidar's place in a surveyed room.",

@@ -15,6 +15,7 @@ from cablewright.results import Pictured
 PICTURES: Final = {
     "Calibration": ("calibration", "residuals_picture"),
     "Campaign": ("variants.campaign", "campaign_picture"),
+    "CreepResult": ("creep", "creep_picture"),
     "Curves": ("curves", "curves_picture"),
     "Designed": ("variants.design", "design_picture"),
     "Interference": ("interference", "interference_picture"),

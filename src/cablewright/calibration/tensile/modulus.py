@@ -67,7 +67,7 @@ def modulus(
     test = test if isinstance(test, TensileTest) else read_test(test)
     given = {"initial length": initial_length, "section": section, "breaking load": breaking_load}
     for name, value in given.items():
-        _require(name, value)
+        require_cable(name, value)
     if not (0 < low < high <= 1 and high - low >= 0.01):
         raise InputError(f"band = {low:g},{high:g}: must be 0 < low < high <= 1, at least 0.01 apart")
     if not test.force.max() <= 2 * breaking_load:
@@ -78,7 +78,7 @@ def modulus(
     if not loadings:
         raise InputError(f"{test.origin}: {search.why_no_loading(breaking_load)}")
     nominal = loadings[-1]
-    _require("modulus", nominal.modulus, f"{test.origin}: ")
+    require_cable("modulus", nominal.modulus, f"{test.origin}: ")
     return TensileResult(
         test=test,
         modulus=nominal.modulus,
@@ -97,7 +97,7 @@ def modulus(
     )
 
 
-def _require(name: str, value: float, origin: str = "") -> None:
+def require_cable(name: str, value: float, origin: str = "") -> None:
     """Raise `InputError` unless *value* is within the bounds of any cable."""
     low, high, unit = _BOUNDS[name]
     if not low <= value <= high:

@@ -14,35 +14,47 @@ from numpy.typing import ArrayLike
 from cablewright.arrays import Array
 from cablewright.csv_input import Column, cells_of, find_column, no_column, number_rows, separator_of, text_lines
 from cablewright.errors import InputError
-from cablewright.units import FORCE, LENGTH
+from cablewright.units import DURATION, FORCE, LENGTH, TEMPERATURE_DIFFERENCE, Dimension
 
 MAX_BYTES: Final = 64 << 20
 MAX_ROWS: Final = 2_000_000
 MIN_POINTS: Final = 20
 """Minimum number of samples of a test, and of each of its branches within the band."""
 
-_MAX_SIZE: Final = {"force": 1e9, "elongation": 1e5}  # N, m: sums of their products stay finite
+_MAX_SIZE: Final = {"force": 1e9, "elongation": 1e5, "time": 1e10, "temperature": 1e4}  # sums of products stay finite
 _COLUMNS: Final = {"force": FORCE, "elongation": LENGTH}
+_MORE_COLUMNS: Final[dict[str, Dimension]] = {"time": DURATION, "temperature": TEMPERATURE_DIFFERENCE}
 
 
 @dataclass(frozen=True, eq=False)
 class TensileTest:
     """The recording of a tensile test in order of time; read-only arrays.
 
-    Raises `InputError` unless both columns are one-dimensional, of the same length, finite, and of at least
-    `MIN_POINTS` samples.
+    ``time`` and ``temperature`` are for `creep` alone. Raises `InputError` unless all columns are one-dimensional, of
+    the same length, finite, and of at least `MIN_POINTS` samples, and times rise.
     """
 
     force: Array  # (k,) N, tension positive
     elongation: Array  # (k,) m, growing as the cable is pulled
     origin: str = "the test"  # the name in messages
     lines: Sequence[int] = ()  # (k,) line number of each sample in the file; empty without a file
+    time: Array | None = None  # (k,) s
+    temperature: Array | None = None  # (k,) K or degrees Celsius: only its changes count
 
     def __post_init__(self) -> None:
-        for name in _COLUMNS:
-            object.__setattr__(self, name, self._checked(name, getattr(self, name)))
+        for name in (*_COLUMNS, *_MORE_COLUMNS):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, self._checked(name, getattr(self, name)))
         if len(self.force) != len(self.elongation):
             raise InputError(f"{self.origin}: {len(self.force)} forces, but {len(self.elongation)} elongations")
+        for name in _MORE_COLUMNS:
+            column = getattr(self, name)
+            if column is not None and len(column) != len(self.force):
+                raise InputError(f"{self.origin}: {len(self.force)} forces, but {len(column)} numbers of {name}")
+        if self.time is not None and (late := np.flatnonzero(np.diff(self.time) <= 0.0)).size:
+            before, after = self.time[late[0] : late[0] + 2]
+            why = f"time = {after:g} s follows {before:g} s: times must rise"
+            raise InputError(f"{self.origin}, {self.place(late[0] + 1)}: {why}")
         if len(self.force) < MIN_POINTS:
             raise InputError(f"{self.origin}: {len(self.force)} samples; at least {MIN_POINTS} are required")
 
@@ -52,7 +64,8 @@ class TensileTest:
             raise InputError(f"{self.origin}: {name}: expected one number for each sample, not shape {column.shape}")
         bad = np.flatnonzero(~(np.abs(column) <= _MAX_SIZE[name]))
         if len(bad):
-            allowed = f"must be finite and at most {_MAX_SIZE[name]:g} {_COLUMNS[name].si} in size"
+            unit = (_COLUMNS | _MORE_COLUMNS)[name].si
+            allowed = f"must be finite and at most {_MAX_SIZE[name]:g} {unit} in size"
             raise InputError(f"{self.origin}, {self.place(bad[0])}: {name} = {column[bad[0]]:g}: {allowed}")
         column.flags.writeable = False
         return column
@@ -62,9 +75,10 @@ class TensileTest:
         return f"line {self.lines[sample]}" if len(self.lines) else f"sample {sample + 1}"
 
 
-def read_test(path: str | Path) -> TensileTest:
+def read_test(path: str | Path, *, timed: bool = False) -> TensileTest:
     """Read a CSV whose header names columns ``force`` and ``elongation``; other columns are ignored.
 
+    If *timed* it may name ``time`` and ``temperature`` too.
     A unit may follow the name (``force (kN)``, ``elongation [mm]``, ``force_kN``); without one it is SI. The separator
     is tab, semicolon or comma: the first of these that the header holds. Empty lines and comments (``#``) are skipped.
 
@@ -83,9 +97,13 @@ def read_test(path: str | Path) -> TensileTest:
         if found is None:
             raise no_column(name, cells, place, quantity, tuple(_COLUMNS))
         columns[name] = found
+    for name, quantity in _MORE_COLUMNS.items() if timed else ():
+        found = find_column((name,), cells, place, quantity)
+        if found is not None:
+            columns[name] = found
     numbers, lines = array("d"), array("q")
     for number, _, row in number_rows(path, rows, header, columns, MAX_ROWS, "rows"):
         numbers.extend(row)
         lines.append(number)
-    force, elongation = np.array(numbers).reshape(-1, 2).T
-    return TensileTest(force, elongation, str(path), lines)
+    values = dict(zip(columns, np.array(numbers).reshape(-1, len(columns)).T, strict=True))
+    return TensileTest(origin=str(path), lines=lines, **values)

@@ -1,0 +1,180 @@
+"""Creep of a cable from a test in which a load is held, or changes, over some decades of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.calibration.tensile.creep_result import CreepResult
+from cablewright.calibration.tensile.modulus import require_cable
+from cablewright.calibration.tensile.recording import TensileTest, read_test
+from cablewright.errors import InputError
+from cablewright.models.creep import LOG_BEGIN, RETARDATIONS, histories
+
+MAX_SAMPLES: Final = 100_000
+MAX_RETARDATIONS: Final = 4
+_LOADED: Final = 0.5  # of the largest change of force, from which on a specimen counts as under load
+_PER_RETARDATION: Final = 3.0  # samples in a retardation time, at the beginning of the load
+_DECADES: Final = 100.0  # times the start, for which logarithmic creep must be seen
+_ALIKE: Final = 1e10  # condition number of the columns from which on they are not told apart
+_VARIES: Final = 0.5  # K: smaller changes of temperature tell no expansion
+_WANDERS: Final = 5.0  # widening of the variances, from which a note says that the law does not fit
+_BELOW_ZERO: Final = -3.0  # sigmas
+
+
+def creep(
+    test: str | Path | TensileTest, *, initial_length: float, retardations: Sequence[float] = RETARDATIONS
+) -> CreepResult:
+    """Return stiffness and creep of a cable from a *test* with times, or its CSV: a held load, or cycles.
+
+    *initial_length* (m): the distance of the two points between which the elongation is measured, at elongation zero.
+    *retardations*: of Voigt elements, s, up to four that rise; beside them creep is logarithmic from 1 s on.
+
+    The strain is linear in all that is found: 1 / EA, the compliances of the elements and of the logarithmic part, the
+    thermal expansion where the test has temperatures that change, and the strain at the first sample. So it is one
+    linear least squares over the measured history of force, whatever that is. Sigmas are from the residuals, widened
+    as these are correlated. What the first sample's force has done before counts as over.
+
+    Raises `InputError` for a test without times, too short or too coarse for an element (it says which), without a
+    change of force, or whose columns cannot be told apart. Source: `cablewright.models.creep`.
+
+    Examples
+    --------
+    >>> import numpy as np, cablewright as cw
+    >>> time = np.concatenate([[0.0], np.geomspace(0.5, 7200.0, 300)])
+    >>> force = np.where(time > 0.0, 1000.0, 0.0)
+    >>> crept = 1e-9 * force * np.log1p(time) / np.log1p(3600.0)
+    >>> found = cw.creep(cw.TensileTest(force, 2.0 * (force / 5e5 + crept), time=time), initial_length=2.0)
+    >>> f"{found.stiffness / 1e3:.0f} kN, creep after an hour {found.after_hour:.0e} 1/N"
+    '500 kN, creep after an hour 1e-09 1/N'
+    """
+    test = test if isinstance(test, TensileTest) else read_test(test, timed=True)
+    require_cable("initial length", initial_length)
+    taus = _checked_retardations(retardations)
+    times, loads = _require_loads(test)
+    loaded = _require_time(test, times, loads, taus)
+    columns = np.column_stack([loads, histories(times, loads, taus), np.ones_like(times)])
+    expands = test.temperature is not None and float(np.ptp(test.temperature)) >= _VARIES
+    if expands:
+        assert test.temperature is not None
+        columns = np.column_stack([columns, test.temperature - test.temperature[0]])
+    found, covariance, residuals, wider = _fitted(test, columns, test.elongation / initial_length)
+    if not found[0] > 0.0:
+        raise InputError(f"{test.origin}: the elongation does not rise with the force: check signs and columns")
+    return CreepResult(
+        test=test,
+        initial_length=initial_length,
+        retardations=taus,
+        elastic=float(found[0]),
+        compliances=found[1 : 2 + len(taus)],
+        expansion=float(found[-1]) if expands else None,
+        covariance=covariance,
+        offset=float(found[2 + len(taus)]),
+        residuals=residuals,
+        widened=wider,
+        loaded=loaded,
+        notes=tuple(_notes(test, found[1 : 2 + len(taus)], covariance, taus, wider, expands)),
+    )
+
+
+def _checked_retardations(given: Sequence[float]) -> tuple[float, ...]:
+    taus = tuple(float(each) for each in given)
+    rising = all(b > a for a, b in pairwise(taus))
+    if not (len(taus) <= MAX_RETARDATIONS and rising and all(1e-3 <= each <= 1e8 for each in taus)):
+        allowed = f"up to {MAX_RETARDATIONS} that rise, from 1 ms to 1e8 s"
+        raise InputError(f"retardations = {', '.join(f'{each:g}' for each in taus)} s: expected {allowed}")
+    return taus
+
+
+def _require_loads(test: TensileTest) -> tuple[Array, Array]:
+    """Times and changes of force since the first sample. Raises `InputError` where there are none, or too many."""
+    if test.time is None:
+        raise InputError(f"{test.origin}: no column 'time', which creep needs")
+    if len(test.time) > MAX_SAMPLES:
+        why = f"{len(test.time)} samples; at most {MAX_SAMPLES} are taken: keep fewer of the later ones"
+        raise InputError(f"{test.origin}: {why}")
+    loads = test.force - test.force[0]
+    if not np.abs(loads).max() > 0.0:
+        raise InputError(f"{test.origin}: the force never changes: record from before the load on")
+    return test.time - test.time[0], loads
+
+
+def _require_time(test: TensileTest, times: Array, loads: Array, taus: tuple[float, ...]) -> float:
+    """How long the specimen is under load, s. Raises `InputError` for a part of the law that this does not show."""
+    first = int(np.argmax(np.abs(loads) >= _LOADED * np.abs(loads).max()))
+    loaded = float(times[-1] - times[first])
+    if taus and loaded < taus[-1]:
+        need, has = _spell(taus[-1]), _spell(loaded)
+        why = f"the element of {need} needs a load for {need}, the test has {has}: hold longer, or leave it out"
+        raise InputError(f"{test.origin}: {why}")
+    begin = max(LOG_BEGIN, float(np.diff(times[first:][:2]).max(initial=0.0)))
+    if loaded < _DECADES * begin:
+        why = f"logarithmic creep needs two decades of time, from {_spell(begin)} to {_spell(_DECADES * begin)}"
+        raise InputError(f"{test.origin}: {why}; the test has {_spell(loaded)} under load")
+    if taus:
+        early = times[first:][times[first:] <= times[first] + taus[0]]
+        if len(early) < _PER_RETARDATION:
+            why = f"has {len(early)} samples within {_spell(taus[0])} of the load: {_PER_RETARDATION:g} tell it"
+            raise InputError(f"{test.origin}: the element of {_spell(taus[0])} {why}")
+    return loaded
+
+
+def _fitted(test: TensileTest, columns: Array, strain: Array) -> tuple[Array, Array, Array, float]:
+    """Numbers, their covariance, residuals, and by how much correlated residuals widen it. Raises `InputError`."""
+    sizes = np.linalg.norm(columns, axis=0)
+    if len(strain) <= columns.shape[1] or not (sizes > 0.0).all():
+        raise InputError(f"{test.origin}: {len(strain)} samples are too few for {columns.shape[1]} numbers")
+    scaled = columns / sizes
+    u, s, vt = np.linalg.svd(scaled, full_matrices=False)
+    if not s[-1] * _ALIKE > s[0]:
+        raise InputError(f"{test.origin}: stretch and creep cannot be told apart by these forces and times")
+    found = (vt.T @ ((u.T @ strain) / s)) / sizes
+    residuals = strain - columns @ found
+    wider = _widening(residuals)
+    variance = wider * float(residuals @ residuals) / (len(strain) - columns.shape[1])
+    root = vt.T / s / sizes[:, None]
+    return found, variance * root @ root.T, residuals, wider
+
+
+def _widening(residuals: Array) -> float:
+    """By how much variances grow, as *residuals* are correlated: 1 plus twice the sum of their first correlations."""
+    count = len(residuals)
+    spectrum = np.abs(np.fft.rfft(residuals, 2 * count)) ** 2
+    correlation = np.fft.irfft(spectrum)[:count]
+    if not correlation[0] > 0.0:
+        return 1.0
+    correlation /= correlation[0]
+    chance = np.flatnonzero(correlation < 2.0 / np.sqrt(count))
+    end = int(chance[0]) if len(chance) else count
+    return max(1.0, 1.0 + 2.0 * float(correlation[1:end].sum()))
+
+
+def _notes(
+    test: TensileTest, compliances: Array, covariance: Array, taus: tuple[float, ...], wider: float, expands: bool
+) -> Iterator[str]:
+    if wider > _WANDERS:
+        yield (
+            f"residuals wander: sigmas are {np.sqrt(wider):.1f} times those of noise alone; "
+            "hysteresis, settling strands or another law of creep"
+        )
+    names = [*(f"the element of {_spell(each)}" for each in taus), "logarithmic creep"]
+    for name, size, sigma in zip(names, compliances, np.sqrt(np.diagonal(covariance))[1:], strict=False):
+        if size < _BELOW_ZERO * sigma:
+            yield f"{name} is below 0: the cable does not creep by this law"
+        elif sigma > abs(size):
+            yield f"{name} is smaller than its sigma: this test does not tell it from the others"
+    if test.temperature is None:
+        yield "no column 'temperature': what its changes stretch counts as creep"
+    elif not expands:
+        yield f"the temperature changes by under {_VARIES:g} K: the expansion is not told"
+
+
+def _spell(seconds: float) -> str:
+    if seconds >= 7200.0:
+        return f"{seconds / 3600.0:.3g} h"
+    return f"{seconds / 60.0:.3g} min" if seconds >= 120.0 else f"{seconds:.3g} s"

@@ -1,0 +1,134 @@
+"""The result of a creep test of a cable: its stiffness, and what it creeps by after which time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.calibration.tensile.recording import TensileTest
+from cablewright.models.creep import HOUR, histories, log_response, voigt_response
+from cablewright.results import Figure, Pictured
+
+_TIMES: Final = (60.0, 600.0, HOUR, 10.0 * HOUR, 24.0 * HOUR, 240.0 * HOUR)  # s, of the table as far as the test lasts
+_COVERAGE: Final = 2.0  # sigmas to the upper end of a range
+
+FIGURES = (
+    Figure("status", "", "ok.", lambda _: "ok"),
+    Figure("stiffness", "N", "EA by the quick part of the stretch.", name="axial stiffness EA", shown="kN"),
+    Figure("stiffness_sigma", "N", "Standard deviation of EA.", name="its sigma", shown="kN", digits=2),
+    Figure(
+        "expansion", "1/K", "Thermal expansion; absent where the temperature tells none.",
+        only=lambda own: own.expansion is not None,
+    ),
+    Figure("loaded", "s", "How long the specimen was under load.", digits=3),
+    Figure(
+        "creep", "", "Creep after a time under a constant load.", lambda own: own.table,
+        parts=(
+            Figure("time", "s", "Since the load began.", digits=3, shown="min"),
+            Figure("compliance", "1/N", "Strain per load, besides the elastic one.", shown="1/N"),
+            Figure("sigma", "1/N", "Standard deviation of the compliance.", digits=2, shown="1/N"),
+            Figure("over_elastic", "1", "Creep over the elastic stretch of the same load.", shown="%", digits=3),
+        ),
+    ),
+    Figure(
+        "parts", "", "What each part of the law creeps by in an hour.", lambda own: own.law, name="law of creep",
+        parts=(
+            Figure("part", "", "A Voigt element with its retardation time, or logarithmic creep."),
+            Figure("compliance", "1/N", "Strain per load after an hour.", shown="1/N"),
+            Figure("sigma", "1/N", "Standard deviation of the compliance.", digits=2, shown="1/N"),
+        ),
+    ),
+    Figure("noise", "m", "Root mean square of what the law leaves of the elongation.", digits=2),
+    Figure("widened", "1", "By how much correlated residuals widen the variances.", digits=3),
+    Figure("uncertainty_file", "", "Creep from 0 to that at the end of the test, for an uncertainty file.",
+           "uncertainty_text", name="for an uncertainty file"),
+    Figure("notes", "", "What a careful person would ask.", detail=True),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CreepResult(Pictured):
+    """The result of `creep`: stiffness of a cable, and its creep by time, with standard deviations.
+
+    ``compliances`` (j + 1,), 1/N: after an hour, of the Voigt elements with their ``retardations`` and of logarithmic
+    creep. ``covariance``: of 1 / EA (1/N), the compliances, the strain at the first sample and the expansion.
+    ``residuals`` (k,): strains that the law leaves.
+    """
+
+    FIGURES: ClassVar = FIGURES
+    HEADLINES: ClassVar = ("stiffness", "loaded", "noise")
+    PASTED: ClassVar = ("for an uncertainty file",)
+
+    test: TensileTest
+    initial_length: float  # m
+    retardations: tuple[float, ...]  # s
+    elastic: float  # 1/N: 1 / EA
+    compliances: Array
+    expansion: float | None  # 1/K
+    covariance: Array
+    offset: float  # strain at the first sample
+    residuals: Array
+    widened: float
+    loaded: float  # s
+    notes: tuple[str, ...]
+
+    @property
+    def stiffness(self) -> float:
+        """EA, N."""
+        return 1.0 / self.elastic
+
+    @property
+    def stiffness_sigma(self) -> float:
+        """Standard deviation of EA, N."""
+        return math.sqrt(self.covariance[0, 0]) / self.elastic**2
+
+    @property
+    def noise(self) -> float:
+        """Root mean square of the residuals, m of elongation."""
+        return float(np.sqrt(np.mean(self.residuals**2))) * self.initial_length
+
+    def compliance_at(self, time: float) -> tuple[float, float]:
+        """Return the creep per load *time* (s) after it began, 1/N, and its standard deviation."""
+        at = np.array([time])
+        responses = np.concatenate([*(voigt_response(at, tau) for tau in self.retardations), log_response(at)])
+        own = slice(1, 1 + len(responses))
+        variance = float(responses @ self.covariance[own, own] @ responses)
+        return float(responses @ self.compliances), math.sqrt(max(variance, 0.0))
+
+    @property
+    def after_hour(self) -> float:
+        """Creep per load after an hour, 1/N; of a shorter test it is extrapolated."""
+        return self.compliance_at(HOUR)[0]
+
+    @property
+    def table(self) -> list[dict[str, float]]:
+        """Creep by time, no longer than the specimen was under load."""
+        rows = []
+        for time in (*(each for each in _TIMES if each < self.loaded), self.loaded):
+            size, sigma = self.compliance_at(time)
+            rows.append({"time": time, "compliance": size, "sigma": sigma, "over_elastic": size / self.elastic})
+        return rows
+
+    @property
+    def law(self) -> list[dict[str, float | str]]:
+        """Each part of the law with its compliance after an hour."""
+        names = [*(f"element of {tau:g} s" for tau in self.retardations), "logarithmic"]
+        sigmas = np.sqrt(np.diagonal(self.covariance))[1:]
+        found = zip(names, self.compliances.tolist(), sigmas.tolist(), strict=False)
+        return [{"part": name, "compliance": size, "sigma": sigma} for name, size, sigma in found]
+
+    @property
+    def uncertainty_text(self) -> str:
+        """The entry of an uncertainty file for cables that creep as long as this one was tested, or less."""
+        size, sigma = self.compliance_at(self.loaded)
+        return f'[[parameters]]\nname = "creep_compliance"\nrange = [0.0, {max(size, 0.0) + _COVERAGE * sigma:.2g}]'
+
+    def crept(self) -> Array:
+        """Return the strain (k,) by creep at the samples, by the law found."""
+        assert self.test.time is not None  # checked by `creep`
+        times, loads = self.test.time - self.test.time[0], self.test.force - self.test.force[0]
+        return np.asarray(histories(times, loads, self.retardations) @ self.compliances)

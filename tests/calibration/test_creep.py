@@ -1,0 +1,202 @@
+"""Creep of a cable from a test: against the law in closed form, superposed, and sigmas that hold over 200 tests."""
+
+from __future__ import annotations
+
+import random
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cablewright as cw
+from cablewright.calibration.tensile.creep import MAX_SAMPLES, creep
+from cablewright.calibration.tensile.creep_result import CreepResult
+from cablewright.calibration.tensile.recording import TensileTest, read_test
+from cablewright.errors import InputError
+from cablewright.models.creep import HOUR, histories, log_response, voigt_response
+
+ROOT = Path(__file__).resolve().parents[2]
+LENGTH, STIFFNESS, ALPHA = 2.0, 480e3, -12e-6
+TAUS, COMPLIANCES = (60.0, 1200.0), np.array([0.4e-7, 0.5e-7, 1.6e-7])  # 1/N after an hour
+HELD = ((0.0, 0.0), (10.0, 0.0), (15.0, 2000.0), (3615.0, 2000.0), (3620.0, 200.0), (4220.0, 200.0),
+        (4225.0, 2000.0), (10800.0, 2000.0))  # fmt: skip
+CYCLES = tuple((300.0 * k, 200.0 + (1800.0 if k % 2 else 0.0)) for k in range(25))
+
+
+def superposed(times: np.ndarray, corners: tuple[tuple[float, float], ...], pieces: int = 400) -> np.ndarray:
+    """Creep at *times* under loads that change linearly between *corners*, by small steps, each in closed form."""
+    out = np.zeros_like(times)
+    for (begin, low), (end, high) in pairwise(corners):
+        if high == low:
+            continue
+        for k in range(pieces):
+            after = np.maximum(times - (begin + (end - begin) * (k + 0.5) / pieces), 0.0)
+            answer = COMPLIANCES[0] * voigt_response(after, TAUS[0]) + COMPLIANCES[1] * voigt_response(after, TAUS[1])
+            out += (high - low) / pieces * (answer + COMPLIANCES[2] * log_response(after))
+    return out
+
+
+def sampled(corners: tuple[tuple[float, float], ...]) -> np.ndarray:
+    """Every 10 s, and from each corner on at steps that grow from 0.5 s."""
+    last, grown = corners[-1][0], np.concatenate([[0.0], np.geomspace(0.5, 60.0, 25)])
+    fine = np.concatenate([begin + grown for begin, _ in corners])
+    return np.unique(np.round(np.concatenate([np.arange(0.0, last, 10.0), fine[fine <= last], [last]]), 3))
+
+
+def recorded(
+    corners: tuple[tuple[float, float], ...], noise: float = 0.0, seed: int = 0, heat: float = 0.0
+) -> TensileTest:
+    """A test of the cable above, with *noise* of the elongation, m, and a temperature that swings by *heat*, K."""
+    times = sampled(corners)
+    force = np.interp(times, *np.array(corners).T)
+    warm = 20.0 + heat * np.sin(times / 2000.0)
+    strain = force / STIFFNESS + superposed(times, corners) + ALPHA * (warm - warm[0]) + 3e-5
+    elongation = LENGTH * strain + noise * np.random.default_rng(seed).normal(size=len(times))
+    return TensileTest(force, elongation, time=times, temperature=warm if heat else None)
+
+
+def errors(found: CreepResult) -> np.ndarray:
+    """What is found less what is true, over its sigma: 1 / EA and the parts of the creep."""
+    true = np.concatenate([[1.0 / STIFFNESS], COMPLIANCES])
+    sigmas = np.sqrt(np.diagonal(found.covariance))[:4]
+    return (np.concatenate([[found.elastic], found.compliances]) - true) / sigmas
+
+
+@pytest.mark.parametrize("corners", [HELD, CYCLES], ids=["held", "cycles"])
+def test_histories_are_small_steps_superposed(corners) -> None:
+    times = sampled(corners)
+    force = np.interp(times, *np.array(corners).T)
+    found = histories(times, force - force[0], TAUS) @ COMPLIANCES
+    wanted = superposed(times, corners) if corners is HELD else superposed(times, corners, 2000)
+    assert np.abs(found - wanted).max() < 2e-3 * np.abs(wanted).max()
+
+
+def test_it_is_linear_forgets_and_returns() -> None:
+    """Twice the load, twice the creep; and what was unloaded for long has crept back but for the logarithm."""
+    times = np.concatenate([[0.0], np.geomspace(0.1, 1e5, 400)])
+    load = np.where(times > 0.0, 700.0, 0.0)
+    one, two = (histories(times, size * load, TAUS) for size in (1.0, 2.0))
+    np.testing.assert_allclose(two, 2.0 * one, rtol=1e-12)
+    np.testing.assert_allclose(one[-1, :2], 700.0 * np.array([voigt_response(1e5, tau) for tau in TAUS]), rtol=1e-9)
+    gone = np.where((times > 0.0) & (times < 1000.0), 700.0, 0.0)
+    assert (histories(times, gone, TAUS)[-1] < 1e-2 * one[-1]).all()
+
+
+@pytest.mark.parametrize("corners", [HELD, CYCLES], ids=["held", "cycles"])
+def test_without_noise_it_is_what_it_is(corners) -> None:
+    found = creep(recorded(corners, heat=8.0), initial_length=LENGTH)
+    assert found.stiffness == pytest.approx(STIFFNESS, rel=1e-4)
+    assert found.after_hour == pytest.approx(COMPLIANCES.sum(), rel=3e-3)
+    np.testing.assert_allclose(found.compliances, COMPLIANCES, rtol=0.1)
+    assert found.expansion == pytest.approx(ALPHA, rel=1e-2)
+    assert found.offset == pytest.approx(3e-5 + corners[0][1] / STIFFNESS, abs=1e-6)
+
+
+@pytest.mark.parametrize("corners", [HELD, CYCLES], ids=["held", "cycles"])
+def test_sigmas_hold_over_200_tests(corners) -> None:
+    base = recorded(corners, heat=8.0)
+    found = []
+    for seed in range(200):
+        noise = 4e-6 * np.random.default_rng(1000 + seed).normal(size=len(base.force))
+        test = TensileTest(base.force, base.elongation + noise, time=base.time, temperature=base.temperature)
+        found.append(errors(creep(test, initial_length=LENGTH)))
+    inside = (np.abs(found) < 1.96).mean(axis=0)
+    assert (inside >= 0.90).all()
+    assert (inside <= 0.98).all()
+
+
+def test_residuals_that_wander_widen_the_sigmas() -> None:
+    """With noise that is alike for 50 samples sigmas of white noise would be far too small."""
+    base, within = recorded(HELD), []
+    for seed in range(60):
+        walk = np.random.default_rng(seed).normal(size=len(base.force) // 50 + 2)
+        noise = 4e-6 * np.interp(np.arange(len(base.force)) / 50.0, np.arange(len(walk)), walk)
+        found = creep(TensileTest(base.force, base.elongation + noise, time=base.time), initial_length=LENGTH)
+        assert any("residuals wander" in note for note in found.notes)
+        within.append(np.abs(errors(found)) < 1.96)
+    assert np.mean(within) > 0.85
+
+
+def test_a_rope_that_creeps_otherwise_is_noted() -> None:
+    base = recorded(HELD, noise=1e-6)
+    settled = 2e-4 * (1.0 - np.exp(-base.force / 700.0)) * (np.maximum.accumulate(base.force) > 0.0)
+    found = creep(TensileTest(base.force, base.elongation + settled, time=base.time), initial_length=LENGTH)
+    assert any("residuals wander" in note for note in found.notes)
+
+
+def test_logarithmic_creep_alone() -> None:
+    found = creep(recorded(HELD, noise=2e-6), initial_length=LENGTH, retardations=())
+    assert len(found.compliances) == 1
+    assert any("residuals wander" in note for note in found.notes)
+    assert [row["part"] for row in found.law] == ["logarithmic"]
+
+
+def test_the_table_ends_with_the_test() -> None:
+    found = creep(recorded(HELD, noise=2e-6), initial_length=LENGTH)
+    times = [row["time"] for row in found.table]
+    assert times[:-1] == [60.0, 600.0, HOUR]
+    assert times[-1] == found.loaded == pytest.approx(10787.5, abs=3.0)
+    size, sigma = found.compliance_at(found.loaded)
+    assert found.uncertainty_text.endswith(f"range = [0.0, {size + 2 * sigma:.2g}]")
+
+
+def cut(test: TensileTest, end: float, every: int = 1) -> TensileTest:
+    assert test.time is not None
+    kept = np.flatnonzero(test.time <= end)[::every]
+    return TensileTest(test.force[kept], test.elongation[kept], time=test.time[kept])
+
+
+@pytest.mark.parametrize(
+    ("test", "options", "message"),
+    [
+        (cut(recorded(HELD), 610.0), {}, "the element of 20 min needs a load for 20 min, the test has 9.95 min"),
+        (cut(recorded(HELD), 60.0), {"retardations": ()}, "logarithmic creep needs two decades of time, from 1 s to"),
+        (cut(recorded(HELD), 1e4, 40), {}, "the element of 60 s has 2 samples within 60 s of the load: 3 tell it"),
+        (TensileTest(np.arange(30.0), np.arange(30.0)), {}, "no column 'time', which creep needs"),
+        (TensileTest(np.ones(30), np.arange(30.0), time=np.arange(30.0)), {}, "the force never changes"),
+        (recorded(HELD), {"retardations": (60.0, 30.0)}, "retardations = 60, 30 s: expected up to 4 that rise"),
+        (recorded(HELD), {"initial_length": 0.0}, "initial length = 0 m: must be over 0"),
+        (TensileTest(np.r_[0.0, np.ones(999)], -np.r_[0.0, np.ones(999)], time=np.arange(1000.0)),
+         {"retardations": (60.0,)}, "the elongation does not rise with the force"),
+        (TensileTest(np.r_[0.0, np.ones(MAX_SAMPLES)], np.zeros(MAX_SAMPLES + 1), time=np.arange(MAX_SAMPLES + 1.0)),
+         {}, "100001 samples; at most 100000 are taken"),
+    ],
+)  # fmt: skip
+def test_what_tells_no_creep_is_one_line(test: TensileTest, options: dict, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        creep(test, **{"initial_length": LENGTH, **options})
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_times_must_rise(tmp_path: Path) -> None:
+    rows = [f"{k if k != 12 else 3},{k},{1e-3 * k}" for k in range(30)]
+    (tmp_path / "test.csv").write_text("\n".join(["time (s),force (N),elongation (mm)", *rows]))
+    with pytest.raises(InputError, match="line 14: time = 3 s follows 11 s: times must rise"):
+        read_test(tmp_path / "test.csv", timed=True)
+    assert read_test(tmp_path / "test.csv").time is None
+    with pytest.raises(InputError, match="30 forces, but 29 numbers of temperature"):
+        TensileTest(np.arange(30.0), np.arange(30.0), temperature=np.zeros(29))
+
+
+def example() -> str:
+    """The rows of `examples/creep.csv`."""
+    times, draws = sampled(HELD), random.Random(2022)
+    force = np.interp(times, *np.array(HELD).T)
+    warm = 21.0 + 3.0 * np.sin(times / 3000.0)
+    strain = force / STIFFNESS + superposed(times, HELD) + ALPHA * (warm - warm[0])
+    rows = ["# synthetic: no machine has measured it; docs/creep.md has the rule",
+            "time (s),force (kN),elongation (mm),temperature (K)"]  # fmt: skip
+    for t, f, e, w in zip(times, force, strain, warm, strict=True):
+        seen = f / 1e3 + draws.gauss(0.0, 0.001), 1e3 * LENGTH * e + draws.gauss(0.0, 0.002)
+        rows.append(f"{t:g},{seen[0]:.4f},{seen[1]:.4f},{w + 273.15:.2f}")
+    return "\n".join(rows) + "\n"
+
+
+def test_the_example_is_this_cable() -> None:
+    file = ROOT / "examples" / "creep.csv"
+    assert file.read_text(encoding="utf-8") == example()
+    found = cw.creep(file, initial_length=LENGTH)
+    assert np.abs(errors(found)).max() < 3.5
+    assert found.expansion == pytest.approx(ALPHA, rel=0.1)
