@@ -36,8 +36,8 @@ def _draw_history(axes: Axes, result: CreepResult) -> None:
     step = -(-len(result.test.time) // _MAX_POINTS)
     times, crept = (result.test.time - result.test.time[0])[::step], result.crept()[::step]
     measured = crept + result.residuals[::step]
-    dots = {"color": style.GREY, "markersize": 2, "label": "measured, less stretch and heat"}
-    axes.plot(times / 60.0, 1e6 * measured, ".", **dots)
+    name = "measured, less stretch and heat"
+    axes.plot(times / 60.0, 1e6 * measured, ".", color=style.GREY, markersize=2, label=name)
     axes.plot(times / 60.0, 1e6 * crept, color=style.BLUE, label="law found")
     axes.set(xlabel="time in min", ylabel="strain in µm/m")
     axes.set_title("creep in the test")
