@@ -6,20 +6,25 @@ Most printers do so; it is the baseline for the other estimators. It assumes tha
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.errors import InputError, Status
+from cablewright.errors import AnswerError, InputError, Status
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.models.coil import Coil
 from cablewright.models.statics import Model
 from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
 from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.linearise import linearise
 from cablewright.solvers.taut import taut_at
+
+_PLACINGS: Final = 3  # Newton steps to the lengths of a known place: centimetres are left as nanometres
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +82,31 @@ def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int
     tracker = Tracker(settings.model, lengths, TrackerSettings(certify=False))
     monitor = FaultMonitor({"encoders": settings.timeout})
     return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts.copy())
+
+
+def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> ReckoningState:
+    """Return the state with the platform known to be at *place* (3,), m, where it stands.
+
+    Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
+    creeps and what an oversized drum pays out is a share of it. Raises `AnswerError` where there is no equilibrium on
+    the way.
+    """
+    lengths = state.start_lengths if state.lengths is None else state.lengths
+    share, pose = lengths**2, state.tracker.pose
+    for _ in range(_PLACINGS):
+        held = solve_forward(settings.model, lengths, guess=pose).checked()
+        per_length, pose = linearise(held).per_length, held.pose
+        weighted = share[:, None] * per_length.T
+        lengths = lengths + weighted @ np.linalg.solve(per_length @ weighted, place - pose)
+    known = start_at(settings, lengths, _counts(settings, state))
+    return replace(known, time=state.time, velocity=np.zeros(3), monitor=state.monitor)
+
+
+def _counts(settings: ReckoningSettings, state: ReckoningState) -> NDArray[np.int64]:
+    """The counts (m,) of the last reading. Raises `AnswerError` before the first."""
+    if state.start_counts is None:
+        raise AnswerError("dead reckoning has read no encoder yet")
+    return state.start_counts + np.rint(state.rotation * settings.counts_per_radian).astype(np.int64)
 
 
 def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame) -> Estimate:

@@ -70,7 +70,7 @@ def estimator(
         started = _SteppedEstimator(observer.step, own, observer.start(own))
         return _WithTensions(started, own.chain.model) if isinstance(own, FilterSettings) else started
     reckoning = reckoning_of(robot, settings)
-    return _SteppedEstimator(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
+    return DeadReckoning(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
 
 
 def reckoning_of(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
@@ -95,6 +95,14 @@ class _SteppedEstimator:
     @property
     def tensions(self) -> Array | None:
         return _tensions(self._state.tracker)
+
+
+class DeadReckoning(_SteppedEstimator):
+    """Encoders alone, which may be told where the platform is."""
+
+    def place_known(self, place: Array) -> None:
+        """Begin anew with the standing platform at *place* (3,), m. Raises `AnswerError` where it cannot be."""
+        self._state = dead_reckoning.placed(self._settings, self._state, place)
 
 
 class _WithTensions:

@@ -10,6 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, JobFile, MachineName, Plant, RobotName, Seed, Severity
 from cablewright.apps.cli.output import answer, progress, tell
+from cablewright.apps.cli.parsing import quantity
 from cablewright.choices import EstimatorName, HeightRule, LawName
 from cablewright.errors import InputError
 
@@ -63,6 +64,17 @@ class PrintJobCommand:
     intrusions: Annotated[
         int, typer.Option("--intrusions", metavar="N", help="Number of simulated light-barrier interruptions.")
     ] = 0
+    place_layers: Annotated[
+        int,
+        typer.Option(
+            "--place-layers",
+            metavar="N",
+            help="Stop after each N layers and measure where the platform is, for encoders alone; by default never.",
+        ),
+    ] = 0
+    place_sigma: Annotated[
+        str, typer.Option("--place-sigma", metavar="D", help="Standard deviation of that in each coordinate.")
+    ] = "1 mm"
     real_time: Annotated[bool, typer.Option("--real-time", help="Wait in each step until its time has come.")] = False
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Run folder; by default runs/print-ROBOT-JOB.")
@@ -81,6 +93,7 @@ class PrintJobCommand:
         from cablewright.studies.prints.plan import PrintOptions
         from cablewright.studies.prints.print_job import print_job
         from cablewright.studies.store import folder_name
+        from cablewright.units import LENGTH
 
         if self.resume and self.restart:
             raise InputError("print: --resume or --restart, not both")
@@ -90,7 +103,8 @@ class PrintJobCommand:
         folder = self.out or Path("runs") / folder_name("print", load(self.robot).name, self.job.stem)
         options = PrintOptions(
             self.estimator, self.control, self.height, self.layers, self.plant, self.period, self.seed,
-            self.intrusions, self.severity,
+            self.intrusions, self.severity, place_layers=self.place_layers,
+            place_sigma=quantity(self.place_sigma, "--place-sigma", LENGTH),
         )  # fmt: skip
         try:
             with progress() as show:
@@ -158,6 +172,8 @@ class PrintJobCommand:
             ("--seed", self.seed, 0),
             ("--period", self.period, 1.0),
             ("--intrusions", self.intrusions, 0),
+            ("--place-layers", self.place_layers, 0),
+            ("--place-sigma", self.place_sigma, "1 mm"),
             ("--real-time", self.real_time, False),
         ):
             if given != usual:

@@ -11,7 +11,7 @@ from cablewright.machine.simulated.settings import Tolerances, TwinSettings
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.studies.campaigns.true_errors import TrueErrors
-from cablewright.studies.prints.attendant import Attendant
+from cablewright.studies.prints.attendant import attendant_of
 from cablewright.studies.prints.loop import run
 from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.studies.prints.run import begin_print
@@ -67,7 +67,7 @@ def printed(shared: CampaignPrint, item: tuple[int, str]) -> dict[str, Any]:
     twin = twin_of(shared.robot, shared.job, shared.exact_in(exact), replace(shared.options, seed=seed))
     machine, printer = begin_print(twin, plan_print(twin))
     errors = TrueErrors(twin, machine)
-    run(printer, Attendant(lambda: machine.refill(printer.plan.powder)), errors)
+    run(printer, attendant_of(machine, printer, twin.choices), errors)
     found = errors.path.result()
     return {
         "finished": printer.finished,

@@ -1,4 +1,4 @@
-"""The operator of a simulated machine."""
+"""The operator of a simulated machine, who sees what a person there would: the powder, and where the platform is."""
 
 from __future__ import annotations
 
@@ -6,19 +6,32 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.prints.loop import Printer
+from cablewright.studies.prints.plan import PrintOptions
 
 _NAME = "attendant"
 
 
 @dataclass
 class Attendant:
-    """Resets and starts the machine, refills it, and resumes once the light barrier is clear."""
+    """Resets and starts the machine, refills it, and resumes once the light barrier is clear.
+
+    ``place_layers``: it also stops the machine after each so many layers, and by ``measure``, with the layer, tells
+    where the platform is; 0: never.
+    """
 
     refill_drum: Callable[[], None]
     resume_delay: float = 5.0  # s from a stop, or from the light barrier being clear, to the order to resume
     refill_time: float = 60.0  # s that a refill takes
+    place_layers: int = 0
+    measure: Callable[[int], None] = lambda _layer: None
+    measure_time: float = 60.0  # s that the platform stands until its place is measured
+    _placed: int | None = field(default=None, repr=False)  # layer in which the place was measured, or the print began
+    _measures: bool = field(default=False, repr=False)
     _since: float = field(default=math.nan, repr=False)
     _state: PrintState = field(default=PrintState.READY, repr=False)
 
@@ -39,9 +52,14 @@ class Attendant:
             return (OrderKind.RESET, OrderKind.ENABLE, OrderKind.START)
         if state is PrintState.IDLE and not printer.finished:
             return (OrderKind.START,)
+        if self._is_to_measure(printer, state):
+            return (OrderKind.PAUSE,)
         if state is PrintState.PAUSED:
             if printer.supervisor.barrier_broken:
                 self._since = now
+            if self._measures:
+                self._measure(printer, now)
+                return ()
             return (OrderKind.RESUME,) if now - self._since >= self.resume_delay else ()
         due = state is PrintState.REFILLING and now - self._since >= self.refill_time
         if due and not printer.supervisor.resume_ordered:
@@ -49,3 +67,32 @@ class Attendant:
             printer.refilled()
             return (OrderKind.REFILLED,)
         return ()
+
+    def _is_to_measure(self, printer: Printer, state: PrintState) -> bool:
+        """Whether enough layers are printed since the place was measured, and the machine is to stop for it."""
+        if not self.place_layers or state is not PrintState.PRINTING or printer.target is None or self._measures:
+            return False
+        if self._placed is None:
+            self._placed = printer.target.layer
+        self._measures = printer.target.layer - self._placed >= self.place_layers
+        return self._measures
+
+    def _measure(self, printer: Printer, now: float) -> None:
+        """Measure the place once the platform has stood long enough, and count the time to go on from then."""
+        assert printer.target is not None  # since it printed
+        if now - self._since < self.measure_time:
+            return
+        self.measure(printer.target.layer)
+        self._placed, self._measures, self._since = printer.target.layer, False, now
+
+
+def attendant_of(machine: SimulatedMachine, printer: Printer, choices: PrintOptions) -> Attendant:
+    """Return the attendant of a print on a simulated machine, who measures places with their standard deviation."""
+
+    def measure(layer: int) -> None:
+        noise = np.random.default_rng([choices.seed, 9, layer]).normal(0.0, choices.place_sigma, 3)
+        printer.place_measured(machine.truth.position + noise)
+
+    return Attendant(
+        lambda: machine.refill(printer.plan.powder), place_layers=choices.place_layers, measure=measure
+    )

@@ -41,7 +41,7 @@ from cablewright.signals import (
     WinchMode,
     frozen,
 )
-from cablewright.studies.estimators import Estimator
+from cablewright.studies.estimators import DeadReckoning, Estimator
 
 MakeEstimator = Callable[[Array, Array], Estimator]
 """Makes an estimator from the platform's last pose (n,), m and rad, and the drums' radii (m,), m; 0: unknown."""
@@ -177,6 +177,12 @@ class Printer:
     def refilled(self) -> None:
         """Set the estimated powder to that of a full drum."""
         self.powder = self.plan.powder
+
+    def place_measured(self, place: Array) -> None:
+        """Tell the estimator where the standing platform is, (3,) m. Raises `InputError` if it takes no place."""
+        if not isinstance(self.estimator, DeadReckoning):
+            raise InputError("a measured place is for the estimator of encoders alone")
+        self.estimator.place_known(place)
 
     def step(self, orders: tuple[Order, ...] = ()) -> Step:
         """Run one period of the machine and compute the next command."""

@@ -45,6 +45,8 @@ class PrintOptions:
     vertical lidar; ``job`` follows the job's heights. ``layers``: number of layers to print (None: all). ``period``: s,
     of a quasi-static step. ``intrusions``: number of simulated light-barrier interruptions. ``severity``: see
     `with_severity`; None: of the machine. ``lasers``: distances to walls that an operator measured at the start.
+    ``place_layers``: after each so many layers the platform stands and its place is measured, with ``place_sigma``, m,
+    in each coordinate; 0: never. Of a point platform by encoders alone.
     """
 
     estimator: str | None = None
@@ -57,14 +59,20 @@ class PrintOptions:
     intrusions: int = 0
     severity: SeverityName | None = None
     lasers: tuple[Laser, ...] = ()
+    place_layers: int = 0
+    place_sigma: float = 1e-3
 
     def __post_init__(self) -> None:
-        """Raise `UnknownName` for an unknown choice."""
+        """Raise `UnknownName` for an unknown choice, `InputError` for a number that cannot be."""
         known = (("plant", self.plant, PLANTS), ("height", self.height, HEIGHTS), ("control law", self.law, LAWS))
         more = (("estimator", self.estimator, ESTIMATORS), ("severity", self.severity, SEVERITIES))
         for name, value, allowed in (*known, *more):
             if value is not None and value not in allowed:
                 raise UnknownName(name, value, allowed)
+        if self.place_layers < 0:
+            raise InputError(f"place layers = {self.place_layers}: must be 1 or more, or 0 for never")
+        if not 0.0 <= self.place_sigma <= 1.0:
+            raise InputError(f"place sigma = {self.place_sigma:g} m: must be from 0 to 1 m")
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +114,8 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot))  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
     chosen = choices.estimator or _best_estimator(owner, choices)
+    if choices.place_layers and (chosen != "encoders" or robot.n == 6):
+        raise InputError("place layers: is for point platforms by encoders alone (--estimator encoders)")
     return MachineTwin(robot, job, settings, choices, chosen, with_tour(path, owner, chosen))
 
 

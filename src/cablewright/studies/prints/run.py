@@ -37,9 +37,9 @@ from cablewright.robot import Robot
 from cablewright.signals import Estimate, PrintState, Scan, Truth
 from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.prints import loop
-from cablewright.studies.prints.attendant import Attendant
+from cablewright.studies.prints.attendant import attendant_of
 from cablewright.studies.prints.loop import Printer, PrintPlan
-from cablewright.studies.prints.plan import MachineTwin, plan_print
+from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print
 from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing, checkpoint_of
 from cablewright.studies.store import MANIFEST, manifest_of, read_manifest
 from cablewright.studies.user_key import is_signed, signature
@@ -137,7 +137,7 @@ def run_print(
                 write_log(path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
                 SnapshotWriter(folder / CHECKPOINT, signature) as writer,
             ):
-                _run(run, FolderRecorder(log, writer, run.timing, progress), real_time)
+                _run(run, twin.choices, FolderRecorder(log, writer, run.timing, progress), real_time)
         return run
 
 
@@ -152,18 +152,19 @@ def log_epoch(folder: Path, real_time: bool) -> datetime | None:
     return datetime.now(UTC).replace(microsecond=0) if real_time else None
 
 
-def _run(run: PrintRun, recorder: FolderRecorder, real_time: bool) -> None:
+def _run(run: PrintRun, choices: PrintOptions, recorder: FolderRecorder, real_time: bool) -> None:
     """Run steps until the print ends, with a simulated attendant."""
     machine, printer = run.machine, run.printer
     assert isinstance(machine, SimulatedMachine)
     paced = Paced(machine) if real_time else None
     if paced is not None:
         printer.machine, run.timing.lateness = paced, paced.lateness
+    attendant = attendant_of(machine, printer, choices)
     gc.freeze()  # objects that live as long as the print need not be traversed again
     if real_time:
         gc.disable()  # the loop collects between steps
     try:
-        run.steps = loop.run(printer, Attendant(lambda: machine.refill(printer.plan.powder)), recorder)
+        run.steps = loop.run(printer, attendant, recorder)
     finally:
         gc.enable()
         gc.unfreeze()

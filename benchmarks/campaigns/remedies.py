@@ -1,0 +1,130 @@
+"""What a print by encoders alone is off by, with and without remedies: a table that a builder can decide by.
+
+    python -m benchmarks.campaigns.remedies house 10 3 50001        # layers, machines, first seed
+    python -m benchmarks.campaigns.remedies exhibition 6 3 50001
+
+Machines are drawn by seed, in steps of 1 s from equilibrium to equilibrium, at each severity. Printed are the mean over
+the machines of the mean error in space while printing, the largest of all, and the mean error in height, mm.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.machine.simulated.severities import SEVERITIES, with_severity
+from cablewright.printing.job import load_job
+from cablewright.robot import Robot, load
+from cablewright.studies.campaigns.true_errors import TrueErrors
+from cablewright.studies.prints.attendant import attendant_of
+from cablewright.studies.prints.loop import run
+from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.studies.prints.run import begin_print
+
+EXAMPLES: Final = Path(__file__).resolve().parents[2] / "examples"
+PRINTS: Final = {
+    "house": ("house-printer", EXAMPLES / "house.toml"),
+    "exhibition": ("merlet2023", EXAMPLES / "blind-machines.toml"),
+}
+UNKNOWN: Final = 0.1  # of the compliance of mounts that were measured
+PLACE_SIGMA: Final = 1e-3  # m
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """What an owner does: ``mounts`` measured, the place measured each so many layers, or with these lidars."""
+
+    name: str
+    mounts: bool = False
+    place_layers: int = 0
+    lidars: tuple[str, ...] | None = None  # None: encoders alone
+
+
+REMEDIES: Final = (
+    Remedy("nothing"),
+    Remedy("mounts measured to 10 %, in the robot file", mounts=True),
+    Remedy("place measured to 1 mm after each 3 layers", place_layers=3),
+    Remedy("place measured to 1 mm after each layer", place_layers=1),
+    Remedy("mounts, and the place after each layer", mounts=True, place_layers=1),
+    Remedy("one lidar (the paper's chain, north and the vertical one)", lidars=("north", "vertical")),
+    Remedy("all three lidars (the paper's chain)", lidars=("north", "south", "vertical")),
+)
+
+
+def machine_of(name: str, severity: str, remedy: Remedy) -> tuple[Robot, TwinSettings]:
+    """The robot as its owner describes it, and the machine."""
+    robot, twin = load(name), with_severity(load_twin(name), severity)
+    exits = twin.simulation.exits
+    if remedy.mounts and isinstance(exits.compliance, float):
+        told = (1.0 - UNKNOWN) * exits.compliance
+        lines = tuple(line.model_copy(update={"exit_compliance": told}) for line in robot.lines)
+        robot = robot.model_copy(update={"lines": lines})
+        twin = twin.with_simulation(exits=exits.model_copy(update={"compliance": UNKNOWN * exits.compliance}))
+    if remedy.lidars is not None:
+        kept = {key: lidar for key, lidar in twin.owner.lidars.items() if key in remedy.lidars}
+        twin = twin.with_owner(lidars=kept)
+    return robot, twin
+
+
+def printed(item: tuple[str, str, Remedy, int, int]) -> tuple[float, float, float]:
+    """Mean and largest error in space and mean height error, m, of one print; NaN where the machine stops."""
+    which, severity, remedy, layers, seed = item
+    name, job = PRINTS[which]
+    robot, settings = machine_of(name, severity, remedy)
+    options = PrintOptions(
+        estimator="encoders" if remedy.lidars is None else "paper",
+        height=None if remedy.lidars is not None else "job",
+        layers=layers,
+        plant="quasi-static",
+        seed=seed,
+        place_layers=remedy.place_layers,
+        place_sigma=PLACE_SIGMA,
+    )
+    twin = twin_of(robot, load_job(job), settings, options)
+    machine, printer = begin_print(twin, plan_print(twin))
+    errors = TrueErrors(twin, machine)
+    run(printer, attendant_of(machine, printer, options), errors)
+    if not printer.finished:
+        return np.nan, np.nan, np.nan
+    found = errors.path.result()
+    return found.space.mean, found.space.max, found.height.mean
+
+
+def items(which: str, layers: int, machines: int, seed: int) -> Iterator[tuple[str, str, Remedy, int, int]]:
+    """Each remedy at each severity on each machine; lidars where the machine has them."""
+    has = load_twin(PRINTS[which][0]).owner.lidars
+    remedies = [each for each in REMEDIES if each.lidars is None or has]
+    for remedy, severity in product(remedies, SEVERITIES):
+        for number in range(machines):
+            yield which, severity, remedy, layers, seed + number
+
+
+def main() -> None:
+    """Print the table."""
+    which, layers, machines, seed = sys.argv[1], *map(int, sys.argv[2:5])
+    jobs = list(items(which, layers, machines, seed))
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        found = list(pool.map(printed, jobs))
+    print(f"| {which}, {layers} layers, {machines} machines | {' | '.join(SEVERITIES)} |")
+    print("| --- |" + " --- |" * len(SEVERITIES))
+    errors = dict(zip(jobs, found, strict=True))
+    for remedy in dict.fromkeys(job[2] for job in jobs):
+        cells = []
+        for severity in SEVERITIES:
+            own = [each for job, each in errors.items() if job[1:3] == (severity, remedy)]
+            mean, most, height = 1e3 * np.array(own).T
+            cells.append(f"{mean.mean():.1f}, {most.max():.1f}; {height.mean():+.1f}")
+        print(f"| {remedy.name} | {' | '.join(cells)} |")
+
+
+if __name__ == "__main__":
+    main()
