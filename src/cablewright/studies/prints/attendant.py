@@ -93,6 +93,4 @@ def attendant_of(machine: SimulatedMachine, printer: Printer, choices: PrintOpti
         noise = np.random.default_rng([choices.seed, 9, layer]).normal(0.0, choices.place_sigma, 3)
         printer.place_measured(machine.truth.position + noise)
 
-    return Attendant(
-        lambda: machine.refill(printer.plan.powder), place_layers=choices.place_layers, measure=measure
-    )
+    return Attendant(lambda: machine.refill(printer.plan.powder), place_layers=choices.place_layers, measure=measure)
