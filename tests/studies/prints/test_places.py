@@ -1,0 +1,139 @@
+"""Places measured between layers: encoders alone are told where the platform is, and what crept is gone there."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cablewright.errors import AnswerError, InputError
+from cablewright.estimation import dead_reckoning
+from cablewright.machine.settings import MachineSettings
+from cablewright.machine.simulated.settings import load_twin
+from cablewright.printing.job import load_job
+from cablewright.robot import load
+from cablewright.signals import Encoders, PrintState, SensorFrame
+from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.inverse import inverse
+from cablewright.studies.estimators import DeadReckoning, estimator, reckoning_of
+from cablewright.studies.prints.attendant import attendant_of
+from cablewright.studies.prints.loop import Printer, Step
+from cablewright.studies.prints.loop import run as run_loop
+from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.studies.prints.run import begin_print
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+ROBOT, OWNER = load("house-printer"), load_twin("house-printer").owner
+PLACE = np.array([1.0, -0.5, 1.5])
+
+
+def frame(time: float, counts: np.ndarray) -> SensorFrame:
+    return SensorFrame(time, (Encoders(time, counts),))
+
+
+def reckoned() -> tuple[dead_reckoning.ReckoningSettings, dead_reckoning.ReckoningState, np.ndarray]:
+    """Settings, and a state that has counted the way to another place; with the counts there."""
+    settings = reckoning_of(ROBOT, OWNER)
+    state, counts = dead_reckoning.start(settings, PLACE), np.zeros(4, dtype=np.int64)
+    assert isinstance(OWNER, MachineSettings)
+    dead_reckoning.step(settings, state, frame(0.0, counts))
+    for k in range(1, 20):
+        counts = np.array([k * 4000, -k * 3000, k * 2000, -k * 5000])
+        dead_reckoning.step(settings, state, frame(float(k), counts))
+    return settings, state, counts
+
+
+def test_it_is_where_it_was_measured_and_counts_on_from_there() -> None:
+    settings, state, counts = reckoned()
+    before, lengths, untold = state.tracker.pose.copy(), state.lengths.copy(), deepcopy(state)
+    told = before + np.array([0.03, -0.02, -0.05])
+    known = dead_reckoning.placed(settings, state, told)
+    there = dead_reckoning.step(settings, known, frame(20.0, counts))
+    assert there.valid
+    np.testing.assert_allclose(there.position, told, atol=5e-6)  # a count is 3 um
+    assert np.abs(known.lengths / lengths - 1.0).max() < 0.01
+    moved = dead_reckoning.step(settings, known, frame(21.0, counts + 1000))
+    plain = dead_reckoning.step(settings, untold, frame(21.0, counts + 1000))
+    np.testing.assert_allclose(moved.position - told, plain.position - before, atol=2e-4)
+
+
+def test_a_place_that_fits_changes_nothing() -> None:
+    settings, state, _ = reckoned()
+    known = dead_reckoning.placed(settings, state, state.tracker.pose.copy())
+    np.testing.assert_allclose(known.start_lengths, state.lengths, atol=1e-9)
+
+
+def test_before_the_first_counts_nothing_can_be_told() -> None:
+    settings = reckoning_of(ROBOT, OWNER)
+    with pytest.raises(AnswerError, match="has read no encoder yet"):
+        dead_reckoning.placed(settings, dead_reckoning.start(settings, PLACE), PLACE)
+
+
+def test_uniform_creep_is_gone_where_it_is_measured() -> None:
+    """All lines longer by the same share hang lower; one measured place finds about that share of each."""
+    settings = reckoning_of(ROBOT, OWNER)
+    state, share = dead_reckoning.start(settings, PLACE), 1e-3
+    dead_reckoning.step(settings, state, frame(0.0, np.zeros(4, dtype=np.int64)))
+    before = state.tracker.pose.copy()
+    hangs = solve_forward(settings.model, state.lengths * (1.0 + share), guess=before).checked().pose
+    known = dead_reckoning.placed(settings, state, hangs)
+    np.testing.assert_allclose(known.start_lengths / state.lengths - 1.0, share, rtol=0.1)
+    assert np.ptp(inverse(ROBOT, before).lengths) > 1.0
+
+
+class Kept:
+    """What a print did between its layers."""
+
+    def __init__(self) -> None:
+        self.pauses: list[int] = []
+        self.state = PrintState.READY
+
+    def add(self, printer: Printer, step: Step, *, last: bool) -> None:
+        if printer.supervisor.state is PrintState.PAUSED and self.state is not PrintState.PAUSED:
+            self.pauses.append(step.progress.layer)
+        self.state = printer.supervisor.state
+
+
+def test_a_print_stops_after_each_layer_and_goes_on() -> None:
+    options = PrintOptions(layers=3, plant="quasi-static", period=5.0, severity="rough", place_layers=1,
+                           place_sigma=0.0)  # fmt: skip
+    twin = twin_of(ROBOT, load_job(EXAMPLES / "house.toml"), None, options)
+    machine, printer = begin_print(twin, plan_print(twin))
+    attendant, kept = attendant_of(machine, printer, options), Kept()
+    measure = attendant.measure
+    apart: list[float] = []
+
+    def measured(layer: int) -> None:
+        measure(layer)
+        printer.estimator.step(machine.step(printer.command))
+        apart.append(float(np.linalg.norm(printer.last_pose[:3] - machine.truth.position)))
+
+    attendant.measure = measured
+    run_loop(printer, attendant, kept)
+    assert printer.finished
+    assert len(kept.pauses) == 2
+    assert len(apart) == 2
+    assert min(apart) > 1e-3  # what the machine believed before it was told
+    assert isinstance(printer.estimator, DeadReckoning)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"place_layers": -1}, "place layers = -1: must be 1 or more"),
+        ({"place_sigma": 2.0}, "place sigma = 2 m: must be from 0 to 1 m"),
+    ],
+)
+def test_numbers_that_cannot_be(options: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        PrintOptions(**options)
+
+
+def test_other_estimators_take_no_place() -> None:
+    job = load_job(EXAMPLES / "blind-machines.toml")
+    with pytest.raises(InputError, match="place layers: is for point platforms by encoders alone"):
+        twin_of(load("merlet2023"), job, None, PrintOptions(place_layers=1))
+    robot, owner = load("merlet2023"), load_twin("merlet2023").owner
+    assert not isinstance(estimator("filter", robot, owner, PLACE), DeadReckoning)
