@@ -20,10 +20,15 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.arrays import Array
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import SEVERITIES, with_severity
+from cablewright.machine.simulated.unmodelled.cable_creep import LOG_SHARE, VOIGT_SHARES
+from cablewright.models.creep import RETARDATIONS
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
+from cablewright.robot.cable import Creep
+from cablewright.solvers.inverse import inverse
 from cablewright.studies.campaigns.true_errors import TrueErrors
 from cablewright.studies.prints.attendant import attendant_of
 from cablewright.studies.prints.loop import run
@@ -36,14 +41,16 @@ PRINTS: Final = {
     "exhibition": ("merlet2023", EXAMPLES / "blind-machines.toml"),
 }
 UNKNOWN: Final = 0.1  # of the compliance of mounts that were measured
+UNEVEN: Final = 0.3  # by how much the creep of a line is off that of the piece that was measured
 PLACE_SIGMA: Final = 1e-3  # m
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """What an owner does: ``mounts`` measured, the place measured each so many layers, or with these lidars."""
+    """What an owner does: ``creep`` of a piece of cable and ``mounts`` measured, the place measured, or lidars."""
 
     name: str
+    creep: bool = False
     mounts: bool = False
     place_layers: int = 0
     lidars: tuple[str, ...] | None = None  # None: encoders alone
@@ -52,12 +59,26 @@ class Remedy:
 REMEDIES: Final = (
     Remedy("nothing"),
     Remedy("mounts measured to 10 %, in the robot file", mounts=True),
+    Remedy("creep measured to 30 %, in the robot file", creep=True),
+    Remedy("creep and mounts", creep=True, mounts=True),
     Remedy("place measured to 1 mm after each 3 layers", place_layers=3),
     Remedy("place measured to 1 mm after each layer", place_layers=1),
-    Remedy("mounts, and the place after each layer", mounts=True, place_layers=1),
+    Remedy("creep and mounts, and the place after each layer", creep=True, mounts=True, place_layers=1),
     Remedy("one lidar (the paper's chain, north and the vertical one)", lidars=("north", "vertical")),
     Remedy("all three lidars (the paper's chain)", lidars=("north", "south", "vertical")),
 )
+
+
+def creeping(robot: Robot, twin: TwinSettings, begin: Array) -> tuple[Robot, TwinSettings]:
+    """The robot with the creep of the least line in its file, and the machine with what is more, as before in all."""
+    cable = twin.simulation.cable
+    least = (1.0 - UNEVEN) * cable.creep / float(inverse(robot, begin).tensions.mean())
+    law = Creep(
+        retardations=RETARDATIONS, compliances=[least * each for each in VOIGT_SHARES], logarithmic=least * LOG_SHARE
+    )
+    lines = (line.model_copy(update={"cable": line.cable.model_copy(update={"creep": law})}) for line in robot.lines)
+    more = cable.model_copy(update={"creep": UNEVEN * cable.creep, "creep_spread": 1.0 - 1e-9})
+    return robot.model_copy(update={"lines": tuple(lines)}), twin.with_simulation(cable=more)
 
 
 def machine_of(name: str, severity: str, remedy: Remedy) -> tuple[Robot, TwinSettings]:
@@ -90,6 +111,9 @@ def printed(item: tuple[str, str, Remedy, int, int]) -> tuple[float, float, floa
         place_sigma=PLACE_SIGMA,
     )
     twin = twin_of(robot, load_job(job), settings, options)
+    if remedy.creep and settings.simulation.cable.creep:
+        robot, settings = creeping(robot, settings, twin.path.start_pose)
+        twin = twin_of(robot, load_job(job), settings, options)
     machine, printer = begin_print(twin, plan_print(twin))
     errors = TrueErrors(twin, machine)
     run(printer, attendant_of(machine, printer, options), errors)

@@ -1,12 +1,13 @@
 """The state by the encoders alone: lengths paid out since a known position, and their equilibrium.
 
-Most printers do so; it is the baseline for the other estimators. It assumes that cable is wound regularly.
+Most printers do so; it is the baseline for the other estimators. It assumes that cable is wound regularly, and that it
+creeps as the robot's file says, from the beginning on.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,8 @@ from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.models.coil import Coil
+from cablewright.models.creep import CreepMemory, memory_of
+from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
 from cablewright.solvers.continuation import Tracker, TrackerSettings
@@ -60,6 +63,8 @@ class ReckoningState:
     start_angles: Array  # (m,) rad, wound on each drum at the start
     monitor: FaultMonitor
     start_counts: NDArray[np.int64] | None = None  # (m,)
+    creep: CreepMemory | None = None  # of cables that creep as described
+    start_strain: Array | float = 0.0  # (m,) by creep, at the start lengths
     rotation: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad, paid out since the start
     lengths: Array | None = None
     velocity: Array | None = None
@@ -72,7 +77,8 @@ def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
     outs = zip(settings.coils, held.lengths.tolist(), strict=True)
     wound = [coil.angle(settings.total_length - out) for coil, out in outs]
     tracker = Tracker(settings.model, held.lengths, TrackerSettings(certify=False))
-    return ReckoningState(tracker, held.lengths.copy(), np.array(wound), FaultMonitor({"encoders": settings.timeout}))
+    monitor = FaultMonitor({"encoders": settings.timeout})
+    return ReckoningState(tracker, held.lengths.copy(), np.array(wound), monitor, creep=_creep_of(settings))
 
 
 def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64]) -> ReckoningState:
@@ -81,7 +87,11 @@ def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int
     wound = [coil.angle(settings.total_length - out) for coil, out in outs]
     tracker = Tracker(settings.model, lengths, TrackerSettings(certify=False))
     monitor = FaultMonitor({"encoders": settings.timeout})
-    return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts.copy())
+    return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts.copy(), _creep_of(settings))
+
+
+def _creep_of(settings: ReckoningSettings) -> CreepMemory | None:
+    return memory_of([line.cable.creep for line in settings.model.robot.lines])
 
 
 def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> ReckoningState:
@@ -99,7 +109,10 @@ def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
         weighted = share[:, None] * per_length.T
         lengths = lengths + weighted @ np.linalg.solve(per_length @ weighted, place - pose)
     known = start_at(settings, lengths, _counts(settings, state))
-    return replace(known, time=state.time, velocity=np.zeros(3), monitor=state.monitor)
+    known.time, known.velocity, known.monitor = state.time, np.zeros(3), state.monitor
+    if state.creep is not None:
+        known.creep, known.start_strain = state.creep, state.creep.strain
+    return known
 
 
 def _counts(settings: ReckoningSettings, state: ReckoningState) -> NDArray[np.int64]:
@@ -116,11 +129,13 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         state.monitor.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
         dt = math.inf
     state.time = frame.time
-    before = state.tracker.pose
+    before, loads = state.tracker.pose, _tensions(state)
     for reading in state.monitor.accepted(frame.of(Encoders), frame.time):
         _update_lengths(settings, state, reading)
     paid = state.start_lengths if state.lengths is None else state.lengths
     status = state.tracker.step(paid)
+    if state.creep is not None and math.isfinite(dt):
+        state.creep.advance(loads, _tensions(state), dt)
     if status is Status.OK:
         state.monitor.clear("encoders", "lost")
     else:
@@ -132,6 +147,11 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         state.velocity = state.velocity + share * ((state.tracker.pose - before) / dt - state.velocity)
     state.monitor.check_timeouts(frame.time)
     return _estimate(settings, state, paid, status)
+
+
+def _tensions(state: ReckoningState) -> Array:
+    """Tensions (m,), N, of the last equilibrium."""
+    return np.asarray(LineStates(state.tracker.states).tension)
 
 
 def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:
@@ -146,7 +166,8 @@ def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading:
     state.monitor.clear("encoders", "jump")
     state.rotation = rotation
     rows = zip(settings.coils, state.start_lengths.tolist(), state.start_angles.tolist(), wound, strict=True)
-    state.lengths = np.array([out + coil.length(before) - coil.length(now) for coil, out, before, now in rows])
+    counted = np.array([out + coil.length(before) - coil.length(now) for coil, out, before, now in rows])
+    state.lengths = counted if state.creep is None else counted * (1.0 + state.creep.strain - state.start_strain)
 
 
 def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status) -> Estimate:

@@ -19,6 +19,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.robot.cable import Creep
 
 HOUR: Final = 3600.0  # s
 RETARDATIONS: Final = (60.0, 1200.0)  # s, assumed
@@ -56,6 +57,44 @@ def gains(steps: Array) -> tuple[Array, Array]:
     gone = -np.expm1(-steps)
     series = steps * (0.5 - steps * (1.0 / 6.0 - steps / 24.0))
     return gone, np.where(steps < _SMALL, series, 1.0 - gone / np.maximum(steps, _SMALL))
+
+
+class CreepMemory:
+    """Strains of the elements of m lines, each by its own history of loads."""
+
+    def __init__(self, times: Array, sizes: Array) -> None:
+        """*times* (k,), s, of retardation; *sizes* (m, k), 1/N, at the end of all time; none has crept yet."""
+        self._times, self._sizes = times, sizes
+        self.stretched = np.zeros_like(sizes)  # strain of each element
+        self._step = (0.0, np.zeros(0), np.zeros(0))
+
+    @property
+    def strain(self) -> Array:
+        """Of each line, (m,)."""
+        return np.asarray(self.stretched.sum(axis=1))
+
+    def advance(self, before: Array, after: Array, period: float) -> None:
+        """Advance by a *period*, s, in which loads change linearly from *before* to *after* (m,), N."""
+        if period != self._step[0]:
+            self._step = (period, *gains(period / self._times))
+        _, gone, late = self._step
+        load = gone * before[:, None] + late * (after - before)[:, None]
+        self.stretched += self._sizes * load - gone * self.stretched
+
+
+def memory_of(laws: Sequence[Creep | None]) -> CreepMemory | None:
+    """Return the memory of lines whose cables creep by these *laws*; None where none creeps."""
+    if not any(law is not None for law in laws):
+        return None
+    taus = sorted({tau for law in laws if law is not None for tau in law.retardations})
+    log_times, log_sizes = log_elements()
+    sizes = np.zeros((len(laws), len(taus) + len(log_times)))
+    for row, law in zip(sizes, laws, strict=True):
+        if law is not None:
+            for tau, compliance in zip(law.retardations, law.compliances, strict=True):
+                row[taus.index(tau)] = compliance * voigt_size(tau)
+            row[len(taus) :] = law.logarithmic * log_sizes
+    return CreepMemory(np.concatenate([taus, log_times]), sizes)
 
 
 def histories(times: Array, loads: Array, retardations: Sequence[float]) -> Array:

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Annotated, Final, Self
 
-from annotated_types import Gt, Le
+from annotated_types import Ge, Gt, Le
 from pydantic import Field, Strict, model_validator
 
 from cablewright.errors import suggestion
-from cablewright.units import Area, Force, Length, LinearDensity, NonNegative, Positive, Pressure, ThermalExpansion
+from cablewright.units import (
+    Area,
+    Duration,
+    Force,
+    Length,
+    LinearDensity,
+    NonNegative,
+    Positive,
+    Pressure,
+    ThermalExpansion,
+)
 from cablewright.validation import Description, refusal
 
 CONSTRUCTIONS: Final[Mapping[str, float]] = MappingProxyType({
@@ -20,7 +31,31 @@ CONSTRUCTIONS: Final[Mapping[str, float]] = MappingProxyType({
 })  # fmt: skip
 """Metallic section of steel wire ropes over the square of their diameter, by construction: EN 12385-4, factor C."""
 
+MAX_RETARDATIONS: Final = 4
+"""Maximum number of Voigt elements of a cable's creep."""
+
+_Compliance = Annotated[float, Strict(), Ge(0.0), Le(1e-2)]
 _SECTIONS = ("section", "fill_factor", "construction")
+
+
+class Creep(Description):
+    """Creep of a cable by the law of `models.creep`: strains per tension after an hour under it, 1/N.
+
+    ``compliances``: those of Voigt elements with ``retardations``, s, which rise. ``logarithmic``: that of logarithmic
+    creep.
+    """
+
+    retardations: Annotated[tuple[Positive[Duration], ...], Field(max_length=MAX_RETARDATIONS)] = ()
+    compliances: Annotated[tuple[_Compliance, ...], Field(max_length=MAX_RETARDATIONS)] = ()
+    logarithmic: _Compliance = 0.0
+
+    @model_validator(mode="after")
+    def _pairs(self) -> Self:
+        if len(self.compliances) != len(self.retardations):
+            raise refusal("compliances", f"must be {len(self.retardations)}: one for each of the retardations")
+        if any(b <= a for a, b in pairwise(self.retardations)):
+            raise refusal("retardations", "must rise")
+        return self
 
 
 class Cable(Description):
@@ -30,6 +65,7 @@ class Cable(Description):
     definition while its EA is measured, or as ``young_modulus`` and the section that it refers to: ``section``; or
     ``diameter`` with ``fill_factor``, the share of its circle that is filled, or with ``construction``, one of
     `CONSTRUCTIONS`. ``thermal_expansion`` (1/K): strain per degree, negative for aramid and Dyneema; None: unknown.
+    ``creep``: None: not known. Only a print by encoders alone counts it.
     """
 
     young_modulus: Positive[Pressure] | None = None
@@ -41,6 +77,7 @@ class Cable(Description):
     breaking_load: Positive[Force]
     diameter: Positive[Length] | None = None
     thermal_expansion: ThermalExpansion | None = None
+    creep: Creep | None = None
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:

@@ -44,6 +44,7 @@ FIGURES = (
     ),
     Figure("noise", "m", "Root mean square of what the law leaves of the elongation.", digits=2),
     Figure("widened", "1", "By how much correlated residuals widen the variances.", digits=3),
+    Figure("robot_file", "", "What a robot file has of this creep.", "robot_file_text", name="for the robot file"),
     Figure("uncertainty_file", "", "Creep from 0 to that at the end of the test, for an uncertainty file.",
            "uncertainty_text", name="for an uncertainty file"),
     Figure("notes", "", "What a careful person would ask.", detail=True),
@@ -61,7 +62,7 @@ class CreepResult(Pictured):
 
     FIGURES: ClassVar = FIGURES
     HEADLINES: ClassVar = ("stiffness", "loaded", "noise")
-    PASTED: ClassVar = ("for an uncertainty file",)
+    PASTED: ClassVar = ("for the robot file", "for an uncertainty file")
 
     test: TensileTest
     initial_length: float  # m
@@ -120,6 +121,14 @@ class CreepResult(Pictured):
         sigmas = np.sqrt(np.diagonal(self.covariance))[1:]
         found = zip(names, self.compliances.tolist(), sigmas.tolist(), strict=False)
         return [{"part": name, "compliance": size, "sigma": sigma} for name, size, sigma in found]
+
+    @property
+    def robot_file_text(self) -> str:
+        """The `[cable.creep]` of a robot file; a part below 0 is left at 0."""
+        sizes = [f"{max(each, 0.0):.4g}" for each in self.compliances.tolist()]
+        times = ", ".join(f"{tau:g}" for tau in self.retardations)
+        elements = f"retardations = [{times}]\ncompliances = [{', '.join(sizes[:-1])}]"
+        return f"[cable.creep]\n{elements}\nlogarithmic = {sizes[-1]}"
 
     @property
     def uncertainty_text(self) -> str:

@@ -1,4 +1,4 @@
-"""Creep of the cables of a machine, by the law of `models.creep`. All numbers here are assumed."""
+"""Creep of the cables of a machine that no model has, by the law of `models.creep`. All numbers here are assumed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,14 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.machine.simulated.snapshot import Archive
-from cablewright.models.creep import RETARDATIONS, gains, log_elements, log_response, voigt_response, voigt_size
+from cablewright.models.creep import (
+    RETARDATIONS,
+    CreepMemory,
+    log_elements,
+    log_response,
+    voigt_response,
+    voigt_size,
+)
 
 VOIGT_SHARES: Final = (0.2, 0.2)  # of the strain after an hour, by the elements of `RETARDATIONS`
 LOG_SHARE: Final = 0.6
@@ -27,28 +34,13 @@ def elements() -> tuple[Array, Array]:
     return np.concatenate([RETARDATIONS, times]), np.concatenate([sizes, LOG_SHARE * spread])
 
 
-class CableCreep:
+class CableCreep(CreepMemory):
     """Creep of m lines, each by its own history of loads."""
 
     def __init__(self, compliances: Array) -> None:
         """*compliances* (m,): creep after an hour per load, 1/N; none has crept yet."""
-        self._times, sizes = elements()
-        self._sizes = np.multiply.outer(compliances, sizes)  # (m, k) 1/N
-        self.stretched = np.zeros_like(self._sizes)  # strain of each element
-        self._step = (0.0, np.zeros(0), np.zeros(0))
-
-    @property
-    def strain(self) -> Array:
-        """Of each line, (m,)."""
-        return np.asarray(self.stretched.sum(axis=1))
-
-    def advance(self, before: Array, after: Array, period: float) -> None:
-        """Advance by a *period*, s, in which loads change linearly from *before* to *after* (m,), N."""
-        if period != self._step[0]:
-            self._step = (period, *gains(period / self._times))
-        _, gone, late = self._step
-        load = gone * before[:, None] + late * (after - before)[:, None]
-        self.stretched += self._sizes * load - gone * self.stretched
+        times, sizes = elements()
+        super().__init__(times, np.multiply.outer(compliances, sizes))
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load the strains."""

@@ -17,6 +17,7 @@ from cablewright.machine.simulated.unmodelled.gear_backlash import GearBacklash
 from cablewright.machine.simulated.unmodelled.gusts import Gusts
 from cablewright.machine.simulated.unmodelled.sheave_slip import SheaveSlip
 from cablewright.machine.simulated.winches import Winches
+from cablewright.models.creep import memory_of
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.robot import Robot
 
@@ -40,6 +41,7 @@ class Unmodelled:
         uneven = 1.0 + cable.creep_spread * drawn(seed, CREEP).uniform(-1.0, 1.0, robot.m)
         elastic = LineNumbers(packed.lines).free_compliance
         compliance, gears, wind = simulation.exits.matrices(names), simulation.gears, simulation.wind
+        self.described = memory_of([line.cable.creep for line in robot.lines])
         self.creep = CableCreep(cable.creep * uneven / reference) if cable.creep else None
         self.hysteresis = (
             CableHysteresis(cable.hysteresis, reference, tensions, elastic.copy()) if cable.hysteresis else None
@@ -57,8 +59,10 @@ class Unmodelled:
 
     @property
     def strain(self) -> Array | float:
-        """Strain (m,) of cables besides elasticity and heat."""
+        """Strain (m,) of cables besides elasticity and heat: creep as described and not, and hysteresis."""
         creep = 0.0 if self.creep is None else self.creep.strain
+        if self.described is not None:
+            creep = creep + self.described.strain
         return creep if self.hysteresis is None else creep + self.hysteresis.strain
 
     def advance(self, packed: Packed, states: Array, planes: Array, winches: Winches, period: float) -> None:
@@ -66,6 +70,8 @@ class Unmodelled:
         loads = LineStates(states).tension
         if self.creep is not None:
             self.creep.advance(self._loads, loads, period)
+        if self.described is not None:
+            self.described.advance(self._loads, loads, period)
         if self.hysteresis is not None:
             self.hysteresis.follow(loads)
         self._loads = loads
@@ -88,6 +94,8 @@ class Unmodelled:
     def archive_state(self, archive: Archive, packed: Packed) -> None:
         """Save or load the state, and of *packed* the lines whose exits give."""
         archive.array("loads", self._loads)
+        if self.described is not None:
+            archive.array("described_creep", self.described.stretched)
         for part in (self.creep, self.hysteresis, self.sheaves, self.gears, self.wind):
             if part is not None:
                 part.archive_state(archive)
