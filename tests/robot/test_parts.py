@@ -24,7 +24,7 @@ from cablewright.robot import (
     update,
     with_value,
 )
-from cablewright.robot.cable import CONSTRUCTIONS
+from cablewright.robot.cable import CONSTRUCTIONS, Creep
 
 CABLE = Cable(axial_stiffness="700 kN", linear_density="30 g/m", breaking_load="10 kN")
 SWIVEL: dict[str, Any] = {"kind": "swivel", "radius": "50 mm"}
@@ -107,6 +107,17 @@ def test_a_rope_that_is_given_by_its_construction_is_written_back() -> None:
 )
 def test_a_cable_refuses(stiffness: dict[str, Any], match: str) -> None:
     refused(Cable, {"linear_density": 0.03, "breaking_load": 1e4} | stiffness, match)
+
+
+def test_creep_refuses_what_no_cable_does() -> None:
+    for values, match in (
+        ({"retardations": [60, 1200], "compliances": [1e-8]}, "compliances: must be 2: one for each"),
+        ({"retardations": [1200, 60], "compliances": [1e-8, 1e-8]}, "retardations: must rise"),
+        ({"retardations": ["1 min"], "compliances": [-1e-8]}, "greater than or equal to 0"),
+        ({"logarithmic": 1.0}, "less than or equal to 0.01"),
+        ({"retardations": [1, 2, 3, 4, 5], "compliances": [0, 0, 0, 0, 0]}, "at most 4"),
+    ):
+        refused(Creep, values, match)
 
 
 def test_sheaves_are_told_apart_by_kind() -> None:

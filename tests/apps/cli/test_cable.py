@@ -176,7 +176,7 @@ def test_no_file(cli, tmp_path: Path) -> None:
 CREEP = ROOT / "examples" / "creep.csv"
 CREEP_KEYS = {
     "schema", "status", "stiffness", "stiffness_sigma", "expansion", "loaded", "creep", "parts", "noise", "widened",
-    "uncertainty_file", "notes", "plot",
+    "uncertainty_file", "robot_file", "notes", "plot",
 }  # fmt: skip
 
 

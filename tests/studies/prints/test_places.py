@@ -1,4 +1,4 @@
-"""Places measured between layers: encoders alone are told where the platform is, and what crept is gone there."""
+"""What helps encoders alone: places that are measured between layers, and cables whose creep is described."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from cablewright.errors import AnswerError, InputError
 from cablewright.estimation import dead_reckoning
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import load_job
-from cablewright.robot import load
-from cablewright.signals import Encoders, PrintState, SensorFrame
+from cablewright.robot import Robot, load
+from cablewright.robot.cable import Creep
+from cablewright.signals import Command, Encoders, PrintState, SensorFrame
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.estimators import DeadReckoning, estimator, reckoning_of
@@ -137,3 +139,44 @@ def test_other_estimators_take_no_place() -> None:
         twin_of(load("merlet2023"), job, None, PrintOptions(place_layers=1))
     robot, owner = load("merlet2023"), load_twin("merlet2023").owner
     assert not isinstance(estimator("filter", robot, owner, PLACE), DeadReckoning)
+
+
+def crept(compliance: float) -> Robot:
+    """The house printer with cables that creep so much in an hour, 1/N, by all parts of the law."""
+    law = Creep(retardations=(60.0, 1200.0), compliances=(0.2 * compliance, 0.2 * compliance),
+                logarithmic=0.6 * compliance)  # fmt: skip
+    lines = (line.model_copy(update={"cable": line.cable.model_copy(update={"creep": law})}) for line in ROBOT.lines)
+    return ROBOT.model_copy(update={"lines": tuple(lines)})
+
+
+def test_creep_as_described_is_counted() -> None:
+    """The machine creeps as its robot says, and encoders alone know: with what no one described they do not."""
+    robot, twin = crept(3e-7), load_twin("house-printer")
+    machine = SimulatedMachine(robot, twin, PLACE, seed=1, plant="quasi-static")
+    settings = reckoning_of(robot, twin.owner)
+    told = dead_reckoning.start(settings, PLACE)
+    untold = dead_reckoning.start(reckoning_of(ROBOT, twin.owner), PLACE)
+    known = np.zeros(3)
+    while machine.time < 900.0:
+        seen = machine.step(Command(machine.time, np.zeros(4)))
+        known = dead_reckoning.step(settings, told, seen).position
+        guessed = dead_reckoning.step(reckoning_of(ROBOT, twin.owner), untold, seen).position
+    true = machine.truth.position
+    assert PLACE[2] - true[2] > 0.005
+    off = np.linalg.norm(known - true)
+    assert off < 0.12 * np.linalg.norm(guessed - true)
+
+
+def test_a_measured_place_has_what_crept_by_then() -> None:
+    robot = crept(3e-7)
+    settings = reckoning_of(robot, OWNER)
+    state, counts = dead_reckoning.start(settings, PLACE), np.zeros(4, dtype=np.int64)
+    for k in range(60):
+        dead_reckoning.step(settings, state, frame(10.0 * k, counts))
+    there = state.tracker.pose.copy()
+    known = dead_reckoning.placed(settings, state, there)
+    again = dead_reckoning.step(settings, known, frame(600.0, counts))
+    np.testing.assert_allclose(again.position, there, atol=2e-4)
+    for k in range(60):
+        again = dead_reckoning.step(settings, known, frame(610.0 + 10.0 * k, counts))
+    assert there[2] - again.position[2] > 5e-4  # it creeps on
