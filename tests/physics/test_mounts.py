@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 
 import cablewright as cw
 import out_of_plane
+from cablewright.control.length_check import check_lengths, lengths_at
 from cablewright.errors import InputError
 from cablewright.kernels import layout
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
@@ -24,6 +25,7 @@ from cablewright.robot.parameters import Parameter
 from cablewright.solvers.linearise import tension_changes
 from cablewright.solvers.parameters import response, tension_response
 from cablewright.solvers.uniqueness import unique_among
+from cablewright.studies.checks.path_statics import PathStatics
 from physics.test_lines_out_of_plane import differences
 
 POSE = [0.4, -0.3, 1.2]
@@ -260,6 +262,44 @@ def test_bad_compliances_are_one_line(compliance: Any, message: str, tmp_path: P
         load(tmp_path / "soft.toml")
     assert "exit_compliance" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_mounts_that_give_nothing_are_as_stiff_ones_everywhere() -> None:
+    """A zero written in the file, where a bound is told in an uncertainty, refuses nothing."""
+    zero = tuple(map(tuple, np.zeros((3, 3)).tolist()))
+    for compliance in (0.0, zero):
+        robot = on_mounts(load("merlet2023"), compliance)
+        assert all(line.in_plane and not line.mount_gives for line in robot.lines)
+        held = cw.inverse(robot, POSE).checked()
+        assert cw.certify(held).certified
+        cw.Tracker(Model.of(robot), held.lengths)
+        robot.require_stiff_mounts("nobody")
+
+
+@pytest.mark.parametrize("name", ["house-printer", "merlet2023"])
+def test_winches_on_drives_count_them(name: str) -> None:
+    """Homing's lengths by a place and tensions are those of the statics, and a session begins without a proof."""
+    robot, place = on_mounts(load(name), 3e-6), np.array([1.0, 0.7, 1.5])
+    held = cw.inverse(robot, place).checked()
+    assert np.abs(held.lengths - cw.inverse(load(name), place).lengths).max() > 1e-3
+    np.testing.assert_allclose(lengths_at(Model.of(robot), place, held.tensions), held.lengths, atol=1.5e-3)
+    found = check_lengths(Model.of(robot), held.lengths, held.tensions, place + 0.05)
+    assert found is not None
+    np.testing.assert_allclose(found.position, place, atol=3e-3)
+
+
+def test_a_check_compensates_mounts_with_the_stretch() -> None:
+    robot = on_mounts(load("cogiro"), 1e-5)
+    pose = np.array([[0.0, 0.0, 1.5, 0.0, 0.0, 0.0]])
+    at = PathStatics.of(cw.inverse(robot, pose), pose, None)
+    there = cw.forward(robot, cw.inverse(robot, pose, cable="elastic").checked().lengths, guess=pose)
+    np.testing.assert_allclose(at.elastic_only, there.pose, atol=1e-6)
+    assert np.abs(at.elastic_only - pose).max() < 1e-3 < 1e-2 < np.abs(at.uncompensated - pose).max()
+
+
+def test_a_bracket_has_its_own_mount() -> None:
+    with pytest.raises(InputError, match=r"bracket: line '.*' has exit_compliance"):
+        cw.bracket(on_mounts(load("paty2021"), 1e-6), [0.0, 0.0, 1.0], times=1)
 
 
 def test_mounts_of_universal_joints_and_swivels_aside() -> None:

@@ -23,7 +23,7 @@ from cablewright.control.three_poses import SlowWay, places, sentence
 from cablewright.errors import AnswerError, CablewrightError, Status
 from cablewright.models.statics import Model
 from cablewright.signals import Estimate, SensorFrame
-from cablewright.solvers.continuation import Tracker
+from cablewright.solvers.continuation import Tracker, TrackerSettings
 
 _CALM: Final = 1.0  # s after the last line
 _MEASURED: Final = 0.5  # s over which tensions are averaged
@@ -199,10 +199,16 @@ class Homing:
         return ""
 
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
-        """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not."""
+        """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not.
+
+        Where mounts of exits give there is no proof, and a note says so.
+        """
         own = self.settings
+        gives = any(line.mount_gives for line in own.model.robot.lines)
+        if gives:
+            self.notes.append("not proved to be the only equilibrium there: mounts of exits give")
         try:
-            tracker = Tracker(own.model, lengths)
+            tracker = Tracker(own.model, lengths, TrackerSettings(certify=not gives))
             status = tracker.step(lengths)
         except AnswerError as error:
             return f"the lengths have no equilibrium: {error}"

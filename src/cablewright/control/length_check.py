@@ -16,7 +16,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.models.statics import Model
-from cablewright.solvers.taut import taut_at
+from cablewright.solvers.taut import given, taut_at
 
 LIMIT: Final = 5e-3
 """Root of the sum of squares of the residuals, m, from which lengths do not fit: what exit points off by a millimetre
@@ -85,7 +85,10 @@ def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -
 
 
 def lengths_at(model: Model, place: Array, tensions: Array) -> Array:
-    """Unstrained lengths (m,), m, of lines to *place* (3,), m, by their *tensions* (m,), N: stretch, and a flat sag."""
+    """Unstrained lengths (m,), m, of lines to *place* (3,), m, by their *tensions* (m,), N.
+
+    With their stretch, a flat sag, and mounts that give, to first order.
+    """
     taut, scene = taut_at(model, place), model.robot.scene
     cables = [line.cable for line in model.robot.lines]
     stiff = np.array([cable.stiffness for cable in cables])
@@ -93,4 +96,4 @@ def lengths_at(model: Model, place: Array, tensions: Array) -> Array:
     pull = np.maximum(tensions, 1.0)
     level = taut.free * np.cos(taut.angles)
     sag = (weight * level) ** 2 * taut.free / (24.0 * pull**2)
-    return np.asarray(taut.lengths / (1.0 + tensions / stiff) + sag)
+    return np.asarray(taut.lengths / (1.0 + tensions / stiff) + sag - given(model.lines, taut) * tensions)

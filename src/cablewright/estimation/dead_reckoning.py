@@ -82,12 +82,15 @@ def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
 
 
 def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64]) -> ReckoningState:
-    """Return the state where *lengths* (m,), m, are out at *counts* (m,), both known. Raises `AnswerError`."""
+    """Return the state where *lengths* (m,), m, are out at *counts* (m,), both known. Raises `AnswerError`.
+
+    What cables have crept before is not known, so that none of their creep counts.
+    """
     outs = zip(settings.coils, lengths.tolist(), strict=True)
     wound = [coil.angle(settings.total_length - out) for coil, out in outs]
     tracker = Tracker(settings.model, lengths, TrackerSettings(certify=False))
     monitor = FaultMonitor({"encoders": settings.timeout})
-    return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts.copy(), _creep_of(settings))
+    return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts.copy())
 
 
 def _creep_of(settings: ReckoningSettings) -> CreepMemory | None:

@@ -62,9 +62,9 @@ class Stiffness(Rows):
 def stiffness(equilibrium: Equilibrium) -> Stiffness:
     """Split the tangent stiffness of an equilibrium, or of each of a batch.
 
-    Rigid cables count as elastic ones with the same tensions at the same pose. Rows of a batch that are not in balance
-    are NaN; a single one raises `AnswerError`. Equilibria that are unstable or out of their tension limits have a
-    stiffness, too.
+    Rigid cables count as elastic ones with the same tensions at the same pose, on mounts that do not give. Rows of a
+    batch that are not in balance are NaN; a single one raises `AnswerError`. Equilibria that are unstable or out of
+    their tension limits have a stiffness, too.
     """
     single = equilibrium.single
     good = balanced(equilibrium)

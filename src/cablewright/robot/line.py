@@ -10,7 +10,7 @@ from pydantic import Field, StrictBool, model_validator
 
 from cablewright.robot.cable import Cable
 from cablewright.robot.direction import unit_vector
-from cablewright.robot.mount import Compliance
+from cablewright.robot.mount import Compliance, compliance_matrix
 from cablewright.robot.sheave import Eyelet, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
 from cablewright.robot.winch import Winch
 from cablewright.units import Force, Length, NonNegative, Vec3
@@ -96,11 +96,16 @@ class Line(Description):
             return "guides"
         return self._mount_out_of_plane()
 
+    @property
+    def mount_gives(self) -> bool:
+        """Whether the mount of the exit point gives at all."""
+        return self.exit_compliance is not None and any(map(any, compliance_matrix(self.exit_compliance)))
+
     def _mount_out_of_plane(self) -> str:
         """As `out_of_plane_by`, of the mount of the exit point alone."""
         if self.exit_compliance is None:
             return ""
-        if not isinstance(self.exit_compliance, float):
+        if not isinstance(self.exit_compliance, float) and self.mount_gives:
             return "a mount that gives by a matrix"
         if isinstance(self.sheave, Eyelet) and self.winch_exit is not None and self._from_axis()[1] > AXIS_TOLERANCE:
             return "a mount that gives towards a winch aside"

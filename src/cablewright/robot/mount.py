@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import Annotated, Final
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, Strict
 
 from cablewright.validation import refusal
 
 _MOST: Final = 1e-2  # m/N
 _ROUNDING: Final = 1e-12  # of a compliance's largest entry
-_Entry = Annotated[float, Field(ge=-_MOST, le=_MOST)]
+_Entry = Annotated[float, Strict(), Field(ge=-_MOST, le=_MOST)]
 _Row = tuple[_Entry, _Entry, _Entry]
 _Matrix = tuple[_Row, _Row, _Row]
 
@@ -30,7 +30,7 @@ def _require_passive(value: float | _Matrix) -> float | _Matrix:
     return value
 
 
-Compliance = Annotated[float | _Matrix, AfterValidator(_require_passive)]
+Compliance = Annotated[Annotated[float, Strict()] | _Matrix, AfterValidator(_require_passive)]
 """Displacement per force, m/N: the same in all directions, or a symmetric matrix (3, 3) in world axes."""
 
 

@@ -138,7 +138,7 @@ class Robot(FileDescription):
     def require_stiff_mounts(self, by: str) -> None:
         """Raise `InputError` for an exit point whose mount gives, which is not covered *by* something."""
         for line in self.lines:
-            if line.exit_compliance is not None:
+            if line.mount_gives:
                 raise InputError(f"{by}: line {line.name!r} has exit_compliance; it is not covered")
 
     def require_no_plane(self, by: str) -> None:

@@ -40,13 +40,17 @@ def taut_at(model: Model, pose: Array) -> Taut:
 
 
 def stretches(lines: LineNumbers, taut: Taut) -> Array:
-    """Return by how much each straight line to a point grows per tension, m/N: all its cable, and what its mount gives.
+    """Return by how much each straight line to a point grows per tension, m/N: its cable, and what its mount gives."""
+    return np.asarray(lines.free_compliance * taut.lengths + given(lines, taut))
 
-    The mount is pulled along the free span and, where it is modelled, along a dead span below or above it.
+
+def given(lines: LineNumbers, taut: Taut) -> Array:
+    """Return by how much the mount of each exit shortens the way of its straight line per tension, m/N.
+
+    It is pulled along the free span and, where it is modelled, along a dead span below or above it.
     """
     rise = np.sin(taut.angles)
-    mount = lines.mount[:, 0] * np.where(lines.has_dead_span, 2.0 - 2.0 * np.sign(lines.side) * rise, 1.0)
-    return np.asarray(lines.free_compliance * taut.lengths + mount)
+    return np.asarray(lines.mount[:, 0] * np.where(lines.has_dead_span, 2.0 - 2.0 * np.sign(lines.side) * rise, 1.0))
 
 
 def taut_of_body(lines: Array, pose: Array) -> Taut:

@@ -19,6 +19,7 @@ from cablewright.estimation.kalman.state import FilterSettings
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -98,7 +99,16 @@ class _SteppedEstimator:
 
 
 class DeadReckoning(_SteppedEstimator):
-    """Encoders alone, which may be told where the platform is."""
+    """Encoders alone, which may be told where the platform is. What cables have crept is saved with a print."""
+
+    danger, searches = "", False
+
+    def archive_state(self, archive: Archive) -> None:
+        """Save or load what cables have crept, where that is described."""
+        creep = self._state.creep
+        if creep is not None:
+            archive.array("creep", creep.stretched)
+            self._state.start_strain = creep.strain if archive.loading else self._state.start_strain
 
     def place_known(self, place: Array) -> None:
         """Begin anew with the standing platform at *place* (3,), m. Raises `AnswerError` where it cannot be."""

@@ -13,6 +13,7 @@ from cablewright.estimation import dead_reckoning
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
@@ -180,3 +181,24 @@ def test_a_measured_place_has_what_crept_by_then() -> None:
     for k in range(60):
         again = dead_reckoning.step(settings, known, frame(610.0 + 10.0 * k, counts))
     assert there[2] - again.position[2] > 5e-4  # it creeps on
+
+
+def test_what_crept_is_saved_with_a_print() -> None:
+    robot = crept(3e-7)
+    began = estimator("encoders", robot, OWNER, PLACE)
+    assert isinstance(began, DeadReckoning)
+    for k in range(60):
+        began.step(frame(10.0 * k, np.zeros(4, dtype=np.int64)))
+    archive = Archive()
+    began.archive_state(archive)
+    place = began.step(frame(600.0, np.zeros(4, dtype=np.int64))).position
+    resumed, fresh = (estimator("encoders", robot, OWNER, place) for _ in range(2))
+    assert isinstance(resumed, DeadReckoning)
+    resumed.archive_state(Archive(archive.snapshot, loading=True))
+    drops = []
+    for one in (began, resumed, fresh):
+        for k in range(60):
+            there = one.step(frame(610.0 + 10.0 * k, np.zeros(4, dtype=np.int64))).position
+        drops.append(place[2] - there[2])
+    assert drops[1] == pytest.approx(drops[0], rel=0.2)
+    assert drops[2] > 2.0 * drops[0]  # counted again, as if rested

@@ -106,8 +106,9 @@ def _require_loads(test: TensileTest) -> tuple[Array, Array]:
 
 def _require_time(test: TensileTest, times: Array, loads: Array, taus: tuple[float, ...]) -> float:
     """How long the specimen is under load, s. Raises `InputError` for a part of the law that this does not show."""
-    first = int(np.argmax(np.abs(loads) >= _LOADED * np.abs(loads).max()))
-    loaded = float(times[-1] - times[first])
+    under = np.abs(loads) >= _LOADED * np.abs(loads).max()
+    first = int(np.argmax(under))
+    loaded = float(np.diff(times)[under[1:]].sum())
     if taus and loaded < taus[-1]:
         need, has = _spell(taus[-1]), _spell(loaded)
         why = f"the element of {need} needs a load for {need}, the test has {has}: hold longer, or leave it out"

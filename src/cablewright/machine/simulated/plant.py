@@ -104,7 +104,8 @@ class QuasiStaticPlant:
         self._pose = rig.pose
         self._whole = np.arange(rig.robot.m)
         self._fit()
-        tolerance = _TOLERANCE if rig.robot.n == 6 else 0.0
+        proved = rig.robot.n == 6 and not any(line.mount_gives for line in rig.robot.lines)
+        tolerance = _TOLERANCE if proved else 0.0
         self._bounds = (TrackerSettings().jump, TrackerSettings().fold, tolerance)
 
     def _fit(self) -> None:

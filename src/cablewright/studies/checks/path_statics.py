@@ -44,7 +44,7 @@ class PathStatics:
             return Reached.of(full, lengths, near, retraction=retraction, path=True).poses
 
         straight = COMPENSATIONS["none"].solved(full, poses, retraction=retraction)
-        rigid, elastic = straight.lengths, as_elastic(straight).lengths
+        rigid, elastic = straight.lengths, _stretched(straight, poses, retraction)
         uncompensated = reached(rigid, poses)
         start = np.where(np.isnan(uncompensated), poses, uncompensated)
         return cls(
@@ -118,3 +118,10 @@ def _median(values: Array) -> float:
     ranked.sort()  # NaN comes last
     known = int(np.count_nonzero(~np.isnan(ranked)))
     return float(ranked[max(known - 1, 0) // 2])
+
+
+def _stretched(straight: Equilibrium, poses: Array, retraction: Array | None) -> Array:
+    """Lengths (k, m), m, of straight cables that stretch: of the rigid ones at their tensions, unless mounts give."""
+    if any(line.mount_gives for line in straight.model.robot.lines):
+        return COMPENSATIONS["elastic"].solved(straight.model, poses, retraction=retraction).lengths
+    return as_elastic(straight).lengths

@@ -175,7 +175,7 @@ class KeptEstimator:
 def warm(keeper: LengthKeeper, place: Array) -> None:
     """Compile, or load, what estimation and homing call, before a machine waits for it. Raises `AnswerError`."""
     from cablewright.control.length_check import check_lengths
-    from cablewright.solvers.continuation import Tracker
+    from cablewright.solvers.continuation import Tracker, TrackerSettings
 
     reckoning = keeper.reckoning
     state = dead_reckoning.start(reckoning, place)
@@ -185,6 +185,7 @@ def warm(keeper: LengthKeeper, place: Array) -> None:
         dead_reckoning.step(reckoning, begun, SensorFrame(0.01 * (k + 1), (Encoders(0.01 * (k + 1), counts),)))
     check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), place)
     try:
-        Tracker(reckoning.model, lengths).step(lengths)
+        gives = any(line.mount_gives for line in reckoning.model.robot.lines)
+        Tracker(reckoning.model, lengths, TrackerSettings(certify=not gives)).step(lengths)
     except AnswerError:
         return  # said when it is asked for

@@ -73,7 +73,8 @@ class Attendant:
         if not self.place_layers or state is not PrintState.PRINTING or printer.target is None or self._measures:
             return False
         if self._placed is None:
-            self._placed = printer.target.layer
+            first = int(printer.plan.path.track.layer[0])
+            self._placed = printer.target.layer - (printer.target.layer - first) % self.place_layers
         self._measures = printer.target.layer - self._placed >= self.place_layers
         return self._measures
 
