@@ -35,6 +35,7 @@ PINNED = {  # the number, and how far the printed one may be from it: its last d
     "18_print_with_a_retracting_beam": (0.9, 0.3),  # N
     "19_design": (5.47, 0.01),  # mm
     "20_zeros_of_sensors": (1.52, 0.01),  # mm
+    "21_creep_and_mounts": (12.41, 0.01),  # mm
 }
 PYTHON = re.compile(r"```python\n(.*?)```(?:\n+```text\n(.*?)```)?", re.DOTALL)  # a script, and what it prints
 CONSOLE = re.compile(r"```console\n(.*?)```", re.DOTALL)  # commands after "$ ", and some lines of what they print
