@@ -131,6 +131,7 @@ ACCELERATION = _dimension("acceleration", {"m/s^2": "1", "mm/s^2": "1e-3"})
 JERK = _dimension("jerk", {"m/s^3": "1", "mm/s^3": "1e-3"})
 TORQUE = _dimension("torque", {"N m": "1", "kN m": "1e3", "mN m": "1e-3"})
 INERTIA = _dimension("inertia", {"kg m^2": "1", "kg cm^2": "1e-4", "kg mm^2": "1e-6", "g mm^2": "1e-9"})
+STIFFNESS = _dimension("stiffness", {"N/m": "1", "N/mm": "1e3", "kN/m": "1e3"})
 DURATION = _dimension("duration", {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"})
 TEMPERATURE_DIFFERENCE = _dimension("temperature difference", {"K": "1"})
 # not "1/K": a text is one number and one unit, and a unit does not start with a digit
@@ -150,6 +151,7 @@ Jerk = Annotated[float, JERK]
 Torque = Annotated[float, TORQUE]
 Inertia = Annotated[float, INERTIA]
 Duration = Annotated[float, DURATION]
+Stiffness = Annotated[float, STIFFNESS]
 ThermalExpansion = Annotated[float, THERMAL_EXPANSION]
 
 Vec3 = tuple[Length, Length, Length]

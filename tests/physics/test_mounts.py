@@ -236,7 +236,9 @@ def test_proofs_are_refused_by_status() -> None:
     robot = on_mounts(load("merlet2023"), 5e-6)
     lengths = cw.inverse(robot, POSE).checked().lengths
     found = cw.certify(cw.forward(robot, lengths))
-    assert found.reason() == "not certified: the mount of an exit point gives, and the proof is by stiff ones"
+    assert (
+        found.reason() == "not certified: a spring or the mount of an exit point gives, and the proof is without them"
+    )
     assert not cw.equilibria(robot, lengths).certificates.certified.any()
     plain = {"sheave": Eyelet(), "winch_exit": None}
     assert unique_among(cw.inverse(on_mounts(robot, None, **plain), POSE)) is not None
@@ -273,7 +275,7 @@ def test_mounts_that_give_nothing_are_as_stiff_ones_everywhere() -> None:
         held = cw.inverse(robot, POSE).checked()
         assert cw.certify(held).certified
         cw.Tracker(Model.of(robot), held.lengths)
-        robot.require_stiff_mounts("nobody")
+        robot.require_stiff_ends("nobody")
 
 
 @pytest.mark.parametrize("name", ["house-printer", "merlet2023"])

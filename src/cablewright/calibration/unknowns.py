@@ -180,9 +180,9 @@ def require_covered(robot: Robot, elastic: bool) -> None:
     Straight lines cover all whose length changes beyond the exit point only.
     """
     for line in robot.lines:
-        if line.mount_gives:
-            why = "it can be an unknown of a robot file without it"
-            raise InputError(f"calibration: line {line.name!r} has exit_compliance, which is not covered; {why}")
+        if line.gives_by:
+            why = "; it can be an unknown of a robot file without it" if line.mount_gives else ""
+            raise InputError(f"calibration: line {line.name!r} has {line.gives_by}, which is not covered{why}")
     if elastic:
         robot.require_plain("calibration of lines that stretch")
         return

@@ -201,12 +201,12 @@ class Homing:
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
         """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not.
 
-        Where mounts of exits give there is no proof, and a note says so.
+        Where springs or mounts of exits give there is no proof, and a note says so.
         """
         own = self.settings
-        gives = any(line.mount_gives for line in own.model.robot.lines)
+        gives = any(line.gives_by for line in own.model.robot.lines)
         if gives:
-            self.notes.append("not proved to be the only equilibrium there: mounts of exits give")
+            self.notes.append("not proved to be the only equilibrium there: springs or mounts of exits give")
         try:
             tracker = Tracker(own.model, lengths, TrackerSettings(certify=not gives))
             status = tracker.step(lengths)

@@ -87,7 +87,7 @@ def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -
 def lengths_at(model: Model, place: Array, tensions: Array) -> Array:
     """Unstrained lengths (m,), m, of lines to *place* (3,), m, by their *tensions* (m,), N.
 
-    With their stretch, a flat sag, and mounts that give, to first order.
+    With their stretch, a flat sag, springs, and mounts that give, to first order.
     """
     taut, scene = taut_at(model, place), model.robot.scene
     cables = [line.cable for line in model.robot.lines]
@@ -96,4 +96,5 @@ def lengths_at(model: Model, place: Array, tensions: Array) -> Array:
     pull = np.maximum(tensions, 1.0)
     level = taut.free * np.cos(taut.angles)
     sag = (weight * level) ** 2 * taut.free / (24.0 * pull**2)
-    return np.asarray(taut.lengths / (1.0 + tensions / stiff) + sag - given(model.lines, taut) * tensions)
+    soft = given(model.lines, taut) + model.lines.spring
+    return np.asarray(taut.lengths / (1.0 + tensions / stiff) + sag - soft * tensions)

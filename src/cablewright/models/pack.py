@@ -174,3 +174,4 @@ def _pack_cable(own: LineNumbers, line: Line, law: CableLaw, gravity: float) -> 
         own.free_compliance = compliance
         own.dead_compliance = compliance if line.dead_elastic else 0.0
         own.arc_compliance = compliance if line.arc_elastic else 0.0
+        own.spring = 0.0 if line.spring is None else line.cables / line.spring

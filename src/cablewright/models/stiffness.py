@@ -116,10 +116,11 @@ def as_elastic(equilibrium: Equilibrium) -> Equilibrium:
     lines, states = LineNumbers(equilibrium.packed.lines.copy()), LineStates(equilibrium.states.copy())
     before = lines.spans * states.free_length + states.dead_length
     contact = equilibrium.lengths - before - np.where(lines.has_dead_span, 0.0, lines.dead_length)
-    lines.compliances = model.lines.compliances
+    lines.compliances, lines.spring = model.lines.compliances, model.lines.spring
     states.free_length /= 1.0 + states.tension * model.lines.free_compliance
     states.dead_length /= 1.0 + states.tension * model.lines.dead_compliance
     arc = contact * (1.0 / (1.0 + states.tension * model.lines.arc_compliance) - 1.0)
     lengths = equilibrium.lengths + (lines.spans * states.free_length + states.dead_length - before) + arc
+    lengths -= states.tension * model.lines.spring
     packed = equilibrium.packed._replace(lines=lines.array)
     return replace(equilibrium, model=model, packed=packed, states=states.array, lengths=lengths)

@@ -13,7 +13,7 @@ from cablewright.robot.direction import unit_vector
 from cablewright.robot.mount import Compliance, compliance_matrix
 from cablewright.robot.sheave import Eyelet, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
 from cablewright.robot.winch import Winch
-from cablewright.units import Force, Length, NonNegative, Vec3
+from cablewright.units import Force, Length, NonNegative, Positive, Stiffness, Vec3
 from cablewright.validation import Description, refusal, require_rising
 
 MAX_LINES = 64
@@ -47,12 +47,13 @@ class Line(Description):
 
     ``exit_compliance``: m/N, by which the mount of the exit point is displaced per force of the cable on it: that of
     the free span, and of the dead span where it is modelled; else the winch is on the same mount. ``exit_point`` is
-    where it is without load.
+    where it is without load. ``spring``: N/m, the rate of one between the winch and all cables of the line.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
     exit_point: Vec3
     exit_compliance: Compliance | None = None
+    spring: Positive[Stiffness] | None = None
     winch_exit: Vec3 | None = None
     guides: Annotated[tuple[Vec3, ...], Field(max_length=MAX_GUIDES)] = ()
     dead_length: NonNegative[Length] = 0.0
@@ -100,6 +101,13 @@ class Line(Description):
     def mount_gives(self) -> bool:
         """Whether the mount of the exit point gives at all."""
         return self.exit_compliance is not None and any(map(any, compliance_matrix(self.exit_compliance)))
+
+    @property
+    def gives_by(self) -> str:
+        """The key of what gives besides the cable, which proofs do not cover; empty if nothing does."""
+        if self.mount_gives:
+            return "exit_compliance"
+        return "spring" if self.spring is not None else ""
 
     def _mount_out_of_plane(self) -> str:
         """As `out_of_plane_by`, of the mount of the exit point alone."""

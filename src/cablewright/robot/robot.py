@@ -135,11 +135,11 @@ class Robot(FileDescription):
             if not line.in_plane:
                 raise InputError(f"{by}: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
 
-    def require_stiff_mounts(self, by: str) -> None:
-        """Raise `InputError` for an exit point whose mount gives, which is not covered *by* something."""
+    def require_stiff_ends(self, by: str) -> None:
+        """Raise `InputError` for a spring, or an exit point whose mount gives, which is not covered *by* something."""
         for line in self.lines:
-            if line.mount_gives:
-                raise InputError(f"{by}: line {line.name!r} has exit_compliance; it is not covered")
+            if line.gives_by:
+                raise InputError(f"{by}: line {line.name!r} has {line.gives_by}; it is not covered")
 
     def require_no_plane(self, by: str) -> None:
         """Raise `InputError` for a platform in a plane, which is not covered *by* something."""

@@ -30,7 +30,7 @@ REASONS = {
     kernel.NO_INVERSE: "not certified: the Jacobian is singular",
     kernel.SLACK: "not certified: a massless line hangs slack and has no shape",
     kernel.OUT_OF_PLANE: "not certified: a line is not in a vertical plane, and the proof is by lines in planes",
-    kernel.SOFT: "not certified: the mount of an exit point gives, and the proof is by stiff ones",
+    kernel.SOFT: "not certified: a spring or the mount of an exit point gives, and the proof is without them",
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
 }
 
@@ -133,6 +133,7 @@ def is_only_one(equilibrium: Equilibrium) -> bool:
     """
     lines = equilibrium.lines
     plain = lines.in_plane & ~lines.has_dead_span & (lines.radius == 0.0) & (equilibrium.lengths > lines.dead_length)
-    real = (lines.weight > 0.0) & (lines.free_compliance > 0.0) & (lines.mount == 0.0).all(axis=-1)
+    real = (lines.weight > 0.0) & (lines.free_compliance > 0.0) & (lines.spring == 0.0)
+    real &= (lines.mount == 0.0).all(axis=-1)
     free = equilibrium.model.n == 3 and equilibrium.model.robot.platform.plane is None
     return bool(free and plain.all() and real.all())

@@ -61,13 +61,13 @@ class Tracker:
         """Start at the equilibrium of *lengths* (m,), m, or *begin*, one of them that is known.
 
         Raises `AnswerError` if none is found without a guess, `InputError` where steps are to be certified and the
-        platform moves in a plane, or a line is not in one, or an exit point's mount gives.
+        platform moves in a plane, or a line is not in one, or has a spring or a mount that gives.
         """
         self.settings = settings or TrackerSettings()
         if self.settings.certify:
             model.robot.require_lines_in_plane("certificates of a Tracker")
             model.robot.require_no_plane("certificates of a Tracker")
-            model.robot.require_stiff_mounts("certificates of a Tracker")
+            model.robot.require_stiff_ends("certificates of a Tracker")
         begin = solve_forward(model, lengths).checked() if begin is None else begin
         self.model = model
         self.pose = begin.pose.copy()

@@ -43,7 +43,7 @@ def refuse_unfit(model: Model, lengths: Array) -> None:
     if model.n != 3:
         raise InputError("exhaustive: requires a point load; equilibria of a body are found by many starts alone")
     model.robot.require_plain("exhaustive")
-    model.robot.require_stiff_mounts("exhaustive")
+    model.robot.require_stiff_ends("exhaustive")
     for line, own, length in zip(model.robot.lines, map(LineNumbers, model.packed.lines), lengths, strict=True):
         steep = own.winch_height < 0.0 and -own.winch_height >= abs(own.winch_distance)
         if own.has_dead_span and not steep:

@@ -59,7 +59,7 @@ def enclose_poses(
     if not tolerance > 0.0:
         raise InputError(f"tolerance = {tolerance:g}: over 0 is expected, of the box's width")
     equilibrium.model.robot.require_plain("a box of poses")
-    equilibrium.model.robot.require_stiff_mounts("a box of poses")
+    equilibrium.model.robot.require_stiff_ends("a box of poses")
     batch = equilibrium.packed
     packed = batch._replace(lines=batch.lines[0], platform=batch.platform[0])
     states = np.array(equilibrium.states, order="C")

@@ -41,7 +41,7 @@ def taut_at(model: Model, pose: Array) -> Taut:
 
 def stretches(lines: LineNumbers, taut: Taut) -> Array:
     """Return by how much each straight line to a point grows per tension, m/N: its cable, and what its mount gives."""
-    return np.asarray(lines.free_compliance * taut.lengths + given(lines, taut))
+    return np.asarray(lines.free_compliance * taut.lengths + lines.spring + given(lines, taut))
 
 
 def given(lines: LineNumbers, taut: Taut) -> Array:

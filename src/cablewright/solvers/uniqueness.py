@@ -30,7 +30,7 @@ def unique_among(equilibrium: Equilibrium) -> str | None:
     covered = (
         equilibrium.model.n == 3
         and lines.in_plane.all()
-        and not lines.mount.any()
+        and not (lines.mount.any() or lines.spring.any())
         and equilibrium.model.robot.platform.plane is None
         and not lines.has_lever.any()
         and np.all((lines.weight > 0.0) & (lines.free_compliance > 0.0) & (lines.arc_compliance == 0.0))

@@ -232,7 +232,7 @@ def bracket(
     if (where is None) == (step is None):
         raise InputError("bracket: requires a pose, a job, or the step of a grid over the workspace")
     model = Model.of(robot, cable=cable, tension_limits=tension_limits)
-    model.robot.require_stiff_mounts("bracket")
+    model.robot.require_stiff_ends("bracket")
     own = load_bracket(bracket) if isinstance(bracket, str | Path) else bracket or bracket_of(model.robot)
     joints(model.robot)
     found: Highest | None = None

@@ -68,6 +68,7 @@ def assumptions(robot: Robot) -> list[str]:
         f"What holds them there: {_shared(robot, _mount)}.",
         f"The arc of cable on the sheave: {_shared(robot, _arc)}.",
         f"The span from the winch: {_shared(robot, _dead_span)}.",
+        f"Springs at the winches: {_shared(robot, _spring)}.",
         f"From there to the platform: {_shared(robot, _free_spans)}.",
         _platform(robot),
         "Winch torque is the tension at the drum times its radius, of one layer of cable, without losses.",
@@ -162,6 +163,10 @@ def _dead_span(line: Line) -> str:
         way += ", from a winch aside of the sheave's axis" if line.is_aside else ""
         return f"modelled{way}, {'stretches' if line.dead_elastic else 'does not stretch'}"
     return f"a constant {quantity(line.dead_length, 'm')} that does not stretch" if line.dead_length else "not modelled"
+
+
+def _spring(line: Line) -> str:
+    return "none" if line.spring is None else f"give by {1e6 / line.spring:.4g} mm per kN"
 
 
 def _free_spans(line: Line) -> str:

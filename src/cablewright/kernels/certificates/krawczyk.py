@@ -12,7 +12,7 @@ and the platform. The rounding of floating-point sums with Y is bounded by GAMMA
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import GAMMA, ROUNDING
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, residual_of_all
-from cablewright.kernels.layout import BETA, GUIDE, MOUNT, UNKNOWNS
+from cablewright.kernels.layout import BETA, END_SPRING, GUIDE, MOUNT, UNKNOWNS
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.equilibrium import is_slack
 
@@ -37,7 +37,7 @@ def certify(packed, lengths, pose, states, tolerance, work):
     for i in range(packed.lines.shape[0]):
         if packed.lines[i, GUIDE] > 0.0:
             return OUT_OF_PLANE
-        if packed.lines[i, MOUNT] > 0.0:
+        if packed.lines[i, MOUNT] > 0.0 or packed.lines[i, END_SPRING] > 0.0:
             return SOFT
         if is_slack(packed.lines[i], states[i]):
             return SLACK

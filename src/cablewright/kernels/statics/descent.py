@@ -14,6 +14,7 @@ from cablewright.kernels.layout import (
     DEAD_COMPLIANCE,
     DEAD_LENGTH,
     DEAD_SPAN,
+    END_SPRING,
     EXIT_X,
     FREE,
     FREE_COMPLIANCE,
@@ -135,7 +136,7 @@ def _add_spring(row, length, arm, plane, wrench, stiffness):
     distance = sqrt(x * x + z * z)
     if distance <= length or distance == 0.0:
         return
-    rate = 1.0 / (max(length, 0.1) * row[FREE_COMPLIANCE])
+    rate = 1.0 / (max(length, 0.1) * row[FREE_COMPLIANCE] + row[END_SPRING] / row[SPANS])
     tension = rate * (distance - length)
     c, s = x / distance, z / distance
     across = tension / distance
@@ -170,7 +171,7 @@ def _massless(row, x, z, length, y, block, rhs):
     compliance = (
         row[SPANS] * y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
     )
-    tension = excess / compliance
+    tension = excess / (compliance + row[END_SPRING])
     straight(row, x, z, tension, y)
     unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
     return 1 if settle(row, x, z, length, y, block, rhs) else -1

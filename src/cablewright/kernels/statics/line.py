@@ -14,6 +14,7 @@ from cablewright.kernels.layout import (
     CONTACT,
     DEAD,
     DEAD_COMPLIANCE,
+    END_SPRING,
     FREE,
     FREE_COMPLIANCE,
     GUIDE,
@@ -73,9 +74,10 @@ def system(row, y, x, z, length, jacobian, residual):
     jacobian[1, FREE] = zl
     taken = 1.0 / (1.0 + t * row[ARC_COMPLIANCE])
     arc = radius * wrap(row, y) * taken
-    residual[2] = row[SPANS] * y[FREE] + y[DEAD] + arc + constant_length(row) - length
+    spring = t * row[END_SPRING]
+    residual[2] = row[SPANS] * y[FREE] + y[DEAD] + arc + constant_length(row) - spring - length
     jacobian[2, PHI] = -turn * taken
-    jacobian[2, TAU] = -arc * taken * t * row[ARC_COMPLIANCE]
+    jacobian[2, TAU] = -arc * taken * t * row[ARC_COMPLIANCE] - spring
     jacobian[2, FREE] = row[SPANS]
     if unknowns > 3:
         cp, sp = cos(y[PSI]), sin(y[PSI])
@@ -219,9 +221,10 @@ def _span_extremes(h, v, carried, dh, dv, dcarried):
 @jit
 def length_of(row, y):
     """Unstrained length from the winch exit to the platform point, m."""
-    taken = 1.0 + exp(y[TAU]) * row[ARC_COMPLIANCE]
+    t = exp(y[TAU])
     contact = y[CONTACT] if row[GUIDE] > 0.0 else row[RADIUS] * wrap(row, y)
-    return row[SPANS] * y[FREE] + y[DEAD] + contact / taken + constant_length(row)
+    spans = row[SPANS] * y[FREE] + y[DEAD] + contact / (1.0 + t * row[ARC_COMPLIANCE])
+    return spans + constant_length(row) - t * row[END_SPRING]
 
 
 @jit
@@ -271,13 +274,13 @@ def guess(row, x, z, length, tension, y):
 @jit
 def shape_span(row, chord, free, tension, y):
     """Set *y* close to a span of unstrained length *free* over a *chord* (m) in the direction y[PHI]."""
-    weight, compliance = row[WEIGHT], row[FREE_COMPLIANCE]
+    weight, compliance, soft = row[WEIGHT], row[FREE_COMPLIANCE], row[END_SPRING] / row[SPANS]
     reach = chord * cos(y[PHI])
     sag = weight * weight * reach * reach * chord / 24.0
-    t = max(weight * chord, 1e-3 * tension, (chord - free) / (free * compliance))
+    t = max(weight * chord, 1e-3 * tension, (chord - free) / (free * compliance + soft))
     for _ in range(40):
-        excess = free * (1.0 + compliance * t) - sag / (t * t) - chord
-        step = excess / (free * compliance * t + 2.0 * sag / (t * t))
+        excess = free * (1.0 + compliance * t) + soft * t - sag / (t * t) - chord
+        step = excess / ((free * compliance + soft) * t + 2.0 * sag / (t * t))
         t *= exp(-min(max(step, -1.5), 1.5))
         if abs(step) < 1e-3:
             break
@@ -288,7 +291,7 @@ def shape_span(row, chord, free, tension, y):
     y[TAU] = log(sqrt(h * h + v * v))
     c, s = cos(y[PHI]), sin(y[PHI])
     y[PHI] -= atan2(s * h - c * v, c * h + s * v)
-    y[FREE] = free
+    y[FREE] = free + soft * t
 
 
 @jit

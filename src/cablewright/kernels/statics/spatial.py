@@ -25,6 +25,7 @@ from cablewright.kernels.layout import (
     DEAD_COMPLIANCE,
     END_AXIS_X,
     END_RADIUS,
+    END_SPRING,
     EXIT_X,
     FREE,
     FREE_COMPLIANCE,
@@ -203,13 +204,14 @@ def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
     t, n = exp(y[TAU]), pose.shape[0]
     taken = 1.0 / (1.0 + t * row[ARC_COMPLIANCE])
     _, by_tension, per_metre = dead_length(row, record[FRAME + SPAN], t)
-    by_tension -= y[CONTACT] * taken * taken * row[ARC_COMPLIANCE]
+    by_tension -= y[CONTACT] * taken * taken * row[ARC_COMPLIANCE] + row[END_SPRING]
     for j in range(3):
         arcs = record[FRAME + ARC_BY_FORCE + j] + record[PLATFORM + ARC_BY_FORCE + j]
         spans = per_metre * record[FRAME + SPAN_BY_FORCE + j]
         block[3, j] = t * (arcs * taken + spans) + record[FORCE + j] * by_tension
     block[3, 3] = row[SPANS] + record[PLATFORM + ARC_BY_FORCE + 2] * row[WEIGHT] * taken
-    rhs[3, RESIDUAL] = row[SPANS] * y[FREE] + y[DEAD] + y[CONTACT] * taken + constant_length(row) - length
+    spans = row[SPANS] * y[FREE] + y[DEAD] + y[CONTACT] * taken
+    rhs[3, RESIDUAL] = spans + constant_length(row) - t * row[END_SPRING] - length
     for i in range(3):
         rhs[i, RESIDUAL] = record[GAP + i]
     by_pose(n, record, taken, rhs)

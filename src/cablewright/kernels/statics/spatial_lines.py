@@ -11,6 +11,7 @@ from cablewright.kernels.layout import (
     CONTACT,
     DEAD,
     DEAD_COMPLIANCE,
+    END_SPRING,
     FREE,
     FREE_COMPLIANCE,
     PULLS,
@@ -116,7 +117,7 @@ def add_settled(row, length, pose, y, i, tension, work, spatial):
         if excess <= 0.0:
             return True
         compliance = row[SPANS] * y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE]
-        compliance += y[CONTACT] * row[ARC_COMPLIANCE]
+        compliance += y[CONTACT] * row[ARC_COMPLIANCE] + row[END_SPRING]
         y[TAU] = log(excess / compliance)
         unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
         solved = settle_spatial(row, y, pose, arm, turned, length, record, block, rhs)

@@ -185,7 +185,7 @@ def warm(keeper: LengthKeeper, place: Array) -> None:
         dead_reckoning.step(reckoning, begun, SensorFrame(0.01 * (k + 1), (Encoders(0.01 * (k + 1), counts),)))
     check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), place)
     try:
-        gives = any(line.mount_gives for line in reckoning.model.robot.lines)
+        gives = any(line.gives_by for line in reckoning.model.robot.lines)
         Tracker(reckoning.model, lengths, TrackerSettings(certify=not gives)).step(lengths)
     except AnswerError:
         return  # said when it is asked for
