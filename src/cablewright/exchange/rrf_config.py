@@ -144,7 +144,7 @@ def rrf_config(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | N
     notes = Notes()
     for sentence in lost_keys(keys_given(robot), carried):
         notes.add(sentence)
-    notes.add("lines.cable: weight and sag; of all lines the least stiffness is written")
+    notes.add("lines.cable: weight, sag and creep; of all lines the least stiffness is written")
     names, lines = LETTERS[: robot.m], robot.lines
     anchors = " ".join(f"{n}{':'.join(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
     origin = [math.dist((0.0, 0.0, 0.0), line.exit_point) * line.advantage for line in lines]
