@@ -88,7 +88,7 @@ def no_column(name: str, cells: Sequence[str], place: str, quantity: Dimension, 
 def units_wanted(name: str, quantity: Dimension) -> str:
     """Return a sentence about the unit after a column's name."""
     units = list(quantity.units)
-    return f"a unit may follow, as in '{name} ({units[-1] if len(units) < 2 else units[1]})', one of {', '.join(units)}"
+    return f"a unit may follow, as in '{name} ({units[:2][-1]})', one of {', '.join(units)}"
 
 
 def read_number(cell: str, place: str) -> float:

@@ -204,7 +204,7 @@ class Homing:
         Where springs or mounts of exits give there is no proof, and a note says so.
         """
         own = self.settings
-        gives = any(line.gives_by for line in own.model.robot.lines)
+        gives = own.model.robot.ends_give
         if gives:
             self.notes.append("not proved to be the only equilibrium there: springs or mounts of exits give")
         try:

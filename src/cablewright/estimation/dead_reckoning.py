@@ -18,7 +18,6 @@ from cablewright.errors import AnswerError, InputError, Status
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.models.coil import Coil
 from cablewright.models.creep import CreepMemory, memory_of
-from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
 from cablewright.solvers.continuation import Tracker, TrackerSettings
@@ -74,11 +73,8 @@ class ReckoningState:
 def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
     """Return the state with the platform at *place* (3,), m, all lines taut. Raises `AnswerError` if it cannot be."""
     held = solve_inverse(settings.model, place).checked()
-    outs = zip(settings.coils, held.lengths.tolist(), strict=True)
-    wound = [coil.angle(settings.total_length - out) for coil, out in outs]
-    tracker = Tracker(settings.model, held.lengths, TrackerSettings(certify=False))
-    monitor = FaultMonitor({"encoders": settings.timeout})
-    return ReckoningState(tracker, held.lengths.copy(), np.array(wound), monitor, creep=_creep_of(settings))
+    creep = memory_of([line.cable.creep for line in settings.model.robot.lines])
+    return _begin(settings, held.lengths, None, creep)
 
 
 def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64]) -> ReckoningState:
@@ -86,15 +82,17 @@ def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int
 
     What cables have crept before is not known, so that none of their creep counts.
     """
+    return _begin(settings, lengths, counts.copy(), None)
+
+
+def _begin(
+    settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64] | None, creep: CreepMemory | None
+) -> ReckoningState:
     outs = zip(settings.coils, lengths.tolist(), strict=True)
     wound = [coil.angle(settings.total_length - out) for coil, out in outs]
     tracker = Tracker(settings.model, lengths, TrackerSettings(certify=False))
     monitor = FaultMonitor({"encoders": settings.timeout})
-    return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts.copy())
-
-
-def _creep_of(settings: ReckoningSettings) -> CreepMemory | None:
-    return memory_of([line.cable.creep for line in settings.model.robot.lines])
+    return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts, creep)
 
 
 def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> ReckoningState:
@@ -132,13 +130,13 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         state.monitor.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
         dt = math.inf
     state.time = frame.time
-    before, loads = state.tracker.pose, _tensions(state)
+    before, loads = state.tracker.pose, None if state.creep is None else state.tracker.tensions
     for reading in state.monitor.accepted(frame.of(Encoders), frame.time):
         _update_lengths(settings, state, reading)
     paid = state.start_lengths if state.lengths is None else state.lengths
     status = state.tracker.step(paid)
-    if state.creep is not None and math.isfinite(dt):
-        state.creep.advance(loads, _tensions(state), dt)
+    if state.creep is not None and loads is not None and math.isfinite(dt):
+        state.creep.advance(loads, state.tracker.tensions, dt)
     if status is Status.OK:
         state.monitor.clear("encoders", "lost")
     else:
@@ -150,11 +148,6 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         state.velocity = state.velocity + share * ((state.tracker.pose - before) / dt - state.velocity)
     state.monitor.check_timeouts(frame.time)
     return _estimate(settings, state, paid, status)
-
-
-def _tensions(state: ReckoningState) -> Array:
-    """Tensions (m,), N, of the last equilibrium."""
-    return np.asarray(LineStates(state.tracker.states).tension)
 
 
 def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:

@@ -135,6 +135,11 @@ class Robot(FileDescription):
             if not line.in_plane:
                 raise InputError(f"{by}: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
 
+    @property
+    def ends_give(self) -> bool:
+        """Whether any line has a spring, or an exit point whose mount gives, which no proof covers."""
+        return any(line.gives_by for line in self.lines)
+
     def require_stiff_ends(self, by: str) -> None:
         """Raise `InputError` for a spring, or an exit point whose mount gives, which is not covered *by* something."""
         for line in self.lines:

@@ -15,6 +15,7 @@ from cablewright.kernels.certificates.system_enclosure import certificate_pool, 
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.statics import forward as kernel
 from cablewright.kernels.statics.equilibrium import workspace
+from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.forward import solve_forward
@@ -112,6 +113,11 @@ class Tracker:
     def packed(self) -> Packed:
         """The arrays of the robot as it is tracked."""
         return self._packed
+
+    @property
+    def tensions(self) -> Array:
+        """(m,) at the sheaves, N, of the last equilibrium."""
+        return np.asarray(LineStates(self.states).tension)
 
     @property
     def solved(self) -> Equilibrium:

@@ -20,7 +20,6 @@ from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.snapshot import Archive
-from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
@@ -110,7 +109,7 @@ class DeadReckoning(_SteppedEstimator):
             archive.array("creep", creep.stretched)
             self._state.start_strain = creep.strain if archive.loading else self._state.start_strain
 
-    def place_known(self, place: Array) -> None:
+    def place_measured(self, place: Array) -> None:
         """Begin anew with the standing platform at *place* (3,), m. Raises `AnswerError` where it cannot be."""
         self._state = dead_reckoning.placed(self._settings, self._state, place)
 
@@ -139,7 +138,7 @@ class _WithTensions:
 
 
 def _tensions(tracker: Tracker | None) -> Array | None:
-    return None if tracker is None else np.asarray(LineStates(tracker.states).tension)
+    return None if tracker is None else tracker.tensions
 
 
 def _with_radii(settings: Any, radii: Array) -> Any:

@@ -15,9 +15,9 @@ from cablewright.calibration.tensile.modulus import require_cable
 from cablewright.calibration.tensile.recording import TensileTest, read_test
 from cablewright.errors import InputError
 from cablewright.models.creep import LOG_BEGIN, RETARDATIONS, histories
+from cablewright.robot.cable import MAX_RETARDATIONS
 
 MAX_SAMPLES: Final = 100_000
-MAX_RETARDATIONS: Final = 4
 _LOADED: Final = 0.5  # of the largest change of force, from which on a specimen counts as under load
 _PER_RETARDATION: Final = 3.0  # samples in a retardation time, at the beginning of the load
 _DECADES: Final = 100.0  # times the start, for which logarithmic creep must be seen

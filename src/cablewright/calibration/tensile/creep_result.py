@@ -10,7 +10,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.tensile.recording import TensileTest
-from cablewright.models.creep import HOUR, histories, log_response, voigt_response
+from cablewright.models.creep import HOUR, log_response, voigt_response
 from cablewright.results import Figure, Pictured
 
 _TIMES: Final = (60.0, 600.0, HOUR, 10.0 * HOUR, 24.0 * HOUR, 240.0 * HOUR)  # s, of the table as far as the test lasts
@@ -137,7 +137,9 @@ class CreepResult(Pictured):
         return f'[[parameters]]\nname = "creep_compliance"\nrange = [0.0, {max(size, 0.0) + _COVERAGE * sigma:.2g}]'
 
     def crept(self) -> Array:
-        """Return the strain (k,) by creep at the samples, by the law found."""
-        assert self.test.time is not None  # checked by `creep`
-        times, loads = self.test.time - self.test.time[0], self.test.force - self.test.force[0]
-        return np.asarray(histories(times, loads, self.retardations) @ self.compliances)
+        """Return the strain (k,) by creep at the samples, by the law found: what all else leaves of the elongation."""
+        strain = self.test.elongation / self.initial_length - self.offset - self.residuals
+        strain = strain - self.elastic * (self.test.force - self.test.force[0])
+        if self.expansion is not None and self.test.temperature is not None:
+            strain = strain - self.expansion * (self.test.temperature - self.test.temperature[0])
+        return np.asarray(strain)

@@ -14,7 +14,7 @@ from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.unknowns import Layout, prior
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.kernels.layout import Packed
-from cablewright.models.packed_views import LineStates, PlatformNumbers
+from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.statics import Model
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
@@ -99,7 +99,7 @@ class BodyState:
     @property
     def tensions(self) -> Array:
         """Tensions (m,), N, at the sheaves."""
-        return np.asarray(LineStates(self.tracker.states).tension)
+        return self.tracker.tensions
 
 
 def start(settings: BodySettings, pose: Array, retraction: float = math.nan, lengths: Array | None = None) -> BodyState:

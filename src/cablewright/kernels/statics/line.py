@@ -110,9 +110,16 @@ def given_way(row, y):
     """
     if row[MOUNT] == 0.0:
         return 0.0, 0.0
-    soft = row[MOUNT] * row[PULLS] * exp(y[TAU])
+    along, up = force_on_mount(row, y)
+    return row[MOUNT] * along, row[MOUNT] * up
+
+
+@jit
+def force_on_mount(row, y):
+    """Force on the exit point of a line in its plane: along, of the free span; up, of the dead span too, N."""
+    pull = row[PULLS] * exp(y[TAU])
     dead = sin(y[PSI]) / row[SPANS] if row[UNKNOWNS] > 3.0 else 0.0
-    return soft * cos(y[PHI]), soft * (sin(y[PHI]) + dead)
+    return pull * cos(y[PHI]), pull * (sin(y[PHI]) + dead)
 
 
 @jit

@@ -22,13 +22,11 @@ from cablewright.kernels.layout import (
     PARAMETERS,
     PHI,
     POINT,
-    PSI,
     PULLS,
     RADIUS,
     SHEAVE,
     SPANS,
     TAU,
-    UNKNOWNS,
     WEIGHT,
     WEIGHT_FACTOR,
 )
@@ -46,6 +44,7 @@ from cablewright.kernels.statics.guides import (
     SPAN_BY_RADIUS,
     towards_winch,
 )
+from cablewright.kernels.statics.line import force_on_mount
 from cablewright.kernels.statics.spatial import (
     ARM,
     END_FORCE,
@@ -99,15 +98,12 @@ def mount_rows(lines, states, planes, forces, dead):
     for j in range(states.shape[0]):
         for i in range(states.shape[1]):
             row, y = lines[j if lines.shape[0] > 1 else 0, i], states[j, i]
-            t, c = exp(y[TAU]), cos(y[PHI])
             if row[GUIDE] == 0.0:
-                up = sin(y[PHI]) + (sin(y[PSI]) / row[SPANS] if row[UNKNOWNS] > 3.0 else 0.0)
-                forces[j, i, 0] = row[PULLS] * t * c * planes[j, i, 0]
-                forces[j, i, 1] = row[PULLS] * t * c * planes[j, i, 1]
-                forces[j, i, 2] = row[PULLS] * t * up
+                along, forces[j, i, 2] = force_on_mount(row, y)
+                forces[j, i, 0], forces[j, i, 1] = along * planes[j, i, 0], along * planes[j, i, 1]
                 dead[j, i, :] = 0.0
                 continue
-            towards = towards_winch(row)
+            t, c, towards = exp(y[TAU]), cos(y[PHI]), towards_winch(row)
             free = (c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI]))
             strain = row[DEAD_COMPLIANCE] * (t + row[WEIGHT] * row[MEAN_RISE] * y[DEAD])
             for k in range(3):

@@ -104,8 +104,7 @@ class QuasiStaticPlant:
         self._pose = rig.pose
         self._whole = np.arange(rig.robot.m)
         self._fit()
-        proved = rig.robot.n == 6 and not any(line.gives_by for line in rig.robot.lines)
-        tolerance = _TOLERANCE if proved else 0.0
+        tolerance = _TOLERANCE if rig.robot.n == 6 and not rig.robot.ends_give else 0.0
         self._bounds = (TrackerSettings().jump, TrackerSettings().fold, tolerance)
 
     def _fit(self) -> None:

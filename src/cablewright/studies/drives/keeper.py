@@ -19,7 +19,6 @@ from cablewright.estimation.dead_reckoning import ReckoningState
 from cablewright.file_output import write_whole
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import Remembering
-from cablewright.models.packed_views import LineStates
 from cablewright.robot import Robot
 from cablewright.signals import Drives, DriveState, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.studies.estimators import reckoning_of
@@ -169,7 +168,7 @@ class KeptEstimator:
     def tensions(self) -> Array | None:
         """As `Estimator`."""
         state = self._keeper.found
-        return None if state is None else np.asarray(LineStates(state.tracker.states).tension)
+        return None if state is None else state.tracker.tensions
 
 
 def warm(keeper: LengthKeeper, place: Array) -> None:
@@ -185,7 +184,6 @@ def warm(keeper: LengthKeeper, place: Array) -> None:
         dead_reckoning.step(reckoning, begun, SensorFrame(0.01 * (k + 1), (Encoders(0.01 * (k + 1), counts),)))
     check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), place)
     try:
-        gives = any(line.gives_by for line in reckoning.model.robot.lines)
-        Tracker(reckoning.model, lengths, TrackerSettings(certify=not gives)).step(lengths)
+        Tracker(reckoning.model, lengths, TrackerSettings(certify=not reckoning.model.robot.ends_give)).step(lengths)
     except AnswerError:
         return  # said when it is asked for

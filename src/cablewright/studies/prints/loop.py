@@ -182,7 +182,7 @@ class Printer:
         """Tell the estimator where the standing platform is, (3,) m. Raises `InputError` if it takes no place."""
         if not isinstance(self.estimator, DeadReckoning):
             raise InputError("a measured place is for the estimator of encoders alone")
-        self.estimator.place_known(place)
+        self.estimator.place_measured(place)
 
     def step(self, orders: tuple[Order, ...] = ()) -> Step:
         """Run one period of the machine and compute the next command."""

@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.creep import (
     RETARDATIONS,
     CreepMemory,
@@ -41,7 +40,3 @@ class CableCreep(CreepMemory):
         """*compliances* (m,): creep after an hour per load, 1/N; none has crept yet."""
         times, sizes = elements()
         super().__init__(times, np.multiply.outer(compliances, sizes))
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the strains."""
-        archive.array("creep", self.stretched)

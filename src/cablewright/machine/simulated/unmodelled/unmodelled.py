@@ -41,8 +41,9 @@ class Unmodelled:
         uneven = 1.0 + cable.creep_spread * drawn(seed, CREEP).uniform(-1.0, 1.0, robot.m)
         elastic = LineNumbers(packed.lines).free_compliance
         compliance, gears, wind = simulation.exits.matrices(names), simulation.gears, simulation.wind
-        self.described = memory_of([line.cable.creep for line in robot.lines])
-        self.creep = CableCreep(cable.creep * uneven / reference) if cable.creep else None
+        unknown = CableCreep(cable.creep * uneven / reference) if cable.creep else None
+        creeps = {"creep": unknown, "described_creep": memory_of([line.cable.creep for line in robot.lines])}
+        self.creeps = {name: each for name, each in creeps.items() if each is not None}
         self.hysteresis = (
             CableHysteresis(cable.hysteresis, reference, tensions, elastic.copy()) if cable.hysteresis else None
         )
@@ -60,18 +61,14 @@ class Unmodelled:
     @property
     def strain(self) -> Array | float:
         """Strain (m,) of cables besides elasticity and heat: creep as described and not, and hysteresis."""
-        creep = 0.0 if self.creep is None else self.creep.strain
-        if self.described is not None:
-            creep = creep + self.described.strain
+        creep = sum(each.strain for each in self.creeps.values())
         return creep if self.hysteresis is None else creep + self.hysteresis.strain
 
     def advance(self, packed: Packed, states: Array, planes: Array, winches: Winches, period: float) -> None:
         """Advance by the *period*, s, that has passed since the last call; *packed* and *winches* change in place."""
         loads = LineStates(states).tension
-        if self.creep is not None:
-            self.creep.advance(self._loads, loads, period)
-        if self.described is not None:
-            self.described.advance(self._loads, loads, period)
+        for each in self.creeps.values():
+            each.advance(self._loads, loads, period)
         if self.hysteresis is not None:
             self.hysteresis.follow(loads)
         self._loads = loads
@@ -94,9 +91,9 @@ class Unmodelled:
     def archive_state(self, archive: Archive, packed: Packed) -> None:
         """Save or load the state, and of *packed* the lines whose exits give."""
         archive.array("loads", self._loads)
-        if self.described is not None:
-            archive.array("described_creep", self.described.stretched)
-        for part in (self.creep, self.hysteresis, self.sheaves, self.gears, self.wind):
+        for name, each in self.creeps.items():
+            archive.array(name, each.stretched)
+        for part in (self.hysteresis, self.sheaves, self.gears, self.wind):
             if part is not None:
                 part.archive_state(archive)
         if self.exits is not None:
