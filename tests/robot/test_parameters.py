@@ -70,6 +70,8 @@ def has(robot: Robot, kind: str) -> bool:
         return not any(isinstance(line.sheave, Eyelet) for line in robot.lines)
     if kind == "drum_radius":
         return all(line.winch.drum_radius is not None for line in robot.lines)
+    if kind == "counterweight":
+        return all(line.counterweight is not None for line in robot.lines)
     return robot.n == 6 or not kind.startswith(("platform_point", "centre_of_mass", "moment", "tilt", "yaw"))
 
 
@@ -86,6 +88,7 @@ def test_the_kinds_are_listed_in_order_and_cannot_be_changed() -> None:
             "length_scale",
             "drum_radius",
             "build_up",
+            "counterweight",
             "creep_compliance",
             "exit_compliance",
         ),
@@ -116,6 +119,7 @@ def test_a_kind_says_what_it_is(name: str) -> None:
         "exit_compliance": "m/N",
         "temperature": "K",
         "mass": "kg",
+        "counterweight": "kg",
         "force": "N",
         "moment": "N m",
     }
@@ -240,7 +244,7 @@ def test_labels_tell_the_parameters_of_a_robot_apart() -> None:
 
 
 def test_what_is_physical() -> None:
-    bounded = ("modulus", "sheave_radius", "linear_density", "length_scale", "drum_radius", "mass", "tension_scale")
+    bounded = {kind for kind in KINDS if kind.endswith(("_scale", "_radius", "_density", "mass", "weight", "modulus"))}
     for name, kind in KINDS.items():
         assert kind.allows(1e-9)
         assert kind.allows(0.0) == (name not in bounded)

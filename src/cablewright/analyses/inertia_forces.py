@@ -1,7 +1,7 @@
 """What the forces of acceleration do: tensions and displacement while lengths are those that hold the platform at rest.
 
-To first order: the platform gives way to the force as a spring does, and the lines take it up. Cables, sheaves and
-winches are massless here, and nothing swings.
+To first order: the platform gives way to the force as a spring does, and the lines take it up. Counterweights move
+with their cables as if these did not stretch. Cables, sheaves and winches are massless here, and nothing swings.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.models.inertia import counterweight_root
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
+from cablewright.models.stiffness import stiffness
 from cablewright.robot import RigidPlatform
 from cablewright.solvers.linearise import Linearisation, tension_changes
 from cablewright.solvers.parameters import at_nozzle
@@ -38,8 +40,7 @@ def inertia_effects(held: Equilibrium, linear: Linearisation, accelerations: Arr
     if len(moving) == 0:
         return found
     there = held[moving]
-    motion = linear[moving].motion_under(_wrenches(there, accelerations[moving]))
-    changes = tension_changes(there).following(motion)
+    motion, changes = _effects(there, linear[moving], accelerations[moving])
     found.tension_drop[moving] = np.minimum(changes.min(axis=2), 0.0)
     found.tension_rise[moving] = np.maximum(changes.max(axis=2), 0.0)
     found.displacement[moving] = np.linalg.norm(at_nozzle(there, motion), axis=1).max(axis=1)
@@ -49,8 +50,23 @@ def inertia_effects(held: Equilibrium, linear: Linearisation, accelerations: Arr
 def tensions_by_acceleration(held: Equilibrium, linear: Linearisation) -> Array:
     """Return by how much tensions (N, m) change with an acceleration in the worst direction, N per m/s^2."""
     unit = np.broadcast_to(np.eye(3), (len(linear.stiffness), 3, 3))
-    changes = tension_changes(held).following(linear.motion_under(_wrenches(held, unit)))
-    return np.asarray(np.linalg.norm(changes, axis=2))
+    return np.asarray(np.linalg.norm(_effects(held, linear, unit)[1], axis=2))
+
+
+def _effects(held: Equilibrium, linear: Linearisation, accelerations: Array) -> tuple[Array, Array]:
+    """Return the motion (N, n, a) of the platform and the changes of tensions (N, m, a), N, by *accelerations*."""
+    robot, wrenches = held.model.robot, _wrenches(held, accelerations)
+    hung = [i for i, line in enumerate(robot.lines) if line.counterweight is not None]
+    if not hung:
+        motion = linear.motion_under(wrenches)
+        return motion, tension_changes(held).following(motion)
+    root = counterweight_root(robot, stiffness(held))  # (N, c, n)
+    rising = root[..., :3] @ np.swapaxes(accelerations, 1, 2)  # (N, c, a), times the root of the mass
+    motion = linear.motion_under(wrenches - np.swapaxes(root, 1, 2) @ rising)
+    changes = tension_changes(held).following(motion)
+    masses, cables = np.array([[robot.lines[i].counterweight, robot.lines[i].cables] for i in hung], np.float64).T
+    changes[:, hung] += (np.sqrt(masses) / cables)[:, None] * rising
+    return motion, changes
 
 
 def _wrenches(held: Equilibrium, accelerations: Array) -> Array:

@@ -14,7 +14,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.models.equilibrium_figures import FIGURES as EQUILIBRIUM
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.inertia import mass_root
+from cablewright.models.inertia import counterweight_root, mass_root
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import Stiffness, stiffness
 from cablewright.results import Figure, Pictured
@@ -50,8 +50,8 @@ class Modes(Pictured):
     `frequencies` (n,): Hz, ascending. A negative one is of an unstable direction: the platform leaves the equilibrium
     as exp(2 pi |f| t). `shapes` (n, n): each column is a motion of the platform's origin and a rotation, world frame,
     of unit modal mass: column^T M column = 1. `participation` (n, n): each column has the shares of a mode's kinetic
-    energy by freedom (see `FREEDOMS`), at the centre of mass; it sums to 1. The energy of products of inertia is
-    divided by the symmetric root of the inertia tensor.
+    energy by freedom (see `FREEDOMS`), at the centre of mass; it sums to 1, with counterweights to 1 less their share.
+    The energy of products of inertia is divided by the symmetric root of the inertia tensor.
 
     The stiffness is symmetrised, which changes no frequency to first order. `asymmetry` () is the largest entry of its
     skew part between any two modes, relative to their mean eigenvalue: 0 unless an external moment or the papers' rigid
@@ -188,13 +188,16 @@ def modes(
 
 def _modes(equilibrium: Equilibrium, geometric: bool) -> Modes:
     """Modes of one equilibrium, or of each of a batch."""
-    root = mass_root(equilibrium.model.robot, equilibrium.pose)
+    robot, n = equilibrium.model.robot, equilibrium.model.n
     parts = stiffness(equilibrium[None] if equilibrium.single else equilibrium)
     parts = parts[0] if equilibrium.single else parts
+    root = np.concatenate([mass_root(robot, equilibrium.pose), counterweight_root(robot, parts)], axis=-2)
     whole = parts.total if geometric else parts.elastic
     good = np.asarray(np.isfinite(whole).all(axis=(-2, -1)))
-    root = np.where(good[..., None, None], root, np.eye(root.shape[-1]))
+    root = np.where(good[..., None, None], root, np.eye(*root.shape[-2:]))
     free = equilibrium.model.free_directions
+    if free is None and root.shape[-2] > n:
+        free = np.eye(n)
     if free is None:
         back = np.linalg.inv(root)
     else:  # motions of unit energy that are orthogonal in their energy, (..., n, freedoms)
@@ -211,7 +214,7 @@ def _modes(equilibrium: Equilibrium, geometric: bool) -> Modes:
     arrays = (
         np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi),
         back @ vectors,
-        vectors * vectors,
+        (vectors * vectors)[..., :n, :],
         skew,
     )
     return Modes(equilibrium, parts, geometric, *(_only(good, array) for array in arrays))

@@ -179,6 +179,7 @@ def require_covered(robot: Robot, elastic: bool) -> None:
 
     Straight lines cover all whose length changes beyond the exit point only.
     """
+    robot.require_winches("calibration")
     for line in robot.lines:
         if line.gives_by:
             why = "; it can be an unknown of a robot file without it" if line.mount_gives else ""

@@ -51,6 +51,7 @@ def require_anchors(robot: Robot, what: str, most: int) -> None:
     if not isinstance(robot.platform, PointPlatform) or robot.platform.plane is not None:
         kind = "a plane" if robot.platform.plane is not None else "a body that rotates"
         raise InputError(f"robot {robot.name!r} has {kind}; {what} has a point alone")
+    robot.require_winches(what)
     for line in robot.lines:
         if not isinstance(line.sheave, Eyelet) or any(line.platform_point) or line.platform_sheave is not None:
             raise InputError(f"line {line.name!r} is not straight from an eyelet to the point; {what} has no other")

@@ -92,7 +92,8 @@ def firmware(
 
 
 def _require_lines(name: str, robot: Robot) -> None:
-    """Raise `InputError` for too many lines, before the path is solved."""
+    """Raise `InputError` for too many lines, and for one without a winch, before the path is solved."""
+    robot.require_winches(name)
     if name == "klipper":
         letters_of(robot)
     elif name == "linuxcnc":

@@ -12,6 +12,7 @@ from cablewright.kernels.certificates.system_enclosure import certificate_pool, 
 from cablewright.kernels.layout import CHUNK, NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, STATE, robot_of
 from cablewright.kernels.newton import copy, copy_rows, largest
 from cablewright.kernels.rotation import between, compose, matrix
+from cablewright.kernels.statics.counterweight import read_lengths
 from cablewright.kernels.statics.equilibrium import draw_straight, evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.statics.inverse import solve_inverse
@@ -93,6 +94,13 @@ def inverse_rows(packed, poses, states, lengths, codes, violations, chain, first
         if known and codes[j] != OK:
             codes[j], violations[j] = solve_inverse(own, poses[j], states[j], work, False)
         lengths_of(own, states[j], lengths[j])
+
+
+@jit(allocates=True)
+def read_length_rows(packed, states, lengths):
+    """Write to lengths (N, m), m, those of lines with a counterweight, which follow from states (N, m, 6)."""
+    for j in range(lengths.shape[0]):
+        read_lengths(robot_of(packed, j), states[j], lengths[j])
 
 
 @jit(allocates=True)

@@ -59,7 +59,8 @@ END_RADIUS = 36  # sheave on the platform; 0 where the line ends at its platform
 END_AXIS_X, END_AXIS_Y, END_AXIS_Z = 37, 38, 39  # axis through the platform point that it turns about, platform frame
 MOUNT = 40  # 40..45: compliance of the exit mount (m/N, world): xx, yy, zz, xy, xz, yz; of an UPRIGHT line xx = yy = zz
 END_SPRING = 46  # m/N: by how much a spring at the winch end stretches per tension of one cable
-COLUMNS = 47
+COUNTERWEIGHT = 47  # tension of one cable at the winch end that a counterweight holds, N; 0 for a winch
+COLUMNS = 48
 
 # Values of GUIDE: a swivel may have its winch ASIDE of its axis. ARRIVAL is then, and of an eyelet, the vector (m) from
 # the exit point to where the cable comes from, and of a pulley the unit vector from its centre to where it meets it.

@@ -7,6 +7,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.rotation import matrices
+from cablewright.models.stiffness import Stiffness, along_chords
 from cablewright.robot import RigidPlatform, Robot
 
 
@@ -14,7 +15,7 @@ def mass_matrix(robot: Robot, poses: Array) -> Array:
     """Return the mass matrix M (..., n, n) of the platform at *poses* (..., n): kg, kg m and kg m^2 by blocks.
 
     With v the velocity of the platform's origin and the angular velocity, world, v^T M v / 2 is the kinetic energy.
-    Cables, sheaves and winches are massless here. Raises `InputError` for a body of unknown inertia.
+    Cables, sheaves, winches and counterweights are massless here. Raises `InputError` for a body of unknown inertia.
     """
     root = mass_root(robot, poses)
     return np.asarray(np.swapaxes(root, -1, -2) @ root)
@@ -37,6 +38,18 @@ def mass_root(robot: Robot, poses: Array) -> Array:
         root[..., :3, 3:] = np.sqrt(platform.mass) * cross
         root[..., 3:, 3:] = turn @ _inertia_root(robot.name, platform) @ np.swapaxes(turn, -1, -2)
     return root
+
+
+def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
+    """Return R (..., c, n): R^T R is what c counterweights add to the mass matrix; *parts*: of the stiffness there.
+
+    Each rises by the length that its line gains between its ends, as if the cable did not stretch.
+    """
+    hung = [i for i, line in enumerate(robot.lines) if line.counterweight is not None]
+    masses = np.array([robot.lines[i].counterweight for i in hung], dtype=np.float64)
+    spans = np.array([robot.lines[i].advantage for i in hung], dtype=np.float64)
+    directions = along_chords(robot.n, parts.chords[..., hung, :], parts.arms[..., hung, :])
+    return np.asarray((np.sqrt(masses) * spans)[:, None] * directions)
 
 
 def _inertia_root(name: str, platform: RigidPlatform) -> Array:

@@ -30,6 +30,7 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
             own.end_radius = line.platform_sheave.radius
             own.end_axis = unit_vector(line.platform_sheave.axis)
         _pack_cable(own, line, fidelity.cable, robot.scene.gravity)
+        own.counterweight = (line.counterweight or 0.0) * robot.scene.gravity / line.cables
         if line.exit_compliance is not None and fidelity.cable is not CableLaw.RIGID:
             (xx, xy, xz), (_, yy, yz), (_, _, zz) = compliance_matrix(line.exit_compliance)
             own.mount = xx, yy, zz, xy, xz, yz

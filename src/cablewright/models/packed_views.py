@@ -39,7 +39,7 @@ class _Columns:
 
 
 class LineNumbers(_View):
-    """Numbers of lines under one fidelity, (..., 47): `Packed.lines`, that of a batch, or a row of it.
+    """Numbers of lines under one fidelity, (..., 48): `Packed.lines`, that of a batch, or a row of it.
 
     A point is (..., 3), all else (...). What the fidelity leaves out is 0: the weight of a cable, the radius of an
     eyelet, the compliance of a rigid cable.
@@ -82,6 +82,7 @@ class LineNumbers(_View):
     end_radius = _Columns(layout.END_RADIUS, "Radius of its sheave on the platform, m; 0 for none.")
     end_axis = _Columns(slice(layout.END_AXIS_X, layout.END_AXIS_Z + 1), "Axis of that, platform frame, (..., 3).")
     spring = _Columns(layout.END_SPRING, "Stretch of a spring at the winch end per tension of one cable, m/N.")
+    counterweight = _Columns(layout.COUNTERWEIGHT, "Tension of one cable that a counterweight holds, N; 0 for a winch.")
     mount = _Columns(
         slice(layout.MOUNT, layout.MOUNT + 6), "Compliance of its exit's mount: xx, yy, zz, xy, xz, yz, (..., 6), m/N."
     )

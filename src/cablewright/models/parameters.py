@@ -50,6 +50,17 @@ def _mount(old: Array, compliances: Array, _line: Line) -> Array:
     return np.hstack([old[:, :1], np.where(old[:, :1] > 0.0, compliances, 0.0).repeat(3, axis=1)])
 
 
+def _held(line: Line) -> float:
+    """Return the mass (kg) of the line's counterweight."""
+    assert line.counterweight is not None  # checked by `why_not`
+    return line.counterweight
+
+
+def _warmed(line: Line, lengths: Array) -> Array:
+    """Return how much longer *lengths* (N,) paid out get per temperature, m/K: of no line with a counterweight."""
+    return np.asarray(lengths * (0.0 if line.counterweight is not None else line.cable.thermal_expansion or 0.0))
+
+
 def _point(axis: int) -> OfLine:
     """Return the parameter of a platform point along *axis*; a retraction is kept."""
     return OfLine(POINT + axis, (layout.POINT_X + axis,), lambda old, to, line: old + (to - line.platform_point[axis]))
@@ -77,9 +88,15 @@ OF_LINES: Final[Mapping[str, OfLine]] = {
     "length_offset": OfLine(LENGTH, added=True),
     "length_scale": OfLine(LENGTH, per=lambda _, lengths: lengths, factor=lambda _, scales: scales),
     "exit_compliance": OfLine(EXIT, (layout.FREE_COMPLIANCE, *range(layout.MOUNT, layout.MOUNT + 3)), _mount),
+    "counterweight": OfLine(
+        LENGTH,  # of such a line: by its relative mass
+        (layout.COUNTERWEIGHT,),
+        lambda old, masses, line: old * (masses / _held(line)),
+        per=lambda line, lengths: np.full_like(lengths, 1.0 / _held(line)),
+    ),
     "temperature": OfLine(
         LENGTH,
-        per=lambda line, lengths: lengths * (line.cable.thermal_expansion or 0.0),
+        per=_warmed,
         factor=lambda line, warmer: 1.0 + (line.cable.thermal_expansion or 0.0) * warmer,
     ),
 }
@@ -123,6 +140,4 @@ def varied(
 
 def lines_of(robot: Robot, parameter: Parameter) -> list[int]:
     """Return the indices of a parameter's lines."""
-    if parameter.line is None:
-        return list(range(len(robot.lines)))
-    return [i for i, line in enumerate(robot.lines) if parameter.of_line(line.name)]
+    return [i for i, line in enumerate(robot.lines) if parameter.of_line(line.name) and parameter.entry.is_of(line)]

@@ -43,7 +43,8 @@ class Stiffness(Rows):
 
     `elastic` and `geometric` (n, n): restoring wrench per motion of the platform's origin and rotation, world, N/m and
     N m/rad; `elastic` is symmetric and positive semidefinite. What a plane holds has none. `axial` (m,): each line's
-    stiffness along its chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack.
+    stiffness along its chord, N/m. `chords` (m, 3): unit vectors, world; zero where a massless line is slack. `arms`
+    (m, 3): from the platform's origin to where they end, world, m.
     """
 
     SINGLE: ClassVar = ("elastic", 2)
@@ -52,6 +53,7 @@ class Stiffness(Rows):
     geometric: Array
     axial: Array
     chords: Array
+    arms: Array
 
     @property
     def total(self) -> Array:
@@ -84,7 +86,7 @@ def stiffness(equilibrium: Equilibrium) -> Stiffness:
     if single:
         tangent, chords, axial, arms = tangent[0], chords[0], axial[0], arms[0]
     elastic = _elastic_part(equilibrium, chords, axial, arms)
-    return Stiffness(elastic, tangent - elastic, axial, chords)
+    return Stiffness(elastic, tangent - elastic, axial, chords, arms)
 
 
 def balanced(equilibrium: Equilibrium) -> Mask:
@@ -99,11 +101,14 @@ def balanced(equilibrium: Equilibrium) -> Mask:
 
 def _elastic_part(equilibrium: Equilibrium, chords: Array, axial: Array, arms: Array) -> Array:
     """Return the sum of k w w^T (..., n, n) over the lines."""
-    wrenches = chords
-    if equilibrium.model.n == 6:
-        wrenches = np.concatenate([chords, np.cross(arms, chords)], axis=-1)  # (..., m, n)
+    wrenches = along_chords(equilibrium.model.n, chords, arms)
     wrenches = projected(equilibrium.model.free_directions, wrenches)
     return np.asarray(np.einsum("...m,...mi,...mj->...ij", axial, wrenches, wrenches))
+
+
+def along_chords(n: int, chords: Array, arms: Array) -> Array:
+    """Return the wrenches (..., m, n) of unit forces along *chords* (..., m, 3) at *arms* (..., m, 3), m."""
+    return chords if n == 3 else np.concatenate([chords, np.cross(arms, chords)], axis=-1)
 
 
 def as_elastic(equilibrium: Equilibrium) -> Equilibrium:

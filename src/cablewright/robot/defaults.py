@@ -83,6 +83,8 @@ def _merge_line(document: Tables, entry: Any) -> Any:
         return entry
     merged = {**document.get("line", {}), **entry}
     for part in PARTS:
+        if part == "winch" and "counterweight" in merged:
+            continue
         own, default = entry.get(part, {}), document.get(part)
         if default is not None and isinstance(own, dict) and not _replaces(own, default):
             merged[part] = {**default, **own}

@@ -13,7 +13,7 @@ from cablewright.robot.direction import unit_vector
 from cablewright.robot.mount import Compliance, compliance_matrix
 from cablewright.robot.sheave import Eyelet, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
 from cablewright.robot.winch import Winch
-from cablewright.units import Force, Length, NonNegative, Positive, Stiffness, Vec3
+from cablewright.units import Force, Length, Mass, NonNegative, Positive, Stiffness, Vec3
 from cablewright.validation import Description, refusal, require_rising
 
 MAX_LINES = 64
@@ -48,12 +48,16 @@ class Line(Description):
     ``exit_compliance``: m/N, by which the mount of the exit point is displaced per force of the cable on it: that of
     the free span, and of the dead span where it is modelled; else the winch is on the same mount. ``exit_point`` is
     where it is without load. ``spring``: N/m, the rate of one between the winch and all cables of the line.
+
+    ``counterweight``: kg, that hangs on all cables of the line where others have a winch: below ``winch_exit``, or else
+    below the exit point. It gives their tension, and the platform's pose their length.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
     exit_point: Vec3
     exit_compliance: Compliance | None = None
     spring: Positive[Stiffness] | None = None
+    counterweight: Positive[Mass] | None = None
     winch_exit: Vec3 | None = None
     guides: Annotated[tuple[Vec3, ...], Field(max_length=MAX_GUIDES)] = ()
     dead_length: NonNegative[Length] = 0.0
@@ -74,6 +78,8 @@ class Line(Description):
         if self.tension_limits[1] > self.cable.breaking_load:
             raise refusal("tension_limits", f"must end at or below the breaking load, {self.cable.breaking_load:g} N")
         self._check_path()
+        if self.counterweight is not None:
+            self._check_counterweight()
         if self.winch_exit is not None:
             self._check_dead_span(self.winch_exit)
         if self.advantage > 1 and not (isinstance(self.sheave, Eyelet) and self.platform_sheave is None):
@@ -84,7 +90,9 @@ class Line(Description):
 
     @property
     def out_of_plane_by(self) -> str:
-        """What takes the line out of the vertical plane through its exit point and platform point; empty if nothing."""
+        """What makes the line more than a winch and a cable in one vertical plane; empty if nothing does."""
+        if self.counterweight is not None:
+            return "a counterweight"
         if isinstance(self.sheave, Pulley):
             return "a pulley in a fixed plane"
         if isinstance(self.sheave, Swivel) and self.is_aside:
@@ -121,7 +129,7 @@ class Line(Description):
 
     @property
     def in_plane(self) -> bool:
-        """Whether the line lies in one vertical plane with its sag, and passes nothing before its exit point."""
+        """Whether a winch holds the line and it lies in one vertical plane with its sag, without guides before that."""
         return not self.out_of_plane_by
 
     @property
@@ -145,9 +153,10 @@ class Line(Description):
 
     def _check_path(self) -> None:
         if isinstance(self.sheave, UniversalJoint) and not self.in_plane:
-            if not self.guides and self.platform_sheave is None:
+            keys = ("counterweight", "guides", "platform_sheave")
+            key = next((key for key in keys if getattr(self, key)), None)
+            if key is None:
                 raise refusal("exit_compliance", "must be one number on a universal joint, the same in all directions")
-            key = "guides" if self.guides else "platform_sheave"
             raise refusal(key, "is for lines without a universal joint")
         if self.is_aside and self.exit_compliance is not None:
             raise refusal("exit_compliance", "is not for a swivel whose cable comes from aside of its axis")
@@ -162,6 +171,12 @@ class Line(Description):
             if math.hypot(along, offset - self.sheave.radius) <= self.sheave.radius:
                 key = "guides" if self.guides else "winch_exit"
                 raise refusal(key, f"is within reach of the sheave, whose radius is {self.sheave.radius:g} m")
+
+    def _check_counterweight(self) -> None:
+        if self.spring is not None:
+            raise refusal("spring", "has no effect where a counterweight gives the tension: leave it out")
+        if self.winch != Winch():
+            raise refusal("winch", "is not for a line with a counterweight, which hangs where its winch would be")
 
     def _check_guides(self) -> None:
         if self.winch_exit is None:

@@ -57,6 +57,10 @@ class Kind:
         """Whether each line has a value of its own."""
         return self.of == "line"
 
+    def is_of(self, line: Line) -> bool:
+        """Whether a line can have it: what a winch does is of no line with a counterweight."""
+        return line.counterweight is None or not (self.per_line and self.role in ("command", "winch"))
+
     @property
     def unit(self) -> str:
         """The SI unit, "1" for a factor."""

@@ -45,6 +45,8 @@ _ALL: Final = (
              absent="line {!r} gives no winch.drum_radius to start from: use length_scale"),
     _of_line("build_up", None, "share of its radius that a drum loses per length paid out", role="winch", nominal=0.0,
              plain_unit="1/m"),
+    Kind("counterweight", MASS, "line", "mass that pulls all cables of a line", min_value=0.0,
+         absent="line {!r} has no counterweight: name the lines that have one"),
     _of_line("creep_compliance", None, "strain per tension by which the cable has crept, besides its stretch by EA",
              role="load", nominal=0.0, min_value=0.0, closed=True, plain_unit="1/N"),
     _of_line("exit_compliance", None, "how far the mount of the exit point gives along a force on it", role="load",
@@ -124,15 +126,16 @@ def parameters_of(
 ) -> tuple[Parameter, ...]:
     """Return the parameters of one ``kind``: one per line, in the robot's order, or a single one.
 
-    ``lines``: names of the lines, None for all; ``shared``: one number that all lines have in common. Raises
-    `InputError` for an unknown kind or line, and for a parameter that this robot does not have.
+    ``lines``: names of the lines, None for all that can have it; ``shared``: one number that all lines have in common.
+    Raises `InputError` for an unknown kind or line, and for a parameter that this robot does not have.
     """
     fault = why_not(robot, _kind(kind), lines, shared)
     if fault is not None:
         raise InputError(f"{kind}: {fault[1]}")
     if shared or not KINDS[kind].per_line:
         return (Parameter(kind),)
-    return tuple(Parameter(kind, line.name) for line in robot.lines if lines is None or line.name in lines)
+    own = (line.name for line in robot.lines if KINDS[kind].is_of(line))
+    return tuple(Parameter(kind, name) for name in own if lines is None or name in lines)
 
 
 def nominal(robot: Robot, parameter: Parameter) -> float:
@@ -203,9 +206,15 @@ def _refusals(robot: Robot, kind: Kind, lines: Sequence[str] | None, shared: boo
             yield "lines", f"unknown line {name!r}; {suggestion(name, names)}"
     if kind.body and isinstance(robot.platform, PointPlatform):
         yield "name", f"{robot.name!r} is a point platform, which has no {kind.base}"
+    where = "name" if lines is None else "lines"
     for line in robot.lines if kind.of != "platform" else ():
-        if (lines is None or line.name in lines) and kind.value(line) is None:
-            yield "name" if lines is None else "lines", kind.absent.format(line.name)
+        if lines is not None and line.name not in lines:
+            continue
+        if not kind.is_of(line):
+            if lines is not None:
+                yield where, f"line {line.name!r} has a counterweight and no winch"
+        elif kind.value(line) is None:
+            yield where, kind.absent.format(line.name)
     if shared and kind.per_line:
         yield from _differences(robot, kind)
 

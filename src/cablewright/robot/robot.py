@@ -51,6 +51,7 @@ class Robot(FileDescription):
             )
             raise refusal("lines", why)
         self._check_plane()
+        self._check_counterweights()
         names = [line.name for line in self.lines]
         if self.uncertainty is not None:
             try:
@@ -68,6 +69,18 @@ class Robot(FileDescription):
             if (one.exit_point, one.platform_point) == (other.exit_point, other.platform_point):
                 why = f"lines {one.name!r} and {other.name!r} are one line: same exit_point and platform_point"
                 raise refusal("lines", why)
+
+    def _check_counterweights(self) -> None:
+        if all(line.counterweight is not None for line in self.lines):
+            raise refusal("lines", "must have at least one with a winch; all have a counterweight")
+        for index, line in enumerate(self.lines):
+            if line.counterweight is None:
+                continue
+            held = line.counterweight * self.scene.gravity / line.cables
+            low, high = line.tension_limits
+            if not low <= held <= high or held == 0.0:
+                why = f"holds a cable with {held:g} N, which must be within its tension_limits, {low:g} to {high:g} N"
+                raise refusal("counterweight", why, within=("lines", index))
 
     def _check_plane(self) -> None:
         plane = self.platform.plane
@@ -145,6 +158,12 @@ class Robot(FileDescription):
         for line in self.lines:
             if line.gives_by:
                 raise InputError(f"{by}: line {line.name!r} has {line.gives_by}; it is not covered")
+
+    def require_winches(self, by: str) -> None:
+        """Raise `InputError` for a line with a counterweight, which is not covered *by* something."""
+        for line in self.lines:
+            if line.counterweight is not None:
+                raise InputError(f"{by}: line {line.name!r} has a counterweight; it is not covered")
 
     def require_no_plane(self, by: str) -> None:
         """Raise `InputError` for a platform in a plane, which is not covered *by* something."""

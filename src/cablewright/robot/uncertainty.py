@@ -223,9 +223,9 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
 def assumed_uncertainty(robot: Robot) -> Uncertainty:
     """Return what is assumed of a robot whose uncertainty is not known.
 
-    Exit points within 2 mm along each axis, lengths within 0.5 mm, the mass of the platform within 2 %, moduli within
-    10 % for steel and 30 % for fibre. A cable counts as steel if its mass fills its diameter, or else its section, with
-    `STEEL_DENSITY` or more; where neither is known, as fibre.
+    Exit points within 2 mm along each axis, lengths within 0.5 mm, the mass of the platform and of counterweights
+    within 2 %, moduli within 10 % for steel and 30 % for fibre. A cable counts as steel if its mass fills its diameter,
+    or else its section, with `STEEL_DENSITY` or more; where neither is known, as fibre.
     """
     steel = tuple(line.name for line in robot.lines if _is_steel(line.cable))
     fibre = tuple(line.name for line in robot.lines if line.name not in steel)
@@ -234,11 +234,13 @@ def assumed_uncertainty(robot: Robot) -> Uncertainty:
         for lines, factor in ((steel, (0.9, 1.1)), (fibre, (0.7, 1.3)))
         if lines
     ]
+    hung = tuple(line.name for line in robot.lines if line.counterweight is not None)
     entries = (
         Uncertain(name="exit_point", plus_minus=0.002),
         *moduli,
         Uncertain(name="length_offset", plus_minus=0.0005),
         Uncertain(name="mass", factor=(0.98, 1.02)),
+        *([Uncertain(name="counterweight", lines=hung, factor=(0.98, 1.02))] if hung else []),
     )
     return Uncertainty(name=ASSUMED, parameters=entries)
 

@@ -33,6 +33,21 @@ def as_rows(values: ArrayLike, width: int, what: str, unit: str) -> tuple[Array,
     return np.atleast_2d(array), array.ndim == 1
 
 
+def as_lengths(model: Model, values: ArrayLike) -> tuple[Array, bool]:
+    """Return unstrained lengths as a new (rows, m) array, m, and whether they were a single row.
+
+    That of a line with a counterweight is not read. Raises `InputError` as `as_rows`, and unless all are over zero.
+    """
+    hung = np.flatnonzero(model.lines.counterweight)
+    if len(hung):
+        values = _numbers(values, (model.m,), "lengths", "m")
+        values[..., hung] = np.delete(values, hung, axis=-1).min(axis=-1, keepdims=True)  # no larger one: a tolerance
+    length, single = as_rows(values, model.m, "lengths", "m")
+    if not (length > 0.0).all():
+        raise InputError(f"lengths: every length must be over zero; got {length[length <= 0.0][0]:g} m")
+    return length, single
+
+
 def _numbers(values: ArrayLike, widths: tuple[int, ...], what: str, unit: str) -> Array:
     """*values* as a new array of one row, or of rows, of an allowed width. Raises `InputError`."""
     if np.ma.is_masked(values):

@@ -29,7 +29,7 @@ REASONS = {
     IN_PLANE: "not certified: the platform moves in a plane, which the proof does not cover",
     kernel.NO_INVERSE: "not certified: the Jacobian is singular",
     kernel.SLACK: "not certified: a massless line hangs slack and has no shape",
-    kernel.OUT_OF_PLANE: "not certified: a line is not in a vertical plane, and the proof is by lines in planes",
+    kernel.OUT_OF_PLANE: "not certified: a line has a counterweight or is in no vertical plane; proofs are of others",
     kernel.SOFT: "not certified: a spring or the mount of an exit point gives, and the proof is without them",
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
 }

@@ -18,7 +18,7 @@ from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.arguments import as_rows
-from cablewright.solvers.forward import solve_forward
+from cablewright.solvers.forward import lengths_paid_out, solve_forward
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,8 @@ class Tracker:
         """The equilibrium as a batch of one row."""
         batch = self._packed._replace(lines=self._packed.lines[None], platform=self._packed.platform[None])
         code, none = np.zeros(1, dtype=np.int64), np.zeros(1)
-        return Equilibrium(self.model, batch, self.pose[None], self._lengths[None], self.states[None], code, none, code)
+        lengths = lengths_paid_out(self.model, batch, self.states[None], self._lengths[None])
+        return Equilibrium(self.model, batch, self.pose[None], lengths, self.states[None], code, none, code)
 
     def _follow(self, lengths: Array, pose: Array, states: Array) -> tuple[int, float]:
         """Code and margin of one step; *pose* and *states* are updated in place."""

@@ -15,7 +15,7 @@ from cablewright.models.parameters import varied
 from cablewright.models.rows import rows_of
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, parameters_of
-from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows
+from cablewright.solvers.arguments import as_lengths, as_poses, given_numbers, given_rows
 from cablewright.solvers.batches import run
 
 
@@ -35,8 +35,9 @@ def forward(
     several poses, it finds the one near the guess, or without a guess one with a small rotation. *modulus_factors*
     multiply each line's Young's modulus, (m,) or one row each. *retraction*: the platform's retraction length, m, one
     for all or one for each row. Tensions follow from the lengths: limits are not enforced, but a line over its breaking
-    load has status OVERSTRETCHED. Raises `InputError` for numbers of the wrong count, not finite or not positive, and
-    for rigid cables, whose tensions do not follow from lengths.
+    load has status OVERSTRETCHED. The length of a line with a counterweight is not read, and may be NaN: it is what the
+    answer says. Raises `InputError` for numbers of the wrong count, not finite or not positive, and for rigid cables,
+    whose tensions do not follow from lengths.
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     return solve_forward(model, lengths, guess=guess, modulus_factors=modulus_factors, retraction=retraction)
@@ -53,9 +54,7 @@ def solve_forward(
 ) -> Equilibrium:
     """`forward` for a model. *path* states that consecutive rows are neighbours on a path, each near its guess."""
     model.refuse_rigid()
-    length, single = as_rows(lengths, model.m, "lengths", "m")
-    if not (length > 0.0).all():
-        raise InputError(f"lengths: every length must be over zero; got {length[length <= 0.0][0]:g} m")
+    length, single = as_lengths(model, lengths)
     rows = len(length)
     packed = model.rows(retraction=given_numbers(retraction, rows, "retraction", "m"))
     if modulus_factors is not None:
@@ -103,4 +102,14 @@ def _solve(model: Model, packed: Packed, lengths: Array, pose: Array, states: Ar
     codes, iterations = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
     arrays = (lengths, pose, states, codes, iterations, np.zeros(rows))
     run(batches.forward_rows, rows, packed, *arrays, start)
+    lengths = lengths_paid_out(model, packed, states, lengths)
     return Equilibrium(model, packed, pose, lengths, states, codes, np.zeros(rows), iterations)
+
+
+def lengths_paid_out(model: Model, packed: Packed, states: Array, given: Array) -> Array:
+    """Return the lengths (N, m), m: those *given*, and of lines with a counterweight those of *states* (N, m, 6)."""
+    if not model.lines.counterweight.any():
+        return given
+    lengths = given.copy()
+    batches.read_length_rows(packed, states, lengths)
+    return lengths

@@ -42,9 +42,10 @@ def inverse(
 
     *cable* is ``rigid``, ``elastic`` or ``catenary`` (default); *sheave* simplifies the sheaves as built;
     *tension_limits* (min, max), N, replace the lines' own and hold along the whole line. An infeasible pose is an
-    answer: its status states it, and its tensions violate the limits as little as possible. Lengths of ``rigid`` lines
-    without levers are geometry, and given at each complete pose that is not inside a sheave. Raises `InputError` for
-    numbers of the wrong count or not finite.
+    answer: its status states it, and its tensions violate the limits as little as possible. The tension of a line with
+    a counterweight is given, and counts as its limits. Lengths of ``rigid`` lines without levers are geometry, and
+    given at each complete pose that is not inside a sheave. Raises `InputError` for numbers of the wrong count or not
+    finite.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     return solve_inverse(model, poses, retraction=retraction, preferred=preferred)
@@ -65,6 +66,8 @@ def solve_inverse(
     *exit_points* (N, m, 3), m, replace the robot's; winch exits move with them.
     """
     require_a_load(model)
+    if model.m < model.freedoms:
+        model.robot.require_winches("inverse with freedoms that gravity decides")
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
     if preferred is not None:

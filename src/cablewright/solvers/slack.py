@@ -35,7 +35,7 @@ from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNum
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.solvers.arguments import as_poses, as_rows
+from cablewright.solvers.arguments import as_lengths, as_poses, as_rows
 from cablewright.solvers.batches import run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
@@ -414,7 +414,9 @@ def let_out(
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     i = line_index(model, line)
-    paid, single = as_rows(lengths, model.m, "lengths", "m")
+    if model.lines.counterweight[i] > 0.0:
+        raise InputError(f"let out: line {model.robot.lines[i].name!r} has a counterweight, and no winch")
+    paid, single = as_lengths(model, lengths)
     more, _ = as_rows(np.atleast_1d(np.asarray(by))[:, None], 1, "let out by", "m")
     if not single or len(more) == 0:
         what = "let out by: at least one number" if single else "lengths: one row"

@@ -307,6 +307,7 @@ def _packed(model: Model, rows: int, wrench: ArrayLike | None, retraction: Array
     """The arrays of the model, with a row of lines or of the platform for each pose where these differ."""
     if model.fidelity.cable is CableLaw.CATENARY:
         raise InputError("cable = catenary: tension distributions require straight lines; use rigid or elastic")
+    model.robot.require_winches("tension distributions")
     packed = model.rows(retraction=given_numbers(retraction, rows, "retraction", "m"))
     if wrench is None:
         return packed

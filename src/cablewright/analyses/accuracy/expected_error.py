@@ -43,6 +43,7 @@ REMEDIES: Final = {
     "linear_density": "weigh the cables",
     "length_offset": "home the lines better, or calibrate their lengths",
     "length_scale": "calibrate the scale of the lengths",
+    "counterweight": "weigh the counterweights",
     "creep_compliance": "home the lines again as they creep, or preload the cables before the job",
     "exit_compliance": "calibrate or stiffen the mounts of the exit points",
     "temperature": "compensate the temperature of the cables",

@@ -114,6 +114,8 @@ class Criterion:
         default = CableLaw.CATENARY if name == "static" else CableLaw.RIGID
         cable, sheave, limits = options.get("cable"), options.get("sheave"), options.get("tension_limits")
         model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=limits, default=default)
+        if name != "static":
+            model.robot.require_winches(f"criterion {name} (static is for all)")
         if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
             raise InputError(f"cable = catenary: {name} requires straight lines; use rigid or elastic, or static")
         if wrench is not None:

@@ -68,7 +68,7 @@ def assumptions(robot: Robot) -> list[str]:
         f"What holds them there: {_shared(robot, _mount)}.",
         f"The arc of cable on the sheave: {_shared(robot, _arc)}.",
         f"The span from the winch: {_shared(robot, _dead_span)}.",
-        f"Springs at the winches: {_shared(robot, _spring)}.",
+        f"At the other end: {_shared(robot, _winch_end)}.",
         f"From there to the platform: {_shared(robot, _free_spans)}.",
         _platform(robot),
         "Winch torque is the tension at the drum times its radius, of one layer of cable, without losses.",
@@ -165,8 +165,12 @@ def _dead_span(line: Line) -> str:
     return f"a constant {quantity(line.dead_length, 'm')} that does not stretch" if line.dead_length else "not modelled"
 
 
-def _spring(line: Line) -> str:
-    return "none" if line.spring is None else f"give by {1e6 / line.spring:.4g} mm per kN"
+def _winch_end(line: Line) -> str:
+    if line.counterweight is not None:
+        return f"a counterweight of {line.counterweight:g} kg, whose tension is given"
+    return (
+        "a winch" if line.spring is None else f"a winch with a spring that gives by {1e6 / line.spring:.4g} mm per kN"
+    )
 
 
 def _free_spans(line: Line) -> str:

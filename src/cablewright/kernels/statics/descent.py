@@ -10,6 +10,7 @@ from math import sqrt
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
+    COUNTERWEIGHT,
     DEAD,
     DEAD_COMPLIANCE,
     DEAD_LENGTH,
@@ -131,13 +132,14 @@ def _evaluate(packed, lengths, pose, states, work, law):
 
 @jit(inline=True)
 def _add_spring(row, length, arm, plane, wrench, stiffness):
-    """Add a unilateral spring of unstrained *length* from the exit point."""
+    """Add a unilateral spring of unstrained *length* from the exit point, or the constant pull of a counterweight."""
     x, z = plane[2], plane[3]
     distance = sqrt(x * x + z * z)
-    if distance <= length or distance == 0.0:
+    hung = row[COUNTERWEIGHT] > 0.0
+    if (distance <= length and not hung) or distance == 0.0:
         return
-    rate = 1.0 / (max(length, 0.1) * row[FREE_COMPLIANCE] + row[END_SPRING] / row[SPANS])
-    tension = rate * (distance - length)
+    rate = 0.0 if hung else 1.0 / (max(length, 0.1) * row[FREE_COMPLIANCE] + row[END_SPRING] / row[SPANS])
+    tension = row[COUNTERWEIGHT] if hung else rate * (distance - length)
     c, s = x / distance, z / distance
     across = tension / distance
     kxx, kxz, kzz = rate * c * c + across * s * s, (rate - across) * c * s, rate * s * s + across * c * c
@@ -236,7 +238,8 @@ def place_below(packed, lengths, pose):
     pose[:3] = 0.0
     drop = 1e300
     for i in range(m):
-        drop = min(drop, 0.25 * lengths[i] / packed.lines[i, SPANS])
+        if packed.lines[i, COUNTERWEIGHT] == 0.0:
+            drop = min(drop, 0.25 * lengths[i] / packed.lines[i, SPANS])
     for k in range(3):
         low, high = 1e300, -1e300
         for i in range(m):

@@ -12,6 +12,7 @@ import numpy as np
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     BAD_WRAP,
+    COUNTERWEIGHT,
     DEAD,
     DEAD_COMPLIANCE,
     FREE,
@@ -44,6 +45,11 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.newton import copy, largest
 from cablewright.kernels.rotation import matrix
+from cablewright.kernels.statics.counterweight import (
+    beyond_limits,
+    winch_tension,
+    winch_tension_change,
+)
 from cablewright.kernels.statics.equilibrium import (
     evaluate,
     is_slack,
@@ -109,6 +115,8 @@ def solve_inverse(packed, pose, states, work, known):
     *states* hold the distribution that violates them least; where no state balances the load they are NaN.
     """
     code, violation = _solve(packed, pose, states, work, known)
+    if code == OK and packed.general is not None:
+        code, violation = _judge_hung(packed, states)
     if code == OK and packed.platform[MASSLESS] > 0.0:
         _mark_slack(packed, states, work.pulls)
     if code == OK and (packed.freedoms == 6 or leaves_backwards(packed, states)):
@@ -137,6 +145,18 @@ def _solve(packed, pose, states, work, known):
     if code != INFEASIBLE:
         return code, 0.0
     return _least_infeasible(packed, pose, states, work)
+
+
+@jit
+def _judge_hung(packed, states):
+    """Code and violation (N) of the limits by lines whose tension a counterweight decides."""
+    violation, most = 0.0, 0.0
+    for i in range(packed.lines.shape[0]):
+        row = packed.lines[i]
+        if row[COUNTERWEIGHT] > 0.0:
+            violation = max(violation, beyond_limits(row, states[i]))
+            most = max(most, row[COUNTERWEIGHT])
+    return (INFEASIBLE, violation) if violation > BALANCE_TOLERANCE * most else (OK, 0.0)
 
 
 @jit
@@ -284,8 +304,7 @@ def _least_violation(packed, pose, states, work):
     violation = 0.0
     if code == OK and change < SOFT_TOLERANCE:
         for i in range(packed.lines.shape[0]):
-            low, high = extremes(packed.lines[i], states[i])
-            violation = max(violation, packed.lines[i, TENSION_MIN] - low, high - packed.lines[i, TENSION_MAX])
+            violation = max(violation, beyond_limits(packed.lines[i], states[i]))
         return True, violation
     for i in range(packed.lines.shape[0]):
         violation = max(violation, work.low[i] - work.required[i], work.required[i] - work.high[i])
@@ -353,8 +372,11 @@ def _program(packed, pose, states, work, give, relax):
             return NOT_CONVERGED, 0.0, False
         _curve(work, i, pull, row[PREFERRED])
         min_tension = max(row[TENSION_MIN], work.slackest[0] * row[WEIGHT] * (y[FREE] + y[DEAD]))
+        max_tension = row[TENSION_MAX]
+        if row[COUNTERWEIGHT] > 0.0:
+            min_tension = max_tension = row[COUNTERWEIGHT]
         work.low[i] = pull + (min_tension - low) * pull / max(dlow, FLATTEST * pull)
-        work.high[i] = pull + (row[TENSION_MAX] - high) * pull / max(dhigh, FLATTEST * pull)
+        work.high[i] = pull + (max_tension - high) * pull / max(dhigh, FLATTEST * pull)
     keep_free(packed, work.load)
     program = Program(work.structure, work.load, work.low, work.high, work.curvature, work.bias)
     solved = distribute(program, give, work.required, work.multipliers, base.stiffness, work.step)
@@ -393,6 +415,9 @@ def _linearise_line(packed, i, pose, y, work):
         if not solved:
             return False, 0.0, 0.0, 0.0, 0.0
         keep_free(packed, work.column)
+        if row[COUNTERWEIGHT] > 0.0:
+            held, dheld = winch_tension(row, y), winch_tension_change(row, y, dtau, ddead)
+            return True, held, held, dheld, dheld
         low, high, dlow, dhigh = extremes_and_change(row, y, dphi, dtau, dfree, ddead, 0.0)
         return True, low, high, dlow, dhigh
     plane, steps = base.planes[i], base.steps[i]

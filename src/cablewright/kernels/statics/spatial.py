@@ -21,6 +21,7 @@ from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     AZIMUTH,
     CONTACT,
+    COUNTERWEIGHT,
     DEAD,
     DEAD_COMPLIANCE,
     END_AXIS_X,
@@ -43,6 +44,7 @@ from cablewright.kernels.layout import (
 from cablewright.kernels.newton import largest_of_column, solve
 from cablewright.kernels.rotation import rotate
 from cablewright.kernels.statics.catenary import span
+from cablewright.kernels.statics.counterweight import hang_counterweight, shape_hung
 from cablewright.kernels.statics.guides import (
     ARC,
     ARC_BY_FORCE,
@@ -204,6 +206,14 @@ def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
     t, n = exp(y[TAU]), pose.shape[0]
     taken = 1.0 / (1.0 + t * row[ARC_COMPLIANCE])
     _, by_tension, per_metre = dead_length(row, record[FRAME + SPAN], t)
+    for i in range(3):
+        rhs[i, RESIDUAL] = record[GAP + i]
+        rhs[i, GIVEN] = 0.0
+    rhs[3, GIVEN] = 1.0
+    if row[COUNTERWEIGHT] > 0.0:
+        hang_counterweight(row, y, record, by_tension, per_metre, block, rhs)
+        by_pose(n, record, 0.0, rhs)
+        return True
     by_tension -= y[CONTACT] * taken * taken * row[ARC_COMPLIANCE] + row[END_SPRING]
     for j in range(3):
         arcs = record[FRAME + ARC_BY_FORCE + j] + record[PLATFORM + ARC_BY_FORCE + j]
@@ -212,12 +222,7 @@ def spatial_system(row, y, pose, arm, rotation, length, record, block, rhs):
     block[3, 3] = row[SPANS] + record[PLATFORM + ARC_BY_FORCE + 2] * row[WEIGHT] * taken
     spans = row[SPANS] * y[FREE] + y[DEAD] + y[CONTACT] * taken
     rhs[3, RESIDUAL] = spans + constant_length(row) - t * row[END_SPRING] - length
-    for i in range(3):
-        rhs[i, RESIDUAL] = record[GAP + i]
     by_pose(n, record, taken, rhs)
-    for i in range(3):
-        rhs[i, GIVEN] = 0.0
-    rhs[3, GIVEN] = 1.0
     return True
 
 
@@ -437,8 +442,11 @@ def guess_spatial(row, y, pose, arm, rotation, length, tension, record, block, r
     if not straight_spatial(row, y, pose, arm, rotation, tension, record, block, rhs):
         return False
     chord = y[FREE]
-    free = max((length - straight_length(row, y)) / row[SPANS] + chord, 0.05 * chord)
-    shape_span(row, chord, free, tension, y)
+    if row[COUNTERWEIGHT] > 0.0:
+        shape_hung(row, y)
+    else:
+        free = max((length - straight_length(row, y)) / row[SPANS] + chord, 0.05 * chord)
+        shape_span(row, chord, free, tension, y)
     y[DEAD], _, _ = dead_length(row, record[FRAME + SPAN], exp(y[TAU]))
     return True
 

@@ -9,6 +9,7 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     CONTACT,
+    COUNTERWEIGHT,
     DEAD,
     DEAD_COMPLIANCE,
     END_SPRING,
@@ -110,7 +111,7 @@ def add_settled(row, length, pose, y, i, tension, work, spatial):
         return False
     arm, turned = work.arms[i], work.rotation
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
-    if row[WEIGHT] == 0.0:
+    if row[WEIGHT] == 0.0 and row[COUNTERWEIGHT] == 0.0:
         if not straight_spatial(row, y, pose, arm, turned, SLACK_TENSION, record, block, rhs):
             return False
         excess = straight_length(row, y) - length

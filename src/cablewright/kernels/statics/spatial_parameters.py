@@ -10,6 +10,7 @@ from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     ASIDE,
     AZIMUTH,
+    COUNTERWEIGHT,
     DEAD,
     DEAD_COMPLIANCE,
     EXIT,
@@ -29,6 +30,7 @@ from cablewright.kernels.layout import (
     TAU,
     WEIGHT,
     WEIGHT_FACTOR,
+    WINCH_RISE,
 )
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.catenary import span
@@ -105,10 +107,11 @@ def mount_rows(lines, states, planes, forces, dead):
                 continue
             t, c, towards = exp(y[TAU]), cos(y[PHI]), towards_winch(row)
             free = (c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI]))
+            free_end = 1.0 if row[COUNTERWEIGHT] == 0.0 else 0.0
             strain = row[DEAD_COMPLIANCE] * (t + row[WEIGHT] * row[MEAN_RISE] * y[DEAD])
             for k in range(3):
                 forces[j, i, k] = row[PULLS] * t * (free[k] + towards[k] / row[SPANS])
-                dead[j, i, k] = towards[k] / (1.0 + strain)
+                dead[j, i, k] = free_end * towards[k] / (1.0 + strain)
 
 
 @jit
@@ -126,6 +129,8 @@ def _parameter_changes(row, y, length, i, pose, work, spatial):
             changes[k, POINT + axis] = -work.rotation[k, axis]
     _by_cable(row, y, record, taken, changes)
     _by_dead_span(row, y, record, taken, changes)
+    if row[COUNTERWEIGHT] > 0.0:
+        _by_counterweight(row, y, record, changes)
     return solve(block, changes, SIZE, PARAMETERS)
 
 
@@ -170,6 +175,21 @@ def _by_dead_span(row, y, record, taken, changes):
     stretch = y[DEAD] * (row[DEAD_COMPLIANCE] * tension + bend * y[DEAD])
     changes[3, MODULUS] += stretch * per_metre
     changes[3, WEIGHT_FACTOR] -= y[DEAD] * bend * y[DEAD] * per_metre
+
+
+@jit
+def _by_counterweight(row, y, record, changes):
+    """Write the derivatives of the fourth equation of a line with a counterweight, as LENGTH by its relative mass."""
+    lift = row[WEIGHT] * row[WINCH_RISE] / row[COUNTERWEIGHT]
+    bend = 0.5 * row[DEAD_COMPLIANCE] * row[WEIGHT] * row[MEAN_RISE]
+    tension = exp(y[TAU])
+    _, _, per_metre = dead_length(row, record[FRAME + SPAN], tension)
+    changes[3, :] = 0.0
+    changes[3, LENGTH] = -1.0
+    changes[3, MODULUS] = lift * y[DEAD] * (row[DEAD_COMPLIANCE] * tension + bend * y[DEAD]) * per_metre
+    changes[3, WEIGHT_FACTOR] = lift * y[DEAD] * (1.0 - bend * y[DEAD] * per_metre)
+    if row[GUIDE] == ASIDE:
+        changes[3, SHEAVE] = lift * record[FRAME + SPAN_BY_RADIUS] * per_metre
 
 
 @jit

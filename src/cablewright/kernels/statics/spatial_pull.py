@@ -8,6 +8,7 @@ from math import cos, exp, log, sin
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     AZIMUTH,
+    COUNTERWEIGHT,
     DEAD,
     DEAD_COMPLIANCE,
     FREE,
@@ -51,7 +52,7 @@ def begin_placed(row, y, i, pose, base, spatial, known, share):
             return UNDER_EXIT, 0.0
         pull, _ = pull_along(row, y, record)
         return OK, pull
-    tension = max(share, row[TENSION_MIN], 1.0)
+    tension = max(share, row[TENSION_MIN], 1.0) if row[COUNTERWEIGHT] == 0.0 else row[COUNTERWEIGHT]
     if not straight_spatial(row, y, pose, base.arms[i], base.rotation, tension, record, block, rhs):
         return why_not_straight(row, y, pose, base.arms[i]), 0.0
     tension = max(tension, TAUT * row[WEIGHT] * (y[FREE] + y[DEAD]))

@@ -16,7 +16,6 @@ from cablewright.kernels.layout import (
     INFEASIBLE,
     NOT_CONVERGED,
     OK,
-    TENSION_MAX,
     TENSION_MIN,
     UNKNOWNS,
     WEIGHT,
@@ -24,11 +23,12 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.newton import copy, copy_rows, largest, largest_of_column, solve
 from cablewright.kernels.rotation import angle_of, left_jacobian, matrix
+from cablewright.kernels.statics.counterweight import beyond_limits
 from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
 from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
-from cablewright.kernels.statics.line import extremes, force_change, settle_at_pull, start_force, system_at_pull
+from cablewright.kernels.statics.line import force_change, settle_at_pull, start_force, system_at_pull
 from cablewright.kernels.statics.plane import add_reactions, keep_free
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.spatial_pull import add_hanging
@@ -102,8 +102,7 @@ def _solve_from(packed, given, pose, states, work):
     code = judge(packed, states, work.base.planes, work.base.spatial)
     violation = 0.0
     for i in range(packed.lines.shape[0]):
-        low, high = extremes(packed.lines[i], states[i])
-        violation = max(violation, packed.lines[i, TENSION_MIN] - low, high - packed.lines[i, TENSION_MAX])
+        violation = max(violation, beyond_limits(packed.lines[i], states[i]))
     if code == OK and violation > 0.0:
         return INFEASIBLE, violation
     return code, violation

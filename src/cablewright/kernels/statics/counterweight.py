@@ -1,0 +1,81 @@
+"""A line whose cables a counterweight pulls where others have a winch: the tension there is given instead of a length.
+
+It is one of the lines that `spatial` solves; only the fourth of its equations is another one.
+"""
+
+from math import atan2, cos, exp, log, sin
+
+from cablewright.kernels import jit
+from cablewright.kernels.layout import (
+    AZIMUTH,
+    COUNTERWEIGHT,
+    DEAD,
+    FREE,
+    FREE_COMPLIANCE,
+    PHI,
+    TAU,
+    TENSION_MAX,
+    TENSION_MIN,
+    WEIGHT,
+    WINCH_RISE,
+)
+from cablewright.kernels.statics.guides import SPAN_BY_FORCE
+from cablewright.kernels.statics.line import extremes, length_of
+
+LIGHTEST = 0.05  # of the counterweight's tension: the least at the sheave with which a guess begins
+
+
+@jit
+def winch_tension(row, y):
+    """Tension (N) of one cable at the winch end of a line out of the plane."""
+    return exp(y[TAU]) + row[WEIGHT] * y[DEAD] * row[WINCH_RISE]
+
+
+@jit
+def winch_tension_change(row, y, grown, longer):
+    """Change of `winch_tension` as the log of the tension at the sheave has *grown* and the dead span is *longer*."""
+    return exp(y[TAU]) * grown + row[WEIGHT] * row[WINCH_RISE] * longer
+
+
+@jit
+def hang_counterweight(row, y, record, by_tension, per_metre, block, rhs):
+    """Write the fourth equation of the line at *y*: its tension at the winch is that of the counterweight.
+
+    In shares of that tension. *by_tension* and *per_metre*: derivatives of the dead span's length, see
+    `spatial.dead_length`; *record*: of the placed guides.
+    """
+    t, c, lift = exp(y[TAU]), cos(y[PHI]), row[WEIGHT] * row[WINCH_RISE]
+    toward = (c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH]), sin(y[PHI]))
+    for j in range(3):
+        longer = by_tension * toward[j] + per_metre * record[SPAN_BY_FORCE + j]
+        block[3, j] = t * (toward[j] + lift * longer) / row[COUNTERWEIGHT]
+    block[3, 3] = 0.0
+    rhs[3, 0] = winch_tension(row, y) / row[COUNTERWEIGHT] - 1.0
+
+
+@jit
+def shape_hung(row, y):
+    """Set *y*, a straight line, close to what the counterweight makes of it."""
+    held, weight = row[COUNTERWEIGHT], row[WEIGHT]
+    t = max(held - weight * y[DEAD] * row[WINCH_RISE], LIGHTEST * held)
+    y[TAU] = log(t)
+    y[FREE] /= 1.0 + t * row[FREE_COMPLIANCE]
+    y[PHI] = atan2(t * sin(y[PHI]) - 0.5 * weight * y[FREE], t * cos(y[PHI]))
+
+
+@jit
+def beyond_limits(row, y):
+    """How far a solved line's tensions are out of its limits, or from its counterweight's, N; negative within."""
+    low, high = extremes(row, y)
+    beyond = max(row[TENSION_MIN] - low, high - row[TENSION_MAX])
+    if row[COUNTERWEIGHT] > 0.0:
+        beyond = max(beyond, abs(winch_tension(row, y) - row[COUNTERWEIGHT]))
+    return beyond
+
+
+@jit
+def read_lengths(packed, states, lengths):
+    """Write to *lengths* (m,) the unstrained lengths, m, of the lines with a counterweight, which decides them."""
+    for i in range(packed.lines.shape[0]):
+        if packed.lines[i, COUNTERWEIGHT] > 0.0:
+            lengths[i] = length_of(packed.lines[i], states[i])
