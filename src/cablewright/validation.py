@@ -166,10 +166,11 @@ _SENTENCES = {
 def _without_tags(location: KeyPath, data: Any) -> Iterator[str | int]:
     """Drop what pydantic adds to the location of an error: the tags of unions, and ``[key]`` for a key of a table.
 
-    A platform without ``kind`` is a point, so its tag is dropped too.
+    A platform without ``kind`` is a point, so its tag is dropped too. Tags of other unions are in brackets.
     """
     for part in location:
-        added = part == "[key]" or (isinstance(data, dict) and part == data.get("kind", "point"))
+        bracketed = isinstance(part, str) and part.startswith("[")
+        added = bracketed or (isinstance(data, dict) and part == data.get("kind", "point"))
         if added and look_up(data, (part,), _ABSENT) is _ABSENT:
             continue
         data = look_up(data, (part,))

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, Final
 
 from cablewright.robot import Robot
+
+_WHOLE: Final = (
+    "bracket", "uncertainty", "platform.loads", "platform.boxes", "platform.retraction", "scene.beams", "lines.guides"
+)  # fmt: skip
 
 
 def keys_given(robot: Robot) -> dict[str, None]:
@@ -23,7 +27,7 @@ def lost_keys(given: Iterable[str], carried: str) -> list[str]:
 
 def _table(key: str) -> str:
     """Return a key without what is inside lists of parts and optional tables, which are lost as a whole."""
-    for whole in ("bracket", "uncertainty", "platform.loads", "platform.boxes", "platform.retraction", "scene.beams"):
+    for whole in _WHOLE:
         if key.startswith(f"{whole}."):
             return whole
     return key

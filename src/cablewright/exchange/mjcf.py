@@ -22,7 +22,7 @@ from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import basis
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Equilibrium
-from cablewright.robot import Box, Line, RigidPlatform, Robot
+from cablewright.robot import Box, GuideSheave, Line, RigidPlatform, Robot
 
 TIMESTEP: Final = 1e-3  # s
 _FIRM = 'solreflimit="0.002 1" solimplimit="0.9999 0.99999 0.001 0.5 2"'  # gives less than 1e-7 m under a load
@@ -48,6 +48,10 @@ def mjcf(at: Equilibrium) -> ExportedFile:
         raise AnswerError(f"no lengths at this pose: {at.sentence()}", at.status)
     if any(line.cables > 1 for line in robot.lines):
         notes.add("lines.cables: one tendon pulls for all cables side by side")
+    if any(isinstance(guide, GuideSheave) for line in robot.lines for guide in line.guides):
+        notes.add(
+            "lines.guides: wheels are sites on their rims, which hold the cable there; their arcs keep their lengths"
+        )
     for sentence in lost_keys(keys_given(robot), f"{_CARRIED} lines.cables"):
         notes.add(sentence)
     if isinstance(robot.platform, RigidPlatform) and robot.platform.inertia is None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 from xml.sax.saxutils import quoteattr
 
@@ -58,12 +58,13 @@ def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
 
     *lever*: angle of its lever, rad; *gravity*: m/s^2, which makes a weight of the lever's mass.
     """
-    begin, path = _guides(line)
+    begin, path, longer = _guides(line)
     if isinstance(line.sheave, Eyelet):
         body = begin + _site("exit", line, line.exit_point)
-        return Mounting(body, path + _via("exit", line))
+        return Mounting(body, path + _via("exit", line), added=longer)
     assert isinstance(line.sheave, Swivel | UniversalJoint)  # a pulley is refused by `require_in_plane`
-    return _turning(line, line.sheave, end, lever, gravity or 9.81, begin, path)
+    turning = _turning(line, line.sheave, end, lever, gravity or 9.81, begin, path)
+    return replace(turning, added=turning.added + longer)
 
 
 def platform_end(line: Line, pose: Array) -> Mounting:
@@ -114,13 +115,20 @@ def _turning(
     return Mounting(begin + body, path + _over("wheel", line), follow, added)
 
 
-def _guides(line: Line) -> tuple[str, str]:
-    """Return the sites of winch exit and guides, and the path through them."""
+def _guides(line: Line) -> tuple[str, str, float]:
+    """Return the sites of winch exit and guides, the path through them, and what that is longer than the cable, m.
+
+    The way over wheels is the same at any pose: sites on their rims with straight tendons between them, whose lengths
+    are a little shorter than the arcs.
+    """
     if line.winch_exit is None:
-        return "", ""
-    names = ["winch", *(f"guide {k + 1} of" for k in range(len(line.guides)))]
-    sites = zip(names, (line.winch_exit, *line.guides), strict=True)
-    return "".join(_site(name, line, at) for name, at in sites), "".join(_via(name, line) for name in names)
+        return "", "", 0.0
+    way = line.dead_span()
+    points = way.drawn()
+    names = ["winch", *(f"guide {k + 1} of" for k in range(len(points) - 2))]
+    sites = "".join(_site(name, line, at) for name, at in zip(names, points[:-1], strict=True))
+    longer = sum(map(math.dist, points, points[1:])) - way.length if len(points) > 2 + len(line.guides) else 0.0
+    return sites, "".join(_via(name, line) for name in names), longer
 
 
 def _follower(what: str, line: Line, reach: float, height: float) -> str:

@@ -13,6 +13,7 @@ from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.robot import Eyelet, Line, Platform, Pulley, RigidPlatform, Robot, Swivel
+from cablewright.robot.dead_span import DeadSpan
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.mount import compliance_matrix
 
@@ -25,7 +26,7 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
     lines = LineNumbers(np.zeros((robot.m, layout.COLUMNS)))
     for own, line in zip(map(LineNumbers, lines.array), robot.lines, strict=True):
         law = fidelity.sheave_of(line.sheave.kind, line.name)
-        _pack_geometry(own, line, law)
+        _pack_geometry(own, line, law, fidelity.sheave is not SheaveLaw.EYELET)
         if line.platform_sheave is not None and fidelity.sheave is not SheaveLaw.EYELET:
             own.end_radius = line.platform_sheave.radius
             own.end_axis = unit_vector(line.platform_sheave.axis)
@@ -91,8 +92,8 @@ def _pack_platform(own: PlatformNumbers, platform: Platform, gravity: float) -> 
         own.plane_distance = platform.plane.distance
 
 
-def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
-    """Points, sheave and number of unknowns of the line."""
+def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw, wheels: bool) -> None:
+    """Points, sheave and number of unknowns of the line; without *wheels* those before its sheave are points."""
     own.exit_point = line.exit_point
     own.platform_point = line.platform_point
     own.dead_length = line.dead_length
@@ -102,7 +103,7 @@ def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
     own.pulls = line.advantage * line.cables
     sheave = line.sheave
     if not line.in_plane:
-        _pack_out_of_plane(own, line, law)
+        _pack_out_of_plane(own, line, law, wheels)
         return
     if law is not SheaveLaw.EYELET and not isinstance(sheave, Eyelet | Pulley):
         own.radius = sheave.radius
@@ -124,46 +125,35 @@ def _pack_geometry(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
         own.unknowns = 6
 
 
-def _pack_out_of_plane(own: LineNumbers, line: Line, law: SheaveLaw) -> None:
+def _pack_out_of_plane(own: LineNumbers, line: Line, law: SheaveLaw, wheels: bool) -> None:
     """Guides of a line that no vertical plane holds; its points and spans are packed."""
     sheave, exit_point = line.sheave, np.array(line.exit_point)
     own.guide = layout.EYELET
     if line.winch_exit is not None:
-        _pack_dead_span(own, line)
-        own.arrival = np.array(line.last_guide) - exit_point
-    if law is SheaveLaw.EYELET:
-        return
-    if isinstance(sheave, Swivel):
+        way = line.dead_span(wheels)
+        _pack_dead_span(own, way)
+        own.arrival = np.array(way.last.start) - exit_point
+        if isinstance(sheave, Pulley) and law is not SheaveLaw.EYELET:
+            own.guide, own.axis, own.radius = layout.PULLEY, unit_vector(sheave.axis), sheave.radius
+            own.arrival = (np.array(way.last.end) - exit_point) / sheave.radius
+    if isinstance(sheave, Swivel) and law is not SheaveLaw.EYELET:
         own.guide, own.axis = layout.SWIVEL, unit_vector(sheave.axis)
         own.radius = own.lever = sheave.radius
         own.side = 1.0 if sheave.wrap == "over" else -1.0
         if line.is_aside:
             own.guide = layout.ASIDE
             own.dead_span = own.dead_span - float(np.linalg.norm(own.arrival)) if line.guides else 0.0
-    elif isinstance(sheave, Pulley):
-        assert line.last_guide is not None  # checked by Line
-        away, axis = np.array(line.last_guide) - exit_point, np.array(unit_vector(sheave.axis))
-        away -= (away @ axis) * axis
-        distance = float(np.linalg.norm(away))
-        outward, share = away / distance, sheave.radius / distance
-        own.guide, own.axis, own.radius = layout.PULLEY, axis, sheave.radius
-        own.arrival = share * outward + math.sqrt((1.0 - share) * (1.0 + share)) * np.cross(axis, outward)
-        arrived = exit_point + sheave.radius * own.arrival
-        _pack_dead_span(own, line, arrived)
 
 
-def _pack_dead_span(own: LineNumbers, line: Line, arrived: Array | None = None) -> None:
-    """Straight spans from the winch over the guides to the exit point, or to where the cable has *arrived* instead."""
-    assert line.winch_exit is not None  # of a modelled dead span
-    end = np.array(line.exit_point) if arrived is None else arrived
-    points = np.array([line.winch_exit, *line.guides, end])[::-1]  # from the sheave to the winch
-    spans = np.diff(points, axis=0)
-    lengths = np.linalg.norm(spans, axis=1)
-    own.unknowns, own.dead_span = 4, lengths.sum()
-    own.winch_rise = (points[-1, 2] - end[2]) / own.dead_span
-    own.mean_rise = 2.0 * (lengths @ (0.5 * (points[:-1, 2] + points[1:, 2]) - end[2])) / own.dead_span**2
-    own.winch_height = points[-1, 2] - end[2]
-    own.rises = (points[:, 2].min() - end[2]) / own.dead_span, (points[:, 2].max() - end[2]) / own.dead_span
+def _pack_dead_span(own: LineNumbers, way: DeadSpan) -> None:
+    """Lengths and heights of the cable from the winch to where it comes to its sheave; those of wheels are exact."""
+    begin, end, length = way.first.start[2], way.last.end[2], way.length
+    low, high = way.heights
+    own.unknowns, own.dead_span = 4, length
+    own.winch_height = begin - end
+    own.winch_rise = (begin - end) / length
+    own.mean_rise = 2.0 * (way.mean_height - end) / length
+    own.rises = (low - end) / length, (high - end) / length
 
 
 def _pack_cable(own: LineNumbers, line: Line, law: CableLaw, gravity: float) -> None:

@@ -11,7 +11,7 @@ from cablewright.robot.plane import Plane
 from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Beam, Scene
-from cablewright.robot.sheave import Eyelet, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
+from cablewright.robot.sheave import Eyelet, GuideSheave, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
 from cablewright.robot.uncertainty import (
     Range,
     Uncertain,
@@ -30,6 +30,7 @@ __all__ = [
     "Bracket",
     "Cable",
     "Eyelet",
+    "GuideSheave",
     "Kind",
     "Line",
     "Load",

@@ -7,7 +7,7 @@ from typing import Any
 from cablewright.robot.defaults import LINE_KEYS, PARTS
 from cablewright.robot.robot import Robot
 
-_SHEAVES = ("Eyelet", "Swivel", "UniversalJoint")
+_SHEAVES = ("Eyelet", "Swivel", "UniversalJoint", "Pulley")
 
 
 def json_schema() -> dict[str, Any]:

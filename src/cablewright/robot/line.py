@@ -6,12 +6,14 @@ import math
 from itertools import pairwise
 from typing import Annotated, Self
 
-from pydantic import Field, StrictBool, model_validator
+from pydantic import Discriminator, Field, StrictBool, Tag, model_validator
 
+from cablewright.errors import InputError
 from cablewright.robot.cable import Cable
+from cablewright.robot.dead_span import DeadSpan, Guide, dead_span
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.mount import Compliance, compliance_matrix
-from cablewright.robot.sheave import Eyelet, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
+from cablewright.robot.sheave import Eyelet, GuideSheave, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
 from cablewright.robot.winch import Winch
 from cablewright.units import Force, Length, Mass, NonNegative, Positive, Stiffness, Vec3
 from cablewright.validation import Description, refusal, require_rising
@@ -23,10 +25,18 @@ MAX_SPANS = 12
 """Maximum mechanical advantage, and maximum number of cables side by side."""
 
 MAX_GUIDES = 24
-"""Maximum number of eyelets between winch exit and exit point."""
+"""Maximum number of eyelets and wheels between winch exit and exit point."""
 
 AXIS_TOLERANCE = 1e-9
 """Distance up to which a winch exit is on a swivel's axis, or in a pulley's plane, m: rounding."""
+
+
+def _guide_tag(given: object) -> str:
+    """Return which of `Guide` a value of a file is, in brackets: `validation` leaves such a tag out."""
+    return "[wheel]" if isinstance(given, dict | GuideSheave) else "[point]"
+
+
+_Guide = Annotated[Annotated[Vec3, Tag("[point]")] | Annotated[GuideSheave, Tag("[wheel]")], Discriminator(_guide_tag)]
 
 
 class Line(Description):
@@ -42,7 +52,7 @@ class Line(Description):
     the cable runs to a pulley on the platform and back. ``cables``: of one kind, side by side on one winch. Spans are
     taken as alike, from point to point, and pulleys as without friction; tension is that of one cable.
 
-    ``guides``: (k, 3) m, world: eyelets that the cable passes from the winch exit on, before the exit point.
+    ``guides``: eyelets, (3,) m, world, and wheels that the cable passes from the winch exit on, before the exit point.
     ``platform_sheave``: on which the cable ends, instead of at its platform point.
 
     ``exit_compliance``: m/N, by which the mount of the exit point is displaced per force of the cable on it: that of
@@ -59,7 +69,7 @@ class Line(Description):
     spring: Positive[Stiffness] | None = None
     counterweight: Positive[Mass] | None = None
     winch_exit: Vec3 | None = None
-    guides: Annotated[tuple[Vec3, ...], Field(max_length=MAX_GUIDES)] = ()
+    guides: Annotated[tuple[_Guide, ...], Field(max_length=MAX_GUIDES)] = ()
     dead_length: NonNegative[Length] = 0.0
     advantage: Annotated[int, Field(strict=True, ge=1, le=MAX_SPANS)] = 1
     cables: Annotated[int, Field(strict=True, ge=1, le=MAX_SPANS)] = 1
@@ -148,8 +158,31 @@ class Line(Description):
 
     @property
     def last_guide(self) -> Vec3 | None:
-        """The point (m, world) from which the cable comes to its exit point: a guide, or the winch exit."""
-        return self.guides[-1] if self.guides else self.winch_exit
+        """The point (m, world) from which the cable comes to its exit point: of a guide, or the winch exit."""
+        if not self.guides:
+            return self.winch_exit
+        last = self.guides[-1]
+        return last if isinstance(last, tuple) else self.dead_span().last.start
+
+    def dead_span(self, wheels: bool = True) -> DeadSpan:
+        """The way of the cable from its winch exit, which is modelled, to its exit point, or to a pulley there.
+
+        Without *wheels* those are points, their centres. Raises `InputError` where no cable runs so.
+        """
+        try:
+            return self._dead_span(wheels)
+        except InputError as fault:
+            raise InputError(f"line {self.name!r}: guides: {fault}") from None
+
+    def _dead_span(self, wheels: bool = True) -> DeadSpan:
+        assert self.winch_exit is not None
+        guides: tuple[Guide, ...] = self.guides
+        if not wheels:
+            guides = tuple(each if isinstance(each, tuple) else each.centre for each in guides)
+        elif isinstance(self.sheave, Pulley):
+            wheel = GuideSheave(centre=self.exit_point, axis=self.sheave.axis, radius=self.sheave.radius)
+            return dead_span(self.winch_exit, guides, wheel)
+        return dead_span(self.winch_exit, guides, self.exit_point)
 
     def _check_path(self) -> None:
         if isinstance(self.sheave, UniversalJoint) and not self.in_plane:
@@ -158,10 +191,10 @@ class Line(Description):
             if key is None:
                 raise refusal("exit_compliance", "must be one number on a universal joint, the same in all directions")
             raise refusal(key, "is for lines without a universal joint")
-        if self.is_aside and self.exit_compliance is not None:
-            raise refusal("exit_compliance", "is not for a swivel whose cable comes from aside of its axis")
         if self.guides:
             self._check_guides()
+        if self.is_aside and self.exit_compliance is not None:
+            raise refusal("exit_compliance", "is not for a swivel whose cable comes from aside of its axis")
         if isinstance(self.sheave, Pulley):
             self._check_pulley(self.sheave)
         elif isinstance(self.sheave, Swivel) and self.sheave.swing is not None and not self.in_plane:
@@ -183,7 +216,17 @@ class Line(Description):
             raise refusal("guides", "needs winch_exit, where the cable comes from")
         for one, two in pairwise((self.winch_exit, *self.guides, self.exit_point)):
             if one == two:
-                raise refusal("guides", f"{list(two)} m follows itself: a cable passes a point once")
+                where = f"{list(two)} m" if isinstance(two, tuple) else "a wheel"
+                raise refusal("guides", f"{where} follows itself: a cable passes a point once")
+        if all(isinstance(guide, tuple) for guide in self.guides):
+            return
+        try:
+            last = self._dead_span().last.start
+        except InputError as fault:
+            raise refusal("guides", str(fault)) from None
+        if isinstance(self.guides[-1], GuideSheave) and self.is_aside:
+            where = f"guide {len(self.guides)}: the cable leaves this wheel {self._from_axis()[1]:g} m off the axis of"
+            raise refusal("guides", f"{where} its swivel, at {[round(x, 6) for x in last]} m: put an eyelet behind it")
 
     def _check_pulley(self, pulley: Pulley) -> None:
         """Refuse a cable that does not come in the pulley's plane, from outside of it."""

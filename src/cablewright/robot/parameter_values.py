@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, Literal, TypeVar
 
+from cablewright.robot.dead_span import Guide
 from cablewright.robot.line import Line
 from cablewright.robot.platform import Platform
 from cablewright.robot.sheave import Swivel, UniversalJoint
@@ -126,16 +127,27 @@ def with_exit(line: Line, path: str, value: float) -> Line:
 def with_exit_point(line: Line, point: Vec3, rise: float = 0.0) -> Line:
     """Return the line with another exit point (m); a modelled winch exit moves along in x and y, and up by ``rise``.
 
-    Of a line out of the plane the winch exit, and what guides the cable from there, move along altogether.
+    Of a line out of the plane the winch exit, and eyelets and wheels on the way from there, move along altogether.
     """
     x, y, z = (new - old for new, old in zip(point, line.exit_point, strict=True))
     if line.in_plane:
         z = rise
     update: dict[str, Any] = {"exit_point": point}
     if line.winch_exit is not None:
-        moved = [(a + x, b + y, c + z) for a, b, c in (line.winch_exit, *line.guides)]
-        update |= {"winch_exit": moved[0], "guides": tuple(moved[1:])}
+        way = (x, y, z)
+        update |= {"winch_exit": _beside(line.winch_exit, way)}
+        update |= {"guides": tuple(_guide_beside(guide, way) for guide in line.guides)}
     return line.model_copy(update=update)
+
+
+def _beside(point: Vec3, way: Vec3) -> Vec3:
+    return point[0] + way[0], point[1] + way[1], point[2] + way[2]
+
+
+def _guide_beside(guide: Guide, way: Vec3) -> Guide:
+    if isinstance(guide, tuple):
+        return _beside(guide, way)
+    return guide.model_copy(update={"centre": _beside(guide.centre, way)})
 
 
 def with_modulus(line: Line, _path: str, factor: float) -> Line:

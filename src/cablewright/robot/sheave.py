@@ -1,4 +1,7 @@
-"""The sheaves that guide a cable: an eyelet, a swivel, a universal joint or a pulley, and a swivel on the platform."""
+"""The sheaves that guide a cable: an eyelet, a swivel, a universal joint or a pulley.
+
+Also a swivel on the platform, and a wheel on the way from the winch.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
 from cablewright.robot.direction import Direction, unit_vector
-from cablewright.units import ANGLE, Angle, Force, Length, NonNegative, Positive
+from cablewright.units import ANGLE, Angle, Force, Length, NonNegative, Positive, Vec3
 from cablewright.validation import Description, refusal, require_rising
 
 Wrap = Literal["over", "under"]
@@ -72,6 +75,18 @@ class Pulley(Description):
     kind: Literal["pulley"] = "pulley"
     radius: Positive[Length]
     axis: Direction
+
+
+class GuideSheave(Description):
+    """A wheel that stands still, on which the cable lies between its winch and its exit point.
+
+    ``centre``: (3,) m, world. ``axis``: (3,) the axis that it turns on, world, of any length; the cable travels around
+    it from winch to platform by the right-hand rule. Its groove takes what pulls out of the plane, as that of `Pulley`.
+    """
+
+    centre: Vec3
+    axis: Direction
+    radius: Positive[Length]
 
 
 class PlatformSheave(Description):

@@ -71,8 +71,9 @@ def _inherited_places(document: Any, m: int, key: KeyPath, values: dict[int, Any
     homes = {index: holder(document, index, key) for index in range(m)}
     home = homes[next(iter(values))]
     heirs = {index for index in range(m) if homes[index] == home}
-    if home is not None and heirs == set(values) and len(set(values.values())) == 1:
-        yield (*home, key[-1]), next(iter(values.values()))
+    first = next(iter(values.values()))
+    if home is not None and heirs == set(values) and all(value == first for value in values.values()):
+        yield (*home, key[-1]), first
         return
     for index, value in values.items():
         like = look_up(document, (*(homes[index] or ()), key[-1]))

@@ -10,7 +10,7 @@ from cablewright.apps.quantities import NOT_KNOWN, count, quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
 from cablewright.printing.schedule import ScheduleStep
-from cablewright.robot import Line, RigidPlatform, Robot
+from cablewright.robot import GuideSheave, Line, RigidPlatform, Robot
 
 _MAX_HEIGHTS = 6
 
@@ -159,7 +159,9 @@ def _arc(line: Line) -> str:
 
 def _dead_span(line: Line) -> str:
     if line.winch_exit is not None:
+        wheels = sum(isinstance(guide, GuideSheave) for guide in line.guides)
         way = f", straight over {len(line.guides)} guides" if line.guides else ""
+        way += f", of which {wheels} are wheels" if wheels else ""
         way += ", from a winch aside of the sheave's axis" if line.is_aside else ""
         return f"modelled{way}, {'stretches' if line.dead_elastic else 'does not stretch'}"
     return f"a constant {quantity(line.dead_length, 'm')} that does not stretch" if line.dead_length else "not modelled"

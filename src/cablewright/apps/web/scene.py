@@ -122,8 +122,8 @@ class SceneDescription:
 
 
 def route(line: Any) -> list[tuple[float, float, float]]:
-    """The points (m, world) of a line from its winch over its guides to its exit point."""
-    return [point for point in (line.winch_exit, *line.guides, line.exit_point) if point is not None]
+    """The points (m, world) of a line from its winch over its guides to its exit point, or to a pulley there."""
+    return [line.exit_point] if line.winch_exit is None else line.dead_span().drawn()
 
 
 def lines_of(robot: Robot) -> list[dict[str, Any]]:
