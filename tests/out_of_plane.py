@@ -8,12 +8,13 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from cablewright.robot import Eyelet, Line, PlatformSheave, Pulley, Robot, Swivel, load
+from cablewright.robot import Eyelet, GuideSheave, Line, PlatformSheave, Pulley, Robot, Swivel, load
 from oracles import guided_paths as oracle
+from oracles import wheel_paths
 
 KINDS = (
     "tilted", "horizontal", "aside", "platform sheaves", "both", "pulleys", "guides", "mixed", "mounts",
-    "pulleys on mounts",
+    "pulleys on mounts", "wheels",
 )  # fmt: skip
 MIXED = ("tilted", "platform sheaves", "pulleys", "both", "guides", "aside")
 FEED = 2.0  # m of dead span before every other tilted swivel
@@ -67,7 +68,53 @@ def guided(line: Line, kind: str, i: int, rng: np.random.Generator) -> Line:
         own["winch_exit"] = tuple(exit_point - [0.0, 0.0, 3.0])
         ways = np.array([(0.5, 0.2, -2.0), (0.3, 0.1, 0.2)])
         own["guides"] = tuple(tuple(exit_point + way) for way in ways)
+    if kind == "wheels":
+        own |= over_wheels(exit_point, inward, i)
     return line.model_copy(update=own)
+
+
+def over_wheels(exit_point: np.ndarray, inward: np.ndarray, i: int) -> dict[str, Any]:
+    """Wheels before an eyelet, a pulley, a swivel and a winch aside, in turn."""
+    up, level = np.array([0.0, 0.0, 1.0]), np.cross([0.0, 0.0, 1.0], inward)
+
+    def at(back: float, aside: float, above: float) -> np.ndarray:
+        return exit_point - back * inward + aside * level + above * up
+
+    if i % 4 == 0:  # three planes
+        wheels = (wheel(at(1.0, 0.1, -2.5), -level, 0.2), wheel(at(0.9, 0.6, 0.3), (0.3, 0.2, -1.0), 0.15))
+        return {"winch_exit": tuple(at(3.0, 0.0, -2.8)), "guides": (tuple(at(1.5, 0.0, -2.7)), *wheels)}
+    if i % 4 == 1:  # all in one plane, the first two crossed
+        wheels = (wheel(at(0.6, 0.0, -3.0), level, 0.1), wheel(at(0.3, 0.0, -2.2), -level, 0.12))
+        return {
+            "sheave": Pulley(radius=0.08, axis=tuple(level)), "winch_exit": tuple(at(0.1, 0.0, -3.5)), "guides": wheels
+        }  # fmt: skip
+    if i % 4 == 2:  # onto the axis of a swivel
+        wheels = (wheel(at(0.11, 0.0, -2.0), -level, 0.11),)
+        own = {"sheave": Swivel(radius=0.06), "winch_exit": tuple(at(1.5, 0.2, -2.4)), "guides": wheels}
+        return own | {"platform_sheave": PlatformSheave(radius=0.05, axis=(0.1, 0.2, -1.0))}
+    wheels = (wheel(at(0.5, 0.1, -2.0), level + 0.2 * up, 0.1), tuple(at(0.1, 0.2, -1.5)))
+    return {"sheave": Swivel(radius=0.06), "winch_exit": tuple(at(1.5, 0.2, -2.9)), "guides": wheels}
+
+
+def wheel(centre: Any, axis: Any, radius: float) -> GuideSheave:
+    """A wheel that stands still."""
+    return GuideSheave(centre=tuple(map(float, centre)), axis=tuple(map(float, axis)), radius=radius)
+
+
+def way_of(line: Line, pulley: bool = True) -> wheel_paths.Way:
+    """The oracle's way from the winch to the exit point, or to the *pulley* there."""
+    stops: list[wheel_paths.Stop] = []
+    for stop in (line.winch_exit, *line.guides, line.exit_point):
+        at = stop if isinstance(stop, GuideSheave) else None
+        stops.append(np.array(stop) if at is None else (np.array(at.centre), np.array(at.axis), at.radius))
+    if pulley and isinstance(line.sheave, Pulley):
+        stops[-1] = (np.array(line.exit_point), np.array(line.sheave.axis), line.sheave.radius)
+    return wheel_paths.way(stops)
+
+
+def comes_from(line: Line) -> np.ndarray:
+    """Where the cable leaves its last guide, or its winch."""
+    return way_of(line).comes_from
 
 
 def frame_of(line: Line) -> oracle.Frame:
@@ -77,8 +124,7 @@ def frame_of(line: Line) -> oracle.Frame:
         side = 1 if sheave.wrap == "over" else -1
         return oracle.Swivel(line.exit_point, unit(sheave.axis), sheave.radius, side, dead_length(line))
     if isinstance(sheave, Pulley):
-        assert line.last_guide is not None
-        return oracle.Pulley(line.exit_point, unit(sheave.axis), sheave.radius, line.last_guide)
+        return oracle.Pulley(line.exit_point, unit(sheave.axis), sheave.radius, comes_from(line))
     return oracle.Eyelet(line.exit_point)
 
 
@@ -92,10 +138,13 @@ def end_of(line: Line) -> oracle.End:
 
 def dead_length(line: Line) -> float:
     """Distance from the winch over the guides to the exit point, m; the oracle counts it of a swivel alone."""
-    if line.winch_exit is None:
-        return line.dead_length
-    points = np.array([line.winch_exit, *line.guides, line.exit_point])
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    return line.dead_length if line.winch_exit is None else way_of(line).length
+
+
+def before_pulley(line: Line) -> float:
+    """Distance from the winch to where the last straight piece to a pulley begins, m; the oracle counts that piece."""
+    way = way_of(line)
+    return way.length - float(np.linalg.norm(way.contacts[-1][0] - way.comes_from))
 
 
 def unit(axis: Any) -> np.ndarray:
@@ -118,7 +167,7 @@ def touched(line: Line, force: np.ndarray | None, away: np.ndarray | None = None
         return exit_point + slip, contact
     if isinstance(line.sheave, Pulley):
         normal, radius = unit(line.sheave.axis), line.sheave.radius
-        away = np.array(line.last_guide) - exit_point
+        away = comes_from(line) - exit_point
         ahead, distance = np.cross(normal, away), np.linalg.norm(away)
         arrival = (radius * away + np.sqrt(distance**2 - radius**2) * ahead) / distance**2
         if force is None:
@@ -134,9 +183,9 @@ def towards_winch(line: Line) -> np.ndarray:
     """Unit vector along the dead span at the exit point; zero where it is not modelled."""
     if line.winch_exit is None:
         return np.zeros(3)
-    back = np.array(line.last_guide) - line.exit_point
+    back = comes_from(line) - line.exit_point
     if isinstance(line.sheave, Pulley):
-        back = np.array(line.last_guide) - touched(line, None)[0]
+        back = comes_from(line) - touched(line, None)[0]
     return unit(back)
 
 
@@ -155,7 +204,7 @@ class Aside:
         self.axis, self.radius = unit(line.sheave.axis), line.sheave.radius
         self.side = 1 if line.sheave.wrap == "over" else -1
         self.force = force / np.linalg.norm(force)
-        self.winch = np.array(line.last_guide) - line.exit_point
+        self.winch = comes_from(line) - line.exit_point
         self.first = force - (force @ self.axis) * self.axis
         self.first /= np.linalg.norm(self.first) * (1.0 if away is None or self.first @ away > 0.0 else -1.0)
         reach = next(reach for reach in (0.5, 1.0, 1.5) if self.moment(-reach) * self.moment(reach) < 0.0)
