@@ -36,6 +36,9 @@ JOINT: dict[str, Any] = {
     "lever_mass_centre": "70.6 mm",
 }
 PULLEY: dict[str, Any] = {"kind": "pulley", "radius": 0.05, "axis": (2, 0, 0)}
+TURNED = PULLEY | {"axis": (0, 1, 0)}
+WHEEL: dict[str, Any] = {"centre": (0.1, 0, 1), "radius": "100 mm", "axis": (0, 2, 0)}
+WHEELED: dict[str, Any] = {"winch_exit": (1, 0, 0), "guides": [WHEEL]}
 END: dict[str, Any] = {"radius": 0.02, "axis": (0, 0, -1)}
 LINE: dict[str, Any] = {
     "name": "a",
@@ -51,6 +54,11 @@ SCENE = Scene(frame_min=(-1, -1, 0), frame_max=(1, 1, 3))
 def robot(**changes: Any) -> Robot:
     parts = {"name": "r", "scene": SCENE, "platform": PointPlatform(mass=10), "lines": [Line(**LINE)]}
     return Robot(**(parts | changes))
+
+
+def on(**changes: Any) -> dict[str, Any]:
+    """A line whose cable passes a wheel."""
+    return WHEELED | {"guides": [WHEEL | changes]}
 
 
 def refused(kind: Any, values: dict[str, Any], match: str) -> None:
@@ -194,6 +202,29 @@ def test_a_winch_may_be_unknown_but_not_zero(key: str) -> None:
         ({"guides": [(0, 0, 3)]}, "guides: .* follows itself"),
         ({"guides": [(0, 0, z / 10) for z in range(1, 27)]}, "at most 24 items"),
         ({"sheave": JOINT, "guides": [(0, 0, 1)]}, "guides: is for lines without a universal joint"),
+        (WHEELED | {"sheave": JOINT}, "guides: is for lines without a universal joint"),
+        (on(axis=(0, 0, 0)), "axis\n  must not be zero"),
+        (on(radius=0), "greater than 0"),
+        (on(radius="3 kg"), "must be a finite length"),
+        (on(colour=0), "colour: unknown key"),
+        ({"guides": [(1, 0, 1), {"centre": (0, 0, 1), "axis": (1, 0, 0)}]}, "radius\n  Field required"),
+        ({"guides": [(1, 0)]}, "Field required"),
+        ({"guides": [WHEEL, WHEEL]}, "guides: a wheel follows itself: a cable passes a point once"),
+        ({"guides": [WHEEL] * 25}, "at most 24 items"),
+        (WHEELED | {"winch_exit": None}, "guides: needs winch_exit"),
+        (on(axis=(0, -1, 0)), "guides: guide 1: the cable passes this wheel by, and would have to unwind by"),
+        (on(radius=2), "guides: winch_exit is within the rim of guide 1, seen along its axis"),
+        (on(centre=(0.2, 0, 1)), "guides: guide 1: the cable leaves this wheel 0.100124 m off the axis of its swivel"),
+        (
+            WHEELED | {"sheave": SWIVEL | {"axis": (0, 0.1, 1)}},
+            "guide 1: the cable leaves this wheel .* m off the axis",
+        ),
+        (WHEELED | {"sheave": SWIVEL | {"wrap": "under"}}, "guides: must be above exit_point"),
+        (WHEELED | {"sheave": TURNED | {"axis": (0, 1, 0.001)}}, "guides: is 0.002.* m out of the plane of the pulley"),
+        (
+            on(centre=(0.06, 0, 2.95), axis=(0, -1, 0)) | {"sheave": TURNED},
+            "no straight cable leaves the rim of guide 1",
+        ),
         ({"sheave": JOINT, "platform_sheave": END}, "platform_sheave: is for lines without a universal joint"),
         ({"platform_sheave": END | {"radius": 0}}, "greater than 0"),
         ({"platform_sheave": END | {"axis": (0, 0)}}, "axis"),
@@ -227,6 +258,10 @@ def test_a_line_refuses(changes: dict[str, Any], match: str) -> None:
         {"winch_exit": (1, 0, 0), "sheave": SWIVEL | {"axis": (-1, 0, 3)}},
         {"sheave": PULLEY, "winch_exit": (0, 1e-10, 0), "platform_sheave": END},
         {"guides": [(1, 0, 0), (0, 0, 2)]},
+        WHEELED,
+        WHEELED | {"guides": [WHEEL, (0, 0.3, 2)]},
+        WHEELED | {"sheave": TURNED},
+        on(centre=(0.2, 1, 1)) | {"sheave": {"kind": "eyelet"}},
     ],
 )
 def test_a_line_allows(changes: dict[str, Any]) -> None:
