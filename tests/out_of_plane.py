@@ -81,7 +81,10 @@ def over_wheels(exit_point: np.ndarray, inward: np.ndarray, i: int) -> dict[str,
         return exit_point - back * inward + aside * level + above * up
 
     if i % 4 == 0:  # three planes
-        wheels = (wheel(at(1.0, 0.1, -2.5), -level, 0.2), wheel(at(0.9, 0.6, 0.3), (0.3, 0.2, -1.0), 0.15))
+        wheels = (
+            wheel(at(1.0, 0.1, -2.5), -level, 0.2),
+            wheel(at(0.9, 0.6, 0.3), 0.3 * inward + 0.2 * level - up, 0.15),
+        )
         return {"winch_exit": tuple(at(3.0, 0.0, -2.8)), "guides": (tuple(at(1.5, 0.0, -2.7)), *wheels)}
     if i % 4 == 1:  # all in one plane, the first two crossed
         wheels = (wheel(at(0.6, 0.0, -3.0), level, 0.1), wheel(at(0.3, 0.0, -2.2), -level, 0.12))

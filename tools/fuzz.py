@@ -145,7 +145,7 @@ platform_point = [-0.1, 0, 0.1]
 name = "c"
 exit_point = [2, 2, 3]
 winch_exit = [2, 2, 0]
-guides = [[2.3, 2, 0.1], [2, 2, 1]]
+guides = [[2.3, 2, 0.1], { centre = [2.1, 2, 0.9], axis = [0.1, -1, 0], radius = "20 mm" }, [2, 2, 1]]
 [[lines]]
 name = "d"
 exit_point = [-2, 2, 3]

@@ -19,7 +19,7 @@ from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Line, Robot, Swivel, load
 from cablewright.solvers.inverse import solve_inverse
-from out_of_plane import body, point
+from out_of_plane import body, guided, point
 
 HANGPRINTER = load("hangprinter-v4")
 
@@ -44,8 +44,15 @@ def tilted(robot: Robot) -> Robot:
     return changed(robot, how)
 
 
+def over_wheels(robot: Robot) -> Robot:
+    """The robot with wheels on the way to eyelets."""
+    rng = np.random.default_rng(2)
+    return changed(robot, lambda _, line: dict(guided(line, "wheels", 0, rng)))
+
+
 ROBOTS = [HANGPRINTER, several(load("jung2020")), point("tilted"), body("tilted"), body("horizontal"), body("guides")]
-NAMES = ["hangprinter-v4", "several spans", "tilted", "tilted body", "horizontal axes", "guides"]
+ROBOTS.append(over_wheels(load("merlet2023")))
+NAMES = ["hangprinter-v4", "several spans", "tilted", "tilted body", "horizontal axes", "guides", "wheels"]
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)

@@ -14,6 +14,8 @@ from cablewright.robot import Robot, library_names, load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.rest_pose import rest_pose
 
+WHEEL = {"centre": (0.4, 0.0, 6.5), "axis": (-0.2, 0.6, 0.4), "radius": 0.1}
+
 
 def at_rest(robot: Robot) -> Equilibrium:
     return rest_pose(Model.of(robot, cable="rigid")).equilibrium
@@ -64,10 +66,11 @@ def lines_with(robot: Robot, **changes: object) -> Robot:
         {"sheave": {"kind": "swivel", "radius": 0.03, "axis": (0.2, -0.1, 1.0)}, "winch_exit": None},
         {"sheave": {"kind": "swivel", "radius": 0.03, "wrap": "under"}, "winch_exit": None},
         {"sheave": {"kind": "eyelet"}, "winch_exit": (0.0, 0.0, 6.0), "guides": ((0.4, 0.0, 6.5), (0.0, 1.0, 6.0))},
+        {"sheave": {"kind": "eyelet"}, "winch_exit": (0.0, 0.0, 6.0), "guides": (WHEEL, (0.0, 1.0, 5.0))},
         {"sheave": {"kind": "eyelet"}, "winch_exit": None, "advantage": 3},
         {"sheave": {"kind": "eyelet"}, "winch_exit": None, "cables": 2, "dead_length": 0.7},
     ],
-    ids=["tilted", "under", "guides", "advantage", "cables"],
+    ids=["tilted", "under", "guides", "wheels", "advantage", "cables"],
 )
 def test_kinds_of_lines(changes: dict[str, object]) -> None:
     robot = lines_with(load("merlet2023"), **changes)
