@@ -161,6 +161,19 @@ def test_in_space_both_ends_of_a_piece_are_tangent(seed: int) -> None:
     np.testing.assert_allclose(way.last.start, oracle.comes_from, atol=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_parallel_wheels_beside_each_other_have_the_tangents_of_circles(seed: int) -> None:
+    """Seen along their axes, open or crossed; the way aside adds up at right angles."""
+    rng = np.random.default_rng(seed)
+    one, two, aside = rng.uniform(0.1, 0.5), rng.uniform(0.1, 0.5), rng.uniform(-0.3, 0.3)
+    sense = 1 if seed % 2 else -1
+    apart = (one + two) * rng.uniform(1.001, 2.0)
+    wheels = (wheel((0, 0, 0), X, one), wheel((aside, apart, 0), sense * X, two))
+    way = dead_span((0.0, -0.6, 3.0), wheels, (aside, apart + 0.6, 3.0 * sense))
+    gap = one - sense * two
+    assert way.pieces[2].length == pytest.approx(np.sqrt(apart**2 - gap**2 + aside**2), abs=1e-12)
+
+
 def test_some_ways_in_space_are_found() -> None:
     kept = 0
     for seed in range(20):

@@ -219,6 +219,10 @@ def test_a_winch_may_be_unknown_but_not_zero(key: str) -> None:
             WHEELED | {"sheave": SWIVEL | {"axis": (0, 0.1, 1)}},
             "guide 1: the cable leaves this wheel .* m off the axis",
         ),
+        (
+            {"guides": [(1, 0, 3), (0, 0, 5)], "winch_exit": (-1, 0, 3), "sheave": TURNED},
+            "goes through the wheel of the",
+        ),
         (WHEELED | {"sheave": SWIVEL | {"wrap": "under"}}, "guides: must be above exit_point"),
         (WHEELED | {"sheave": TURNED | {"axis": (0, 1, 0.001)}}, "guides: is 0.002.* m out of the plane of the pulley"),
         (

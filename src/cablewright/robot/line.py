@@ -218,7 +218,7 @@ class Line(Description):
             if one == two:
                 where = f"{list(two)} m" if isinstance(two, tuple) else "a wheel"
                 raise refusal("guides", f"{where} follows itself: a cable passes a point once")
-        if all(isinstance(guide, tuple) for guide in self.guides):
+        if not isinstance(self.sheave, Pulley) and all(isinstance(guide, tuple) for guide in self.guides):
             return
         try:
             last = self._dead_span().last.start
