@@ -223,14 +223,29 @@ def _between(one: _Wheel, two: _Wheel) -> list[Straight]:
         at = piece(angle)
         return math.nan if at is None else _dot(_minus(at.end, at.start), _turned(first, ahead, angle))
 
-    angles = [2.0 * math.pi * k / _LOOKS for k in range(_LOOKS + 1)]
-    slants, found = [slant(angle) for angle in angles], []
-    for low, high, before, after in zip(angles, angles[1:], slants, slants[1:], strict=False):
+    found = []
+    for (low, before), (high, after) in pairwise(_looked_at(slant)):
         if not math.isnan(before + after) and (before > 0.0) != (after > 0.0):
             angle = _root(slant, low, high, before > 0.0)
             at, onward = piece(angle), _cross(one.axis, _turned(first, ahead, angle))
             if at is not None and _dot(_minus(at.end, at.start), onward) > 0.0:
                 found.append(at)
+    return found
+
+
+def _looked_at(slant: Callable[[float], float]) -> list[tuple[float, float]]:
+    """Return angles (rad) of a whole turn in order, and the *slant* there; also where that begins or ends."""
+    even = [(angle, slant(angle)) for angle in (2.0 * math.pi * k / _LOOKS for k in range(_LOOKS + 1))]
+    found = even[:1]
+    for one, other in pairwise(even):
+        if math.isnan(one[1]) != math.isnan(other[1]):
+            (none, _), some = (one, other) if math.isnan(one[1]) else (other, one)
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (none + some[0])
+                at = middle, slant(middle)
+                none, some = (middle, some) if math.isnan(at[1]) else (none, at)
+            found.append(some)
+        found.append(other)
     return found
 
 
