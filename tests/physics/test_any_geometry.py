@@ -1,4 +1,4 @@
-"""Ten robots of odd geometry: each yes and no of the inverse problem against a linear program of its own geometry."""
+"""Twelve robots of odd geometry: each yes and no of the inverse problem against a linear program of its own."""
 
 from __future__ import annotations
 
@@ -62,10 +62,20 @@ def over_sheaves(robot: Robot, size: float, *kinds: str) -> Robot:
         if kind == "guides":
             own["winch_exit"] = tuple(exit_point - [0, 0, 0.4 * size])
             own["guides"] = (tuple(exit_point - 0.05 * size * inward),)
+        if kind == "wheel":
+            own["winch_exit"] = tuple(exit_point - 0.1 * size * inward - [0, 0, 0.4 * size])
+            centre = exit_point - 0.08 * size * inward
+            own["guides"] = (out_of_plane.wheel(centre, np.cross([0, 0, 1], inward), 0.02 * size),)
         if kind == "end":
             own["platform_sheave"] = PlatformSheave(radius=0.01 * size, axis=tuple(rng.normal(size=3)))
         lines.append(line.model_copy(update=own))
     return out_of_plane.checked(robot.model_copy(update={"lines": tuple(lines)}))
+
+
+def hung(robot: Robot, mass: float) -> Robot:
+    """The robot with a counterweight at its first line."""
+    first = robot.lines[0].model_copy(update={"counterweight": mass})
+    return out_of_plane.checked(robot.model_copy(update={"lines": (first, *robot.lines[1:])}))
 
 
 ROBOTS = {
@@ -83,6 +93,8 @@ ROBOTS = {
     "twelve lines of all kinds, 20 m": over_sheaves(
         around(12, 20.0, True, 150.0, low=0.05), 20.0, "tilted", "end", "aside", "guides"
     ),
+    "a counterweight and wheels, 3 m": hung(over_sheaves(around(5, 3.0, False, 6.0), 3.0, "wheel"), 2.0),
+    "a counterweight and a body, 8 m": hung(around(9, 8.0, True, 50.0, low=0.05), 20.0),
 }
 
 
@@ -113,8 +125,12 @@ def program(robot: Robot, pose: np.ndarray) -> float:
             reactions += [np.concatenate([np.zeros(3), axis]) for axis in (a, b)]
         A, free = np.column_stack([A, *reactions]), len(reactions)
     m = len(robot.lines)
-    low, high = np.array([line.tension_limits for line in robot.lines]).T
-    narrower = np.c_[-np.eye(m), np.zeros((m, free)), np.ones(m)], np.c_[np.eye(m), np.zeros((m, free)), np.ones(m)]
+    limits, wound = [line.tension_limits for line in robot.lines], np.ones(m)
+    for i, line in enumerate(robot.lines):
+        if line.counterweight is not None:
+            limits[i], wound[i] = 2 * (line.counterweight * robot.scene.gravity,), 0.0
+    low, high = np.array(limits).T
+    narrower = np.c_[-np.eye(m), np.zeros((m, free)), wound], np.c_[np.eye(m), np.zeros((m, free)), wound]
     found = linprog(
         np.r_[np.zeros(m + free), -1.0], A_ub=np.vstack(narrower), b_ub=np.r_[-low, high],
         A_eq=np.c_[A, np.zeros(robot.n)], b_eq=-weight, bounds=(None, None), method="highs",
