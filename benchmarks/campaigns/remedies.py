@@ -21,6 +21,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import SEVERITIES, with_severity
 from cablewright.machine.simulated.unmodelled.cable_creep import LOG_SHARE, VOIGT_SHARES
@@ -43,16 +44,19 @@ PRINTS: Final = {
 UNKNOWN: Final = 0.1  # of the compliance of mounts that were measured
 UNEVEN: Final = 0.3  # by how much the creep of a line is off that of the piece that was measured
 PLACE_SIGMA: Final = 1e-3  # m
+CELL_NOISE: Final = 2.0  # N, of a reading and of a zero; scales are off by severity
+MOST_SHOWN: Final = 1e4  # N
 
 
 @dataclass(frozen=True)
 class Remedy:
-    """What an owner does: ``creep`` of a piece of cable and ``mounts`` measured, the place measured, or lidars."""
+    """What an owner does: ``creep`` of a piece of cable and ``mounts`` measured, the place, tensions, or lidars."""
 
     name: str
     creep: bool = False
     mounts: bool = False
     place_layers: int = 0
+    cells: bool = False
     lidars: tuple[str, ...] | None = None  # None: encoders alone
 
 
@@ -63,7 +67,9 @@ REMEDIES: Final = (
     Remedy("creep and mounts", creep=True, mounts=True),
     Remedy("place measured to 1 mm after each 3 layers", place_layers=3),
     Remedy("place measured to 1 mm after each layer", place_layers=1),
+    Remedy("the same with load cells", place_layers=1, cells=True),
     Remedy("creep and mounts, and the place after each layer", creep=True, mounts=True, place_layers=1),
+    Remedy("all of these, with load cells", creep=True, mounts=True, place_layers=1, cells=True),
     Remedy("one lidar (the paper's chain, north and the vertical one)", lidars=("north", "vertical")),
     Remedy("all three lidars (the paper's chain)", lidars=("north", "south", "vertical")),
 )
@@ -90,6 +96,10 @@ def machine_of(name: str, severity: str, remedy: Remedy) -> tuple[Robot, TwinSet
         lines = tuple(line.model_copy(update={"exit_compliance": told}) for line in robot.lines)
         robot = robot.model_copy(update={"lines": lines})
         twin = twin.with_simulation(exits=exits.model_copy(update={"compliance": UNKNOWN * exits.compliance}))
+    if remedy.cells:
+        gain = twin.simulation.tolerances.tension_gain
+        cells = TensionSensor(rate=1.0, deviation=CELL_NOISE, bias=CELL_NOISE, gain_deviation=gain, most=MOST_SHOWN)
+        twin = twin.with_owner(load_cells=cells)
     if remedy.lidars is not None:
         kept = {key: lidar for key, lidar in twin.owner.lidars.items() if key in remedy.lidars}
         twin = twin.with_owner(lidars=kept)

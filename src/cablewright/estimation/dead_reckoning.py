@@ -1,7 +1,7 @@
 """The state by the encoders alone: lengths paid out since a known position, and their equilibrium.
 
 Most printers do so; it is the baseline for the other estimators. It assumes that cable is wound regularly, and that it
-creeps as the robot's file says, from the beginning on.
+creeps as the robot's file says, from the beginning on. Load cells help where a place is measured, and only there.
 """
 
 from __future__ import annotations
@@ -15,18 +15,20 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
+from cablewright.estimation.body.settings import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.models.coil import Coil
 from cablewright.models.creep import CreepMemory, memory_of
-from cablewright.models.statics import Model
-from cablewright.signals import Encoders, Estimate, SensorFrame, frozen
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.signals import Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.linearise import linearise
+from cablewright.solvers.linearise import linearise, tension_changes
 from cablewright.solvers.taut import taut_at
 
 _PLACINGS: Final = 3  # Newton steps to the lengths of a known place: centimetres are left as nanometres
+_UNEVEN: Final = 2e-3  # standard deviation of how far lengths are off by load cells, as a share: more than cables creep
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,8 @@ class ReckoningSettings:
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
     ``total_length``: m of cable of a winch, wound and paid out. ``slack_threshold``: m of excess from which a line
-    counts as slack. ``smoothing_time``: s, of the velocity. ``timeout``: s without counts after which that is a fault.
+    counts as slack. ``smoothing_time``: s, of the velocity and of tensions. ``timeout``: s without counts after which
+    that is a fault. ``cells``: load cells or torques, which help to learn lengths where a place is measured.
     """
 
     model: Model
@@ -45,6 +48,7 @@ class ReckoningSettings:
     slack_threshold: float = 2.5e-3
     smoothing_time: float = 0.2
     timeout: float = 0.5
+    cells: Cells | None = None
 
     def __post_init__(self) -> None:
         """Refuse platforms with a rotation, and another number of coils than lines."""
@@ -67,6 +71,7 @@ class ReckoningState:
     rotation: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad, paid out since the start
     lengths: Array | None = None
     velocity: Array | None = None
+    measured: Array | None = None  # (m,) tensions, N, smoothed; NaN: not read
     time: float = -math.inf
 
 
@@ -99,8 +104,9 @@ def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
     """Return the state with the platform known to be at *place* (3,), m, where it stands.
 
     Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
-    creeps and what an oversized drum pays out is a share of it. Raises `AnswerError` where there is no equilibrium on
-    the way.
+    creeps and what an oversized drum pays out is a share of it. Changes that do not move the platform, with more lines
+    than freedoms, are those that fit measured tensions best. Raises `AnswerError` where there is no equilibrium on the
+    way.
     """
     lengths = state.start_lengths if state.lengths is None else state.lengths
     share, pose = lengths**2, state.tracker.pose
@@ -108,12 +114,34 @@ def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
         held = solve_forward(settings.model, lengths, guess=pose).checked()
         per_length, pose = linearise(held).per_length, held.pose
         weighted = share[:, None] * per_length.T
-        lengths = lengths + weighted @ np.linalg.solve(per_length @ weighted, place - pose)
+        change = weighted @ np.linalg.solve(per_length @ weighted, place - pose)
+        lengths = lengths + change + _tightened(settings.cells, state.measured, held, per_length, change)
     known = start_at(settings, lengths, _counts(settings, state))
     known.time, known.velocity, known.monitor = state.time, np.zeros(3), state.monitor
+    known.measured = state.measured
     if state.creep is not None:
         known.creep, known.start_strain = state.creep, state.creep.strain
     return known
+
+
+def _tightened(
+    cells: Cells | None, measured: Array | None, held: Equilibrium, per_length: Array, change: Array
+) -> Array:
+    """Return lengths (m,), m, to add to a *change* (m,), which leave the platform in place and fit tensions best.
+
+    *measured* (m,), N, against those of *held*, whose motion is *per_length* (3, m); zeros without them.
+    """
+    free = np.linalg.svd(per_length)[2][len(per_length) :].T  # (m, k) lengths without effect on the place
+    if cells is None or measured is None:
+        return np.zeros(len(free))
+    shown = held.winch_tensions if cells.source == "motor_torques" else held.tensions
+    off = np.hypot(np.hypot(cells.deviation, cells.zero), cells.gain * shown)
+    changes = tension_changes(held[None])
+    by_length = np.diag(changes.per_length[0]) + changes.by_pose[0] @ per_length
+    read = np.isfinite(measured) & (held.tensions > 0.0)
+    rows = [(by_length @ free / off[:, None])[read], free / (_UNEVEN * held.lengths)[:, None]]
+    wanted = [((measured - shown - by_length @ change) / off)[read], np.zeros(len(free))]
+    return np.asarray(free @ np.linalg.lstsq(np.vstack(rows), np.concatenate(wanted), rcond=None)[0])
 
 
 def _counts(settings: ReckoningSettings, state: ReckoningState) -> NDArray[np.int64]:
@@ -133,6 +161,7 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
     before, loads = state.tracker.pose, None if state.creep is None else state.tracker.tensions
     for reading in state.monitor.accepted(frame.of(Encoders), frame.time):
         _update_lengths(settings, state, reading)
+    _read_tensions(settings, state, frame, dt)
     paid = state.start_lengths if state.lengths is None else state.lengths
     status = state.tracker.step(paid)
     if state.creep is not None and loads is not None and math.isfinite(dt):
@@ -148,6 +177,20 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         state.velocity = state.velocity + share * ((state.tracker.pose - before) / dt - state.velocity)
     state.monitor.check_timeouts(frame.time)
     return _estimate(settings, state, paid, status)
+
+
+def _read_tensions(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame, dt: float) -> None:
+    """Smooth the tensions that a frame brings; what is not read stays as it was."""
+    if settings.cells is None:
+        return
+    for reading in frame.of(Tensions):
+        if reading.source != settings.cells.source:
+            continue
+        if state.measured is None:
+            state.measured = reading.tensions.copy()
+        share = min(1.0, dt / settings.smoothing_time)
+        known = np.where(np.isnan(state.measured), reading.tensions, state.measured)
+        state.measured = np.where(np.isnan(reading.tensions), known, known + share * (reading.tensions - known))
 
 
 def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:

@@ -13,7 +13,7 @@ from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Swivelling, Tilt
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.machine.coils import coil_of
-from cablewright.machine.sensors import InertialSensor, SwivelSensor, TensionSensor
+from cablewright.machine.sensors import InertialSensor, SwivelSensor
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.statics import Model
@@ -33,10 +33,10 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
     """
     if settings.encoders is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
-    winch, source = settings.winch, "load_cells" if settings.load_cells is not None else "motor_torques"
-    cells, unit = settings.load_cells or settings.motor_torques, settings.inertial
+    winch, unit = settings.winch, settings.inertial
+    cells = settings.load_cells or settings.motor_torques
     timeouts = {"encoders": max(0.5, 2.5 / settings.encoders.rate)}
-    used = {source: cells, "inertial": unit} if sensors else {}
+    used = {_source(settings): cells, "inertial": unit} if sensors else {}
     timeouts |= {name: max(0.5, 2.5 / each.rate) for name, each in used.items() if each is not None}
     return BodySettings(
         Model(with_drum_mass(robot, settings)),
@@ -45,7 +45,7 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
         winch.held,
         winch.max_speed,
         _deviations(robot, settings),
-        None if cells is None or not sensors else _cells(source, cells),
+        cells_of(settings) if sensors else None,
         None if unit is None or not sensors else _tilt(unit),
         None if settings.swivels is None or not sensors else _swivelling(settings.swivels),
         0.0 if settings.retraction is None else settings.retraction.deviation,
@@ -67,9 +67,17 @@ def _swivelling(swivels: SwivelSensor) -> Swivelling:
     return Swivelling(max(swivels.deviation, 1e-5), max(swivels.bias, 1e-5))
 
 
-def _cells(source: str, cells: TensionSensor) -> Cells:
-    zero = max(cells.bias, _LEAST_ZERO)
-    return Cells(source, max(cells.deviation, _LEAST_ZERO), zero, max(cells.gain_deviation, _LEAST_GAIN))
+def cells_of(settings: MachineSettings) -> Cells | None:
+    """Return what is known of a machine's load cells or, without them, of its motors' torques; None without both."""
+    cells = settings.load_cells or settings.motor_torques
+    if cells is None:
+        return None
+    noise, zero = max(cells.deviation, _LEAST_ZERO), max(cells.bias, _LEAST_ZERO)
+    return Cells(_source(settings), noise, zero, max(cells.gain_deviation, _LEAST_GAIN))
+
+
+def _source(settings: MachineSettings) -> str:
+    return "load_cells" if settings.load_cells is not None else "motor_torques"
 
 
 def _tilt(unit: InertialSensor) -> Tilt:

@@ -24,7 +24,7 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
-from cablewright.studies.body_estimator import BodyEstimator, body_settings
+from cablewright.studies.body_estimator import BodyEstimator, body_settings, cells_of
 from cablewright.studies.estimator_settings import OBSERVERS, with_drum_mass
 
 ESTIMATORS: Final = get_args(EstimatorName)
@@ -80,7 +80,9 @@ def reckoning_of(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
     winch = settings.winch
     coils = tuple(coil_of(line, winch) for line in robot.lines)
     counts_per_radian = winch.counts * winch.ratio / math.tau
-    return ReckoningSettings(Model(with_drum_mass(robot, settings)), counts_per_radian, coils, winch.held)
+    return ReckoningSettings(
+        Model(with_drum_mass(robot, settings)), counts_per_radian, coils, winch.held, cells=cells_of(settings)
+    )
 
 
 class _SteppedEstimator:

@@ -10,6 +10,7 @@ import pytest
 
 from cablewright.errors import AnswerError, InputError
 from cablewright.estimation import dead_reckoning
+from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -17,7 +18,7 @@ from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
-from cablewright.signals import Command, Encoders, PrintState, SensorFrame
+from cablewright.signals import Command, Encoders, PrintState, SensorFrame, Tensions
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.estimators import DeadReckoning, estimator, reckoning_of
@@ -60,6 +61,30 @@ def test_it_is_where_it_was_measured_and_counts_on_from_there() -> None:
     moved = dead_reckoning.step(settings, known, frame(21.0, counts + 1000))
     plain = dead_reckoning.step(settings, untold, frame(21.0, counts + 1000))
     np.testing.assert_allclose(moved.position - told, plain.position - before, atol=2e-4)
+
+
+@pytest.mark.parametrize("source", ["load_cells", "motor_torques"])
+def test_tensions_tell_what_one_place_leaves_open(source: str) -> None:
+    """Of four lengths that are off, a place alone finds three numbers; with tensions it is right elsewhere too."""
+    owner = OWNER.model_copy(update={source: TensionSensor(rate=1.0, deviation=1e-3, most=1e4)})
+    settings, counts = reckoning_of(ROBOT, owner), np.zeros(4, dtype=np.int64)
+    off = 3e-3 * np.array([1.0, -1.0, 1.0, -0.5])
+    true = solve_forward(settings.model, inverse(ROBOT, PLACE).lengths + off).checked()
+    shown = true.winch_tensions if source == "motor_torques" else true.tensions
+    away = inverse(ROBOT, PLACE - np.array([3.0, -2.0, -0.8])).checked().lengths
+    errors = []
+    for told in (frame(0.0, counts), SensorFrame(0.0, (Encoders(0.0, counts), Tensions(source, 0.0, shown)))):
+        state = dead_reckoning.start(settings, PLACE)
+        dead_reckoning.step(settings, state, told)
+        known = dead_reckoning.placed(settings, state, true.pose)
+        np.testing.assert_allclose(known.tracker.pose, true.pose, atol=1e-6)
+        errors.append(np.abs(known.start_lengths - true.lengths).max())
+        found = solve_forward(settings.model, known.start_lengths + away - inverse(ROBOT, PLACE).lengths)
+        there = solve_forward(settings.model, away + off)
+        errors.append(np.linalg.norm(found.pose - there.pose))
+    assert max(errors[2:]) < 1e-9
+    assert errors[0] > 1e-3
+    assert errors[1] > 5e-4
 
 
 def test_a_place_that_fits_changes_nothing() -> None:
