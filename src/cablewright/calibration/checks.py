@@ -8,17 +8,19 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.measured import SENSORS, Measured
+from cablewright.calibration.planar import check_plane
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
 
 _APART = 1e-3  # m: poses with smaller differences in all lengths count as one
+_UP = 2  # the world's axis along which gravity acts
 _THREE = 3  # measured positions that fix place and direction
 _FAR = 3.0  # diagonals of the frame: max length change, and max distance of a pose from its centre
 
 
 def check_lengths(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` where lengths or poses are so large that they must be in another unit."""
+    """Raise `InputError` for lengths or poses so large that they must be in another unit, and poses off the plane."""
     scene = robot.scene
     diagonal = math.dist(scene.frame_min, scene.frame_max)
     spans = np.array([float(line.advantage) for line in robot.lines])
@@ -26,6 +28,7 @@ def check_lengths(robot: Robot, measured: Measured) -> None:
     if measured.guess is not None:
         middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
         _check_size(measured, measured.guess[:, :3] - middle, ["x", "y", "z"], diagonal, middle)
+    check_plane(robot, measured)
 
 
 def _check_size(
@@ -57,6 +60,9 @@ def gauge_size(problem: CalibrationProblem) -> int:
         return 0
     sees_gravity = problem.measured.tensions is not None or problem.elastic
     tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines) and not sees_gravity
+    plane = problem.robot.platform.plane
+    if plane is not None:  # two translations, and the turn about the normal
+        return (3 if tiltable or plane.axis == _UP else 2) + (3 if "platform_point" in names else 0)
     return (6 if tiltable else 4) + (6 if "platform_point" in names else 0)
 
 
@@ -73,7 +79,7 @@ def min_poses(problem: CalibrationProblem) -> int:
     """
     surplus = surplus_per_pose(problem)
     if surplus < 1:
-        m, n = problem.robot.m, problem.robot.n
+        m, n = problem.robot.m, problem.robot.freedoms
         why = f"{m} lines measure {m} lengths of a pose with {n} freedoms"
         more = "measure more"
         if problem.elastic:

@@ -128,6 +128,7 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
         shared=problem.plan.shared,
         groups=problem.plan.groups,
         bounds=problem.plan.bounds,
+        across=problem.plan.across,
         sigma=problem.plan.sigma,
     )
     free = CalibrationProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
@@ -136,7 +137,7 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
     free = replace(free, weights=weights, found_encoder=problem.encoder_sigma)
     free = framed(free, problem.whole(found.theta), found.poses)
     own = fit(free, problem.whole(found.theta), found.poses)
-    left = information(free, own.theta, own.poses, weights).redundancy
+    left = information(free, own.theta, own.poses, weights, priors=True).redundancy
     if left < ENOUGH or not math.isfinite(own.cost):
         return None
     square = 2.0 * own.cost

@@ -79,6 +79,10 @@ class ElasticProblem(CalibrationProblem):
         """Return the poses (N, n) in the states (N, ..)."""
         return states[:, self.robot.m : self.robot.m + self.robot.n]
 
+    def in_plane(self, states: Array) -> Array:
+        """Return the *states* as they are: equilibria are in the platform's plane."""
+        return states
+
     def with_poses(self, states: Array, poses: Array) -> Array:
         """Return the same lengths and states of lines, each in its line's vertical plane, at other *poses* (N, n)."""
         moved = states.copy()

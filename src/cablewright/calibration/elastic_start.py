@@ -96,7 +96,7 @@ def equilibria_at(problem: ElasticProblem, found: Model, poses: Array) -> Equili
         tensions = tensions.clip(min=1e-3 * robot.platform.mass * robot.scene.gravity)
         limits = float(tensions.min() / _WIDER), float(tensions.max() * _WIDER)
     given = poses.copy()
-    if robot.m < robot.n:  # gravity determines the others
+    if robot.m < robot.freedoms:  # gravity determines the others
         given[:, FREED[robot.m :]] = np.nan
     model = Model(found.robot, problem.model.fidelity, limits)
     held = solve_inverse(model, given, preferred=tensions)

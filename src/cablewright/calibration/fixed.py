@@ -38,6 +38,22 @@ def tilt_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
     return rows
 
 
+def across_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
+    """Return rows (m, k): how far each exit point is off the platform's plane, by the unknowns among its coordinates.
+
+    Raises `InputError` for a robot without a plane, and where none is among the unknowns.
+    """
+    plane = robot.platform.plane
+    if plane is None:
+        raise InputError(f"across: robot {robot.name!r} has no platform.plane")
+    which, coordinates = coordinates_of(robot, unknowns)
+    if not len(which):
+        raise InputError("across: exit_point is not among the unknowns")
+    rows = np.zeros((robot.m, len(unknowns)))
+    rows[coordinates // 3, which] = np.array(plane.across)[coordinates % 3]
+    return rows
+
+
 def linear_rows(
     robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array
 ) -> tuple[Array, Array, Mask]:
@@ -56,6 +72,9 @@ def linear_rows(
         rows += list(tilt_rows(robot, unknowns) / plan.level)
         values += [float(row @ start) for row in rows[-2:]]
     measured = len(rows)
+    for row in [] if plan.across is None else across_rows(robot, unknowns):
+        rows.append(row / plan.across)
+        values.append(float(rows[-1] @ start))
     for at, prior in enumerate(plan.priors):
         if prior.name.partition(".")[0] not in plan.unknowns:
             raise InputError(f"priors[{at}]: {prior.name} is not among the unknowns")

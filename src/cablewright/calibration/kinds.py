@@ -24,6 +24,7 @@ NAMES: Final = {
     rows_of.TENSION: "tensions",
     rows_of.BALANCE: "tensions",
     rows_of.COORDINATE: "positions",
+    rows_of.ALONG: "positions",
     rows_of.SWIVEL: "swivel angles",
     rows_of.TILT: "tilts",
     rows_of.YAW: "yaw angles",

@@ -53,7 +53,7 @@ class ModelDoubt:
 
     joint: Array  # (k + q, k + q): of the unknowns, then of how far off these numbers are
     considered: tuple[Considered, ...]
-    assumed: Array  # (k,) variances of the unknowns by these numbers, which more poses hardly make smaller
+    assumed: Array  # (k, k) covariance of the unknowns by these numbers, which more poses hardly make smaller
 
     @property
     def covariance(self) -> Array:
@@ -70,9 +70,9 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     noise, here = posterior.covariance * scale**2, problem.derivatives(found.theta, found.poses, found.weights)
     if found.code != 0 or not here.whole.all():
         nothing = np.full_like(noise, np.nan)
-        return ModelDoubt(nothing, (), np.diag(nothing))
+        return ModelDoubt(nothing, (), nothing)
     if not (np.isfinite(found.cost) and 0.0 < scale < np.inf):
-        return ModelDoubt(noise, (), np.zeros(len(noise)))
+        return ModelDoubt(noise, (), np.zeros_like(noise))
     wider, extra, numbers = _considered(problem, found)
     rows = wider.derivatives(_theta(wider, problem, found), found.poses, found.weights)
     k = len(found.theta)
@@ -97,7 +97,7 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
     clusters = _Clusters(off, reduced[..., :k]), *(_Clusters(here.others[at], others[at]) for at in alone)
     unmeasured = np.delete(others, np.concatenate([at.ravel() for at in alone]), axis=0)
     scatter = _by_scatter(clusters, unmeasured, posterior)
-    assumed = np.diag(joint)[:k] - np.diag(noise)
+    assumed = joint[:k, :k] - noise
     larger = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(np.diag(joint)[:k], 1e-300), 1.0))
     larger = np.append(larger, np.ones(len(numbers)))
     return ModelDoubt(joint * np.outer(larger, larger), tuple(considered), assumed)
@@ -205,4 +205,4 @@ def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array
 
 
 def _is_loaded(robot: Robot) -> bool:
-    return robot.scene.gravity > 0.0 and robot.m >= robot.n
+    return robot.scene.gravity > 0.0 and robot.m >= robot.freedoms

@@ -17,6 +17,7 @@ from cablewright.arrays import Array, Indices, Mask
 from cablewright.calibration.fixed import tilt_rows
 from cablewright.calibration.problem import CalibrationProblem, Derivatives
 from cablewright.calibration.unknowns import Unknown, coordinates_of
+from cablewright.models.plane import basis
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES
 
@@ -31,11 +32,7 @@ _SURVEYED: Final = 1e-3  # m: sigma of a suggested distance or surveyed point
 _LEVEL: Final = 1e-3  # rad: sigma of a suggested level
 _MAX_PAIRS: Final = 28
 _TILTS: Final = ("tilt about x", "tilt about y")
-_WORLD: Final = (*(f"translation along {axis}" for axis in AXES), "yaw", *_TILTS)
-_PLATFORM: Final = (
-    *(f"shift of the platform's frame along {axis}" for axis in AXES),
-    *(f"turn of the platform's frame about {axis}" for axis in "zxy"),
-)
+_TURNS: Final = {"x": _TILTS[0], "y": _TILTS[1], "z": "yaw"}
 _BEYOND: Final = 1e-4  # size of the part of an open direction beyond the motions of frames
 
 
@@ -146,17 +143,49 @@ def _spectrum(rows: Array) -> tuple[Array, Array, Mask]:
 def motions(found: Information) -> dict[str, Array]:
     """Return, by name, the unknowns' changes (k,) in motions of a frame, which encoders hardly measure.
 
-    Those of everything in the world; and those of the platform's own frame, where its points are unknown.
+    Those of everything in the world; and those of the platform's own frame, where its points are unknown. Of a platform
+    in a plane they are those that keep the plane.
     """
-    named = {name: np.zeros(len(found.unknowns)) for name in (*_WORLD, *_PLATFORM)}
-    for kind, names, points in (("exit_point", _WORLD, found.exits), ("platform_point", _PLATFORM, found.ties)):
+    moves, turns = _of_frame(found.robot)
+    of_platform = (
+        [f"shift of the platform's frame along {way}" for way in moves],
+        [f"turn of the platform's frame about {way}" for way in turns],
+    )
+    words = world_motions(found.robot)
+    of_world = list(words[: len(moves)]), list(words[len(moves) :])
+    named = {}
+    for kind, names, points in (("exit_point", of_world, found.exits), ("platform_point", of_platform, found.ties)):
         which, coordinates = coordinates_of(found.robot, found.unknowns, kind)
         arms = points - points.mean(axis=0)
-        for move, turn, k in zip(names[:3], names[3:], (2, 0, 1), strict=True):
-            named[move][which] = np.tile(np.eye(3)[names.index(move)], len(points))[coordinates]
-            named[turn][which] = np.cross(np.eye(3)[k], arms).ravel()[coordinates]
-    named["yaw"] += azimuth_offsets(found.unknowns) * named["yaw"].any()
+        every = [np.tile(way, len(points)) for way in moves.values()]
+        every += [np.cross(axis, arms).ravel() for axis in turns.values()]
+        for name, motion in zip((*names[0], *names[1]), every, strict=True):
+            named[name] = np.zeros(len(found.unknowns))
+            named[name][which] = motion[coordinates]
+    if "yaw" in named:
+        named["yaw"] += azimuth_offsets(found.unknowns) * named["yaw"].any()
     return {name: motion for name, motion in named.items() if motion.any()}
+
+
+def _of_frame(robot: Robot) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return unit vectors along which a frame moves, and about which it turns, by their names."""
+    plane, axes = robot.platform.plane, dict(zip(AXES, np.eye(3), strict=True))
+    if plane is None:
+        return axes, {name: axes[name] for name in "zxy"}
+    ways = [*basis(plane, 3).T, np.array(plane.across)]
+    named = {}
+    for way in ways:
+        along = [name for name, axis in axes.items() if abs(float(way @ axis)) == 1.0]
+        numbers = ", ".join(f"{number:.2g}" for number in (way.round(9) + 0.0).tolist())
+        named[along[0] if along else f"({numbers})"] = axes[along[0]] if along else way
+    return dict(list(named.items())[:2]), dict(list(named.items())[2:])
+
+
+def world_motions(robot: Robot) -> tuple[str, ...]:
+    """Return the names of the motions of everything in the world: translations, then turns."""
+    moves, turns = _of_frame(robot)
+    about = [_TURNS.get(way, f"turn about {way}") for way in turns]
+    return (*(f"translation along {way}" for way in moves), *about)
 
 
 def azimuth_offsets(unknowns: Sequence[Unknown]) -> Array:

@@ -152,7 +152,8 @@ class CalibrationPlan(FileDescription):
     ``lengths``: whether counts are lengths from the exit point on (absolute) or changes since home (relative; the
     default, with ``length_offset`` among the unknowns). ``shared``: unknowns that are one number for all lines;
     ``groups``: for some. ``datum``: exit points (``south-west``) or coordinates (``south-east.y``) to hold. ``level``:
-    sigma of the tilt of all exit points against the file, rad.
+    sigma of the tilt of all exit points against the file, rad. ``across``: for a platform in a plane, sigma of how far
+    off it the file says that each exit point is, m.
     """
 
     lengths: Literal["absolute", "relative"] | None = None
@@ -162,6 +163,7 @@ class CalibrationPlan(FileDescription):
     datum: Annotated[tuple[str, ...], Field(max_length=_MAX_ENTRIES)] = ()
     sigma: Sigmas = Sigmas()
     level: _Sigma[Angle] | None = None
+    across: _Sigma[Length] | None = None
     priors: Annotated[tuple[Prior, ...], Field(max_length=_MAX_ENTRIES)] = ()
     bounds: Annotated[tuple[Bound, ...], Field(max_length=_MAX_ENTRIES)] = ()
     distances: Annotated[tuple[MeasuredDistance, ...], Field(max_length=_MAX_ENTRIES)] = ()

@@ -18,8 +18,11 @@ from cablewright.calibration.observability import (
     information,
     open_freedoms,
     without,
+    world_motions,
 )
+from cablewright.calibration.planar import free_directions, on_file_side, upwards
 from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.unknowns import coordinates_of
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
@@ -74,9 +77,9 @@ def fits(
 ) -> list[PoseFit]:
     """Fit from each of B starts: free unknowns *theta* (B, k), and *poses* (B, N, n) or states (B, N, ..).
 
-    Starts out of the range of an unknown begin at its edge.
+    Starts out of the range of an unknown begin at its edge, those off the platform's plane in it.
     """
-    theta, poses = np.array(np.clip(theta, *problem.limits), order="C"), np.array(poses, order="C")
+    theta, poses = np.array(np.clip(theta, *problem.limits), order="C"), np.array(problem.in_plane(poses), order="C")
     used = problem.weights if weights is None else weights
     codes, steps, costs = problem.adjust(theta, poses, used, settings, rows)
     return [PoseFit(theta[b], poses[b], used, float(costs[b]), int(codes[b]), int(steps[b])) for b in range(len(theta))]
@@ -169,14 +172,17 @@ def _from_far(problem: CalibrationProblem, theta: Array, poses: Array, rough: fl
 
 
 def _mirrored(problem: CalibrationProblem, found: PoseFit) -> list[PoseFit]:
-    """Return the fit from the upside-down image of another: only the sheaves make them differ, by millimetres."""
+    """Return the fit from the upside-down image of another: only the sheaves make them differ, by millimetres.
+
+    In a plane that lies it is that along one of its axes.
+    """
     if problem.robot.n == 6 or problem.measured.guess is not None or not found.cost < np.inf:
         return []
     theta, poses = found.theta.copy(), found.poses.copy()
-    middle = float(problem.exit_points(theta)[:, 2].mean())
-    heights = np.array([(each.name, each.axis) == ("exit_point", 2) for each in problem.free_unknowns], dtype=bool)
-    theta[heights] = 2.0 * middle - theta[heights]
-    poses[:, 2] = 2.0 * middle - poses[:, 2]
+    exits, up = problem.exit_points(theta), upwards(problem.robot)
+    middle = exits.mean(axis=0)
+    theta = _with_exits(problem, theta, exits - 2.0 * ((exits - middle) @ up)[:, None] * up)
+    poses -= 2.0 * ((poses - middle) @ up)[:, None] * up
     image = fit(problem, theta, poses, settings=_FAR)
     return [image] if np.isfinite(image.cost) else []
 
@@ -184,13 +190,16 @@ def _mirrored(problem: CalibrationProblem, found: PoseFit) -> list[PoseFit]:
 def unmirrored(problem: CalibrationProblem, theta: Array, poses: Array) -> Array:
     """Return *poses*, each mirrored at the plane through the exit points if it fits better there.
 
-    If exit points are nearly in one plane, lengths hardly depend on the side of it on which the platform is.
+    If exit points are nearly in one plane, lengths hardly depend on the side of it on which the platform is. Of a
+    platform in a plane it is the line of that plane along which they are.
     """
     if not problem.is_finite(theta, poses):
         return poses
     exits = problem.exit_points(theta)
     middle = exits.mean(axis=0)
-    normal = np.linalg.svd(exits - middle)[2][2]
+    inside = free_directions(problem.robot)[:3, :3]
+    inside = inside if problem.robot.platform.plane is None else inside[:, :2]
+    normal = inside @ np.linalg.svd((exits - middle) @ inside)[2][-1]
     mirrored = poses.copy()
     mirrored[:, :3] -= 2.0 * ((poses[:, :3] - middle) @ normal)[:, None] * normal
     mirrored = fitted_poses(problem, theta, mirrored)
@@ -212,11 +221,12 @@ def _starts(problem: CalibrationProblem, rng: np.random.Generator, rough: float)
     low, high = np.array(scene.frame_min), np.array(scene.frame_max)
     exits = problem.named("exit_point")
     for away in chain([0.0], repeat(rough)):
-        theta = problem.free + exits * rng.uniform(-away, away, len(exits))
+        theta = problem.free + _within_plane(problem, exits * rng.uniform(-away, away, len(exits)))
         if problem.measured.guess is not None:
             known = np.asarray(np.isfinite(problem.measured.guess).all(axis=1))
             poses = np.where(known[:, None], problem.measured.guess, problem.measured.guess[known].mean(axis=0))
             poses[:, :3] += rng.uniform(-0.5 * away, 0.5 * away, (len(poses), 3))
+            poses = problem.in_plane(poses)
             lengths = (problem.lengths(theta, poses) - problem.measured.counted)[known]
             theta = _with_home(problem, theta, np.nanmedian(lengths, axis=0))
             theta = _with_azimuths(problem, theta, poses, known)
@@ -227,11 +237,33 @@ def _starts(problem: CalibrationProblem, rng: np.random.Generator, rough: float)
         share = 0.5 if away == 0.0 else rng.uniform(0.2, 0.8, 3)
         poses = np.zeros((problem.poses, problem.robot.n))
         poses[:, :3] = low + share * (high - low)
+        poses = problem.in_plane(poses)
         at_home = np.argmin(np.abs(problem.measured.counted).max(axis=1))
         lengths = problem.lengths(theta, poses[:1])[0] - problem.measured.counted[at_home]
         theta = _with_home(problem, theta, lengths)
         poses = fitted_poses(problem, theta, poses, without=_of_open_zero(problem))
         yield _with_azimuths(problem, theta, poses, np.ones(len(poses), dtype=bool)), poses
+
+
+def _within_plane(problem: CalibrationProblem, change: Array) -> Array:
+    """Return a *change* (k,) of the unknowns without what moves exit points across the platform's plane, if any.
+
+    It would bring some to the other side, from which lengths are the same.
+    """
+    plane = problem.robot.platform.plane
+    if plane is None:
+        return change
+    moves, normal = np.zeros((problem.robot.m, 3)), np.array(plane.across)
+    moves.flat[coordinates_of(problem.robot, problem.free_unknowns)[1]] = change[problem.named("exit_point")]
+    return _with_exits(problem, change, moves - np.outer(moves @ normal, normal))
+
+
+def _with_exits(problem: CalibrationProblem, theta: Array, exits: Array) -> Array:
+    """Return the free unknowns *theta* (k,) with those of exit points from *exits* (m, 3)."""
+    changed = theta.copy()
+    which, coordinates = coordinates_of(problem.robot, problem.free_unknowns)
+    changed[which] = exits.ravel()[coordinates]
+    return changed
 
 
 def fitted_poses(problem: CalibrationProblem, theta: Array, poses: Array, without: Mask | None = None) -> Array:
@@ -285,7 +317,7 @@ def to_file_frame(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     lengths and offsets of sensors, which the file does not have, do not count. It holds within the fit: what the data
     leave open cannot creep.
     """
-    found = _turned_back(problem, found)
+    found = _turned_back(problem, _on_file_side(problem, found))
     for turn in range(_ROUNDS):
         framed = _framed(problem, information(problem, found.theta, found.poses, found.weights, priors=True))
         rows, wanted = framed.frame
@@ -314,26 +346,52 @@ def _frame_weight(problem: CalibrationProblem) -> float:
     return _FRAME / problem.encoder_sigma
 
 
-def yaw_between(points: Array, others: Array) -> float:
-    """Return the yaw, rad, about the origin that moves *points* (m, 3) as near as possible to *others* (m, 3)."""
+def yaw_between(points: Array, others: Array, axis: Array | None = None) -> float:
+    """Return the yaw, rad, about the origin that moves *points* (m, 3) as near as possible to *others* (m, 3).
+
+    Or the turn about another *axis*, a unit vector.
+    """
     cross = points.T @ others
+    if axis is not None:
+        sines = np.array([cross[1, 2] - cross[2, 1], cross[2, 0] - cross[0, 2], cross[0, 1] - cross[1, 0]])
+        return float(np.arctan2(sines @ axis, np.trace(cross) - axis @ cross @ axis))
     return float(np.arctan2(cross[0, 1] - cross[1, 0], cross[0, 0] + cross[1, 1]))
 
 
+def _on_file_side(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
+    """Return the fit with exit points on the file's side of the platform's plane, unless it is a worse one."""
+    if problem.robot.platform.plane is None or found.code != 0:
+        return found
+    exits = problem.exit_points(found.theta)
+    wanted = on_file_side(problem.robot, exits, problem.points(found.theta, "platform_point"))
+    if np.array_equal(exits, wanted):
+        return found
+    here = refit(problem, found)
+    there = refit(problem, replace(here, theta=_with_exits(problem, here.theta, wanted)))
+    rounding = 0.5 * float(np.sum((_SAME * problem.weights) ** 2))
+    return there if there.code == 0 and there.cost <= _ALIKE * here.cost + rounding else found
+
+
 def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
-    """Return the fit turned about the vertical towards the file, a path that is not straight, if yaw is open."""
+    """Return the fit turned about the vertical towards the file, a path that is not straight, if yaw is open.
+
+    Of a platform in a plane it is the turn about the normal.
+    """
     exits = problem.named("exit_point")
     if problem.held.any() or exits.sum() < 3 * problem.robot.m:
         return found
     points = problem.exit_points(found.theta)
     arms, file = points - points.mean(axis=0), problem.exit_points(problem.free)
-    angle = yaw_between(arms, file - file.mean(axis=0))
+    plane = problem.robot.platform.plane
+    axis = np.array([0.0, 0.0, 1.0] if plane is None else plane.across)
+    angle = yaw_between(arms, file - file.mean(axis=0), None if plane is None else axis)
     if abs(angle) < _YAW:
         return found
-    if not set(open_freedoms(information(problem, found.theta, found.poses, found.weights, priors=True))) >= _YAWS:
+    names = set(open_freedoms(information(problem, found.theta, found.poses, found.weights, priors=True)))
+    if not names >= (_YAWS if plane is None else set(world_motions(problem.robot))):
         return found
-    turn, theta = matrices([0.0, 0.0, angle]), found.theta.copy()
+    turn, theta = matrices(angle * axis), found.theta.copy()
     theta[exits] = (arms @ turn.T + points.mean(axis=0)).ravel()
-    theta += angle * azimuth_offsets(problem.free_unknowns)
-    poses = yawed(problem.poses_of(found.poses), angle, points.mean(axis=0))
+    theta += angle * axis[2] * azimuth_offsets(problem.free_unknowns)  # a turn about another axis is not open with them
+    poses = yawed(problem.poses_of(found.poses), angle, points.mean(axis=0), axis)
     return replace(found, theta=theta, poses=problem.with_poses(found.poses, poses))

@@ -9,11 +9,12 @@ from typing import ClassVar, Final, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
+from cablewright.arrays import Array
 from cablewright.calibration.checks import min_poses
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan, plan_of
+from cablewright.calibration.planar import exit_rows
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import random_poses
 from cablewright.calibration.unknowns import require_covered
@@ -117,7 +118,7 @@ def calibration_poses(
         )
     _, rows, ranks = projected(problem.derivatives(problem.start, places))
     rows = np.ascontiguousarray(rows[:, int(ranks.min()) :]) * (problem.encoder_sigma / sigma)
-    search = _PoseSearch(rows, problem.named("exit_point"), criterion)
+    search = _PoseSearch(rows, exit_rows(robot, problem.free_unknowns)[0], criterion)
     chosen = np.sort(search.exchanged(search.greedy(count)))  # sorted: the order in which they are found is rounding
     path = places[chosen][_ordered(places[chosen, :3])]
     random = [search.sigmas(rng.choice(candidates, count, replace=False)) for _ in range(_DRAWS)]
@@ -130,12 +131,12 @@ def calibration_poses(
 class _PoseSearch:
     """Search for sets of poses in the space of the d combinations of unknowns that all candidates determine."""
 
-    def __init__(self, rows: Array, exits: Mask, criterion: str) -> None:
+    def __init__(self, rows: Array, exits: Array, criterion: str) -> None:
         _, values, right = np.linalg.svd(np.linalg.qr(rows.reshape(-1, rows.shape[2]), mode="r"))
         kept = values > _NULL * values[0]
         self.basis = right[kept].T  # (k, d)
         self.rows = rows @ self.basis  # (C, r, d) of each candidate, its pose eliminated
-        self.exits = self.basis[exits]
+        self.exits = exits @ self.basis  # (a, d)
         self.criterion = criterion
         self.ridge = _RIDGE * float(np.mean(values[kept] ** 2)) / len(rows)
 

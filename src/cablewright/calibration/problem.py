@@ -15,6 +15,7 @@ from cablewright.calibration.bounds import ranges
 from cablewright.calibration.fixed import held_by_datum, linear_rows
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.planar import free_directions
 from cablewright.calibration.sensor_rows import ENCODER_SIGMA, distance_rows, load_on, sensor_rows
 from cablewright.calibration.unknowns import (
     Unknown,
@@ -28,6 +29,7 @@ from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals, pose_schur, straight_line
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import StopRule
+from cablewright.models.plane import within
 from cablewright.models.rotation import placed
 from cablewright.robot import Robot
 
@@ -41,7 +43,7 @@ NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
 class Derivatives:
     """Weighted residuals and their derivatives: e rows at each of N poses, and g rows without a pose.
 
-    The p unknowns of a pose are its n coordinates for straight lines, its m lengths for elastic ones.
+    The p unknowns of a pose are its freedoms for straight lines, n or those in a plane; its m lengths for elastic ones.
     """
 
     residual: Array  # (N, e)
@@ -144,12 +146,16 @@ class CalibrationProblem:
 
     @property
     def unknowns_per_pose(self) -> int:
-        """The number p of unknowns of each pose."""
-        return self.robot.n
+        """The number p of unknowns of each pose: its freedoms."""
+        return self.robot.freedoms
 
     def poses_of(self, states: Array) -> Array:
         """Return the poses (N, n) in the states (N, ..) of the poses."""
         return states
+
+    def in_plane(self, states: Array) -> Array:
+        """Return the states (.., N, ..) of poses with each pose moved into the platform's plane, if there is one."""
+        return within(self.robot.platform.plane, states)
 
     def with_poses(self, states: Array, poses: Array) -> Array:
         """Return the states (N, ..) with other *poses* (N, n) in them."""
@@ -163,7 +169,7 @@ class CalibrationProblem:
     def stepped(self, theta: Array, states: Array, change: Array, by: Array) -> Array:
         """Return the states after the free unknowns change by *change* (k,) and those of the poses by *by* (N, p)."""
         del theta, change
-        return states + by
+        return states + by @ self.rows.free.T
 
     def adjust(
         self, theta: Array, states: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
@@ -275,7 +281,7 @@ class CalibrationProblem:
         """Return residuals and derivatives at free unknowns *theta* and *poses* (N, n)."""
         used = self.weights if weights is None else weights
         total, k = len(self.values), len(theta)
-        residuals, slopes, gradients = np.zeros(total), np.zeros((total, self.robot.n)), np.zeros((total, k))
+        residuals, slopes, gradients = np.zeros(total), np.zeros((total, self.rows.freedoms)), np.zeros((total, k))
         theta, poses = np.ascontiguousarray(theta), np.ascontiguousarray(poses)
         calibration_residuals.derivatives(self.rows, theta, poses, self.values, used, residuals, slopes, gradients)
         count, e = self.poses, self.per_pose
@@ -297,9 +303,9 @@ class CalibrationProblem:
             return self
         m, cables = self.robot.m, np.array([line.cables for line in self.robot.lines])
         found = self.derivatives(theta, poses, np.ones(len(self.values)))
-        u = np.swapaxes(found.by_pose[:, :m], 1, 2) * cables  # (N, n, m): lengths change as forces and moments do
+        u = np.swapaxes(found.by_pose[:, :m], 1, 2) * cables  # (N, p, m): lengths change as forces and moments do
         true, scale = self.tensions(theta), self.line_numbers(theta)[:, straight_line.TENSION_SCALE]
-        left = _loads(self.rows.load, poses) - np.einsum("nam,nm->na", u, true)
+        left = _loads(self.rows.load, poses) @ self.rows.free - np.einsum("nam,nm->na", u, true)
         readings = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale
         return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(readings)))
 
@@ -337,8 +343,10 @@ def equations(
         both = np.concatenate(full[:-1], axis=1), full[-1]
         return np.concatenate([each.reshape(-1, *shape) for each in both])
 
+    free = np.eye(robot.n) if elastic else free_directions(robot)  # equilibria of elastic lines stay in the plane
     rows = MeasurementRows(
-        freedoms=robot.n,
+        freedoms=free.shape[1],
+        free=free,
         start=np.arange(count + 1, dtype=np.int64) * per_pose,
         kind=of_rows("kind", np.int64),
         line=of_rows("line", np.int64),

@@ -22,6 +22,7 @@ from cablewright.calibration.observability import (
     suggestions,
     weakest,
 )
+from cablewright.calibration.planar import exit_rows
 from cablewright.calibration.pose_fit import PoseFit
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.unknowns import Unknown, with_values
@@ -47,8 +48,8 @@ def _rejected(found: Calibration) -> list[dict[str, Any]]:
 FIGURES = (
     Figure("verdict", "", "good, doubtful (to be accepted or not) or bad (there is no robot)."),
     Figure("reasons", "", "Why it is not good: sentences with subject, value and limit.", sentences=True),
-    Figure("exit_sigma", "m", "Largest standard deviation of a coordinate of an exit point; null if none is unknown.",
-           name="exit points known to", digits=3, shown="mm"),
+    Figure("exit_sigma", "m", "Largest standard deviation of a coordinate of an exit point, in the plane of a platform "
+           "that has one; null if none is unknown.", name="exit points known to", digits=3, shown="mm"),
     Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent, degenerate."),
     Figure("reason", "", "Why there is no answer, in a sentence; null where there is one.",
            lambda of: of.reason or None,
@@ -236,9 +237,16 @@ class Calibration(Pictured):
 
     @property
     def exit_sigma(self) -> float | None:
-        """The largest standard deviation of a coordinate of an exit point, m; None if none is unknown."""
-        exits = [each.name == "exit_point" for each in self.unknowns]
-        return float(self.sigma[exits].max()) if any(exits) else None
+        """The largest standard deviation of a coordinate of an exit point, m; None if none is unknown.
+
+        Of a platform in a plane it is that along one of the plane's axes.
+        """
+        rows, _ = exit_rows(self.problem.robot, self.unknowns)
+        return float(self.exit_sigmas(rows).max()) if len(rows) else None
+
+    def exit_sigmas(self, rows: Array) -> Array:
+        """Return the standard deviations (a,) of combinations of unknowns, *rows* (a, k)."""
+        return np.asarray(np.sqrt(np.einsum("ak,kl,al->a", rows, self.covariance, rows).clip(min=0.0)))
 
     @property
     def encoder_sigma(self) -> float:

@@ -13,8 +13,10 @@ from cablewright.arrays import Array
 from cablewright.calibration.fixed import line_index
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.planar import free_directions, position_rows
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
+from cablewright.models.plane import within
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform, Robot, Swivel
 from cablewright.robot.direction import unit_vector
@@ -57,13 +59,7 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
     if elastic and measured.tensions is not None:
         yield SensorRows(calibration_residuals.TENSION, measured.tensions, 1.0 / sigma.tension, lines)
     if measured.pose_sigma is not None:
-        assert measured.guess is not None
-        places = np.nan_to_num(measured.guess)
-        extra = np.zeros((*places.shape, 6))
-        if robot.n == 6:
-            extra[:, 3:, :3] = places[:, None, 3:]
-        weights = np.nan_to_num(1.0 / measured.pose_sigma)  # 0 where it is blank
-        yield SensorRows(calibration_residuals.COORDINATE, places, weights, other=np.arange(robot.n), extra=extra)
+        yield _positions(robot, measured)
     if measured.swivel is not None:
         _require_azimuths(robot, measured)
         yield SensorRows(calibration_residuals.SWIVEL, measured.swivel, 1.0 / sigma.swivel, lines)
@@ -92,6 +88,21 @@ def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic
         )
 
 
+def _positions(robot: Robot, measured: Measured) -> SensorRows:
+    """Return the rows of measured poses, with weight 0 where they are blank."""
+    assert measured.guess is not None
+    assert measured.pose_sigma is not None
+    if robot.platform.plane is not None:
+        values, weights, along, other = position_rows(robot, measured)
+        return SensorRows(calibration_residuals.ALONG, values, weights, other=other, extra=along)
+    places = np.nan_to_num(measured.guess)
+    extra = np.zeros((*places.shape, 6))
+    if robot.n == 6:
+        extra[:, 3:, :3] = places[:, None, 3:]
+    weights = np.nan_to_num(1.0 / measured.pose_sigma)
+    return SensorRows(calibration_residuals.COORDINATE, places, weights, other=np.arange(robot.n), extra=extra)
+
+
 def _require_azimuths(robot: Robot, measured: Measured) -> None:
     """Raise `InputError` for a swivel whose angle is no azimuth."""
     for index, line in enumerate(robot.lines):
@@ -118,21 +129,25 @@ def _balance(robot: Robot, measured: Measured, sigma: float) -> SensorRows:
     directions u are those from the file's exit points to the platform points at the start values of the poses.
     """
     guess, count, n = measured.guess, len(measured.counted), robot.n
+    free = free_directions(robot)
     if guess is None:
         raise InputError(f"{measured.origin}: tensions f_1.. require columns x,y,z, start values of the poses")
     if np.isnan(guess).any():
         row = measured.place(int(np.argmax(np.isnan(guess).any(axis=1))))
         raise InputError(f"{measured.origin}, {row}: x, y, z are blank; with tensions f_1.. a start value is required")
+    guess = within(robot.platform.plane, guess)
     points = placed(guess, [line.platform_point for line in robot.lines])
     away = points - np.array([line.exit_point for line in robot.lines])
     u = away / np.linalg.norm(away, axis=2)[..., None]
     pull = np.array([line.advantage * line.cables for line in robot.lines])[:, None]
     w = pull * np.concatenate([u, np.cross(points - guess[:, None, :3], u)], axis=2)[..., :n]
+    w = w if robot.platform.plane is None else w @ free  # the plane carries the rest
     spread = np.einsum("nmi,nmj->nij", w, w)
-    size = np.einsum("nii->ni", spread)[:, None] * np.eye(n)  # m and N: small is relative to the same row
-    extra = np.zeros((count, n, 6))
-    extra[..., :n] = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
-    return SensorRows(calibration_residuals.BALANCE, np.zeros((count, n)), 1.0, extra=extra)
+    size = np.einsum("nii->ni", spread)[:, None] * np.eye(robot.freedoms)  # m and N: small is relative to the same row
+    along = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
+    extra = np.zeros((count, robot.freedoms, 6))
+    extra[..., :n] = along if robot.platform.plane is None else along @ free.T
+    return SensorRows(calibration_residuals.BALANCE, np.zeros(extra.shape[:2]), 1.0, extra=extra)
 
 
 def load_on(robot: Robot) -> Array:

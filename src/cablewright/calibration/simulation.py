@@ -17,6 +17,7 @@ from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.unknowns import require_covered
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.plane import within
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
@@ -134,7 +135,7 @@ def measure(
         raise InputError(f"{robot.name}: pose {int(np.argmax(~np.isfinite(readings).all(axis=1))) + 1} is in a sheave")
     lengths = readings[:, :m]
     counted = lengths - lengths[0] + rng.normal(0.0, noise, lengths.shape)
-    guesses = poses + rng.uniform(-guess, guess, poses.shape)
+    guesses = within(robot.platform.plane, poses + rng.uniform(-guess, guess, poses.shape))
     tensions = sigma = None
     if sensors.tension is not None and held is not None:
         tensions = held.tensions + rng.normal(0.0, sensors.tension, lengths.shape)
@@ -156,7 +157,8 @@ def measure(
 def _given(robot: Robot, poses: Array) -> Array:
     """Return poses (N, n) of which at most m coordinates are given; the others, which gravity determines, are NaN."""
     given = poses.copy()
-    given[:, FREED[robot.m : robot.n]] = np.nan
+    if robot.m < robot.freedoms:
+        given[:, FREED[robot.m : robot.n]] = np.nan
     return given
 
 
@@ -173,13 +175,26 @@ def random_poses(
         poses = np.zeros((2 * count, robot.n))
         poses[:, :3] = rng.uniform(low + inset, high - inset, (len(poses), 3))
         poses[:, 3:] = rng.uniform(-_TURN, _TURN, (len(poses), robot.n - 3))
-        if robot.m >= robot.n or model.fidelity.cable is not CableLaw.RIGID:
+        poses = _in_plane(robot, poses, inset)
+        if robot.m >= robot.freedoms or model.fidelity.cable is not CableLaw.RIGID:
             held = solve_inverse(model, _given(robot, poses))
             poses = held.pose[held.ok]
         found += list(poses)
         if len(found) >= count:
             return np.array(found[:count])
     raise InputError(f"{robot.name}: hardly any pose in its frame is feasible within the tension limits")
+
+
+def _in_plane(robot: Robot, poses: Array, inset: Array) -> Array:
+    """Return *poses* (N, n) moved into the platform's plane, if any: of a tilted one those that stay in the frame."""
+    plane = robot.platform.plane
+    if plane is None:
+        return poses
+    poses = within(plane, poses)
+    if plane.axis is not None:
+        return poses
+    low, high = np.array(robot.scene.frame_min) + inset, np.array(robot.scene.frame_max) - inset
+    return np.asarray(poses[((poses[:, :3] >= low) & (poses[:, :3] <= high)).all(axis=1)])
 
 
 def aligned(points: Array, truth: Array, others: Array | None = None, tilt: bool = False) -> tuple[Array, Array]:

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.calibration.bounds import at_bound
+from cablewright.calibration.fixed import across_rows
 from cablewright.calibration.measured import SENSORS
 from cablewright.calibration.observability import Information, beyond_frames, combination, remedy
 from cablewright.calibration.pose_fit import PoseFit
@@ -16,6 +17,7 @@ from cablewright.calibration.problem import CalibrationProblem
 
 _NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # max rms over the given sigma
+_ACROSS: Final = 1.0 / 3.0  # max sigma of an exit point's distance from the plane, over that distance
 _LARGE: Final = 0.05  # part of an unknown in a direction of length 1 that counts
 
 
@@ -23,6 +25,9 @@ def status_of(
     problem: CalibrationProblem, found: PoseFit, posterior: Information, rms: float, chi: float
 ) -> tuple[str, str]:
     """Return the status of a fit, and why it is no answer in a sentence; *posterior*: with datum and priors."""
+    lost = _undetermined_across(problem, posterior, chi)
+    if lost:
+        return "degenerate", lost
     if found.code != 0 or not (math.isfinite(found.cost) and math.isfinite(rms)):
         return "not-converged", f"no start of {found.starts} converged: are lines in the order of the file?"
     off = _inconsistent(problem, rms, chi)
@@ -30,6 +35,30 @@ def status_of(
         return "inconsistent", off
     lost = _at_bound(problem, found) or _undetermined(posterior)
     return ("degenerate", lost) if lost else ("ok", "")
+
+
+def _undetermined_across(problem: CalibrationProblem, posterior: Information, chi: float) -> str:
+    """Return which exit points are off the platform's plane by an unknown amount; empty for none, or without a plane.
+
+    Lengths depend on the square of that distance. Known to no better than a third of it from them alone, it is not
+    known at all: its sign is open, and fits creep to where lengths no longer depend on it.
+    """
+    robot, plane = problem.robot, problem.robot.platform.plane
+    if plane is None or not problem.named("exit_point").any():
+        return ""
+    rows = across_rows(robot, posterior.unknowns)
+    told = np.any(problem.rows.linear @ rows.T != 0.0, axis=0)  # by the plan
+    off = (posterior.exits - posterior.ties) @ np.array(plane.across) - plane.distance
+    sigma = np.sqrt(np.einsum("ma,ab,mb->m", rows, posterior.covariance, rows)) * max(float(np.nan_to_num(chi)), 1e-9)
+    sigma[np.linalg.norm(rows @ posterior.null, axis=1) > _LARGE * np.linalg.norm(rows, axis=1)] = np.inf
+    lost = np.flatnonzero(~told & rows.any(axis=1) & (sigma > _ACROSS * np.abs(off)))
+    if not len(lost):
+        return ""
+    names = ", ".join(robot.lines[at].name for at in lost)
+    return (
+        f"lengths hardly tell how far exit points are off the plane {plane} ({names}): say in the plan how well the "
+        'robot file knows it, as in across = "2 mm"'
+    )
 
 
 def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:

@@ -185,9 +185,11 @@ def require_covered(robot: Robot, elastic: bool) -> None:
             why = "; it can be an unknown of a robot file without it" if line.mount_gives else ""
             raise InputError(f"calibration: line {line.name!r} has {line.gives_by}, which is not covered{why}")
     if elastic:
-        robot.require_plain("calibration of lines that stretch")
+        robot.require_plain_lines("calibration of lines that stretch")
+        if robot.platform.plane is not None and robot.m < robot.freedoms:
+            why = f"{robot.m} lines do not hold a body in a plane, which is not covered"
+            raise InputError(f"calibration of lines that stretch: {why}")
         return
-    robot.require_no_plane("calibration")
     for line in robot.lines:
         if isinstance(line.sheave, Pulley) or line.is_aside or line.platform_sheave is not None:
             raise InputError(f"calibration: line {line.name!r} has {line.out_of_plane_by}; it is not covered")

@@ -9,8 +9,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy import special
 
+from cablewright.arrays import Array
 from cablewright.calibration.cross_checks import others_of, predicted_halves, together
 from cablewright.calibration.kinds import kind_fits
+from cablewright.calibration.planar import exit_rows
 from cablewright.calibration.pose_fit import yaw_between
 from cablewright.calibration.rearranged import better_arrangement, motion, stray
 from cablewright.calibration.result import Calibration
@@ -62,10 +64,7 @@ def _unknown(found: Calibration, need: float) -> Iterator[_Reason]:
     """Exit points, or else what other lengths are unknown, that are known less well than printing needs."""
     if found.posterior.redundancy < 1:
         yield _Reason("no measurement is left over, so nothing tests the answer: measure more poses", False)
-    exits = np.array([each.name == "exit_point" for each in found.unknowns], dtype=bool)
-    if not exits.any():
-        exits = np.array([each.unit == "m" for each in found.unknowns], dtype=bool)
-    sigma = found.sigma[exits]
+    labels, sigma = _of_exits(found)
     if not np.isfinite(sigma).all():
         return
     if not len(sigma):
@@ -74,13 +73,24 @@ def _unknown(found: Calibration, need: float) -> Iterator[_Reason]:
         return
     worst = int(np.argmax(sigma))
     if sigma[worst] > need:
-        label = np.array([each.label for each in found.unknowns])[exits][worst]
         more = found.suggestions[0].words if found.suggestions else "more poses"
         yield _Reason(
-            f"{label} is known to {_mm(sigma[worst])} (one sigma), where {_mm(need)} is needed; what would help most: "
-            f"{more}",
+            f"{labels[worst]} is known to {_mm(sigma[worst])} (one sigma), where {_mm(need)} is needed; what would "
+            f"help most: {more}",
             False,
         )
+
+
+def _of_exits(found: Calibration) -> tuple[list[str], Array]:
+    """Return what is judged, in words, and its sigmas, m: exit points, or else what other lengths are unknown."""
+    robot, unknowns = found.problem.robot, found.unknowns
+    if robot.platform.plane is not None and "exit_point" in found.problem.plan.unknowns:
+        rows, line_of = exit_rows(robot, unknowns)
+        return [f"exit point of {robot.lines[at].name}, in the plane," for at in line_of], found.exit_sigmas(rows)
+    exits = np.array([each.name == "exit_point" for each in unknowns], dtype=bool)
+    if not exits.any():
+        exits = np.array([each.unit == "m" for each in unknowns], dtype=bool)
+    return [unknowns[at].label for at in np.flatnonzero(exits)], found.sigma[exits]
 
 
 def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:

@@ -24,6 +24,20 @@ def copy_rows(source, target):
 
 
 @jit
+def along_columns(basis, vector, scratch):
+    """Replace the first n entries of *vector* by the p along the columns of *basis* (n, p), unless that is square."""
+    n, p = basis.shape
+    if p == n:
+        return
+    for c in range(p):
+        scratch[c] = 0.0
+        for k in range(n):
+            scratch[c] += basis[k, c] * vector[k]
+    for c in range(p):
+        vector[c] = scratch[c]
+
+
+@jit
 def solve(matrix, rhs, n, columns):
     """Solve matrix[:n, :n] X = rhs[:n, :columns] in place (LU with row pivoting). False if singular."""
     for k in range(n):

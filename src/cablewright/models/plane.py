@@ -25,6 +25,21 @@ def basis(plane: Plane, n: int) -> Array:
     return free
 
 
+def within(plane: Plane | None, poses: Array) -> Array:
+    """Return *poses* (..., n), m and rad, moved across *plane* into it and turned about its normal alone.
+
+    They are as they are where it is None; a pose in the plane stays to rounding, and NaN stays NaN.
+    """
+    if plane is None:
+        return poses
+    normal = np.array(plane.across)
+    found = poses.copy()
+    found[..., :3] -= (poses[..., :3] @ normal - plane.distance)[..., None] * normal
+    if poses.shape[-1] == 6:
+        found[..., 3:] = (poses[..., 3:] @ normal)[..., None] * normal
+    return found
+
+
 def projected(free: Array | None, wrenches: Array) -> Array:
     """Return *wrenches* (..., n) without what the plane carries; as they are where *free* is None."""
     return wrenches if free is None else np.asarray(wrenches @ free @ free.T)

@@ -55,9 +55,9 @@ def placed(poses: Array, points: ArrayLike) -> Array:
     return np.asarray(poses[..., None, :3] + arms)
 
 
-def yawed(poses: Array, angle: float, about: Array) -> Array:
-    """Return the *poses* (N, n) turned by *angle*, rad, about the vertical through the point *about* (3,), m."""
-    found, turn = poses.copy(), np.array([0.0, 0.0, angle])
+def yawed(poses: Array, angle: float, about: Array, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Array:
+    """Return the *poses* (N, n) turned by *angle*, rad, about the point *about* (3,), m, and *axis*: the vertical."""
+    found, turn = poses.copy(), angle * np.asarray(axis, dtype=np.float64)
     found[:, :3] = (poses[:, :3] - about) @ matrices(turn).T + about
     if poses.shape[1] == 6:
         found[:, 3:] = turn_between(-poses[:, 3:], np.tile(turn, (len(poses), 1)))

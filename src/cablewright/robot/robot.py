@@ -135,8 +135,12 @@ class Robot(FileDescription):
 
         That is a line of several spans or cables, a line that is not in one vertical plane, and a platform in a plane.
         """
-        self.require_lines_in_plane(by)
+        self.require_plain_lines(by)
         self.require_no_plane(by)
+
+    def require_plain_lines(self, by: str) -> None:
+        """As `require_plain`, of the lines alone."""
+        self.require_lines_in_plane(by)
         for line in self.lines:
             for key in ("advantage", "cables"):
                 if getattr(line, key) > 1:

@@ -21,7 +21,7 @@ from cablewright.models.rotation import wrap_angles
 LEVEL: Final = 0.01
 """The share of comparisons that say that something moved though nothing did."""
 
-_SHIFTS: Final = ("translation along x", "translation along y", "translation along z", "yaw")
+_SHIFTS: Final = ("translation", "yaw")  # beginnings of their names
 _ROUNDING: Final = 1e-8  # m: of numbers in a robot's file
 
 
@@ -37,7 +37,8 @@ def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) 
         raise InputError("the last calibration has no unknown in common with this one")
     new, old = (np.array(side) for side in zip(*both, strict=True))
     named = motions(found.alone)
-    free = [named[name][new] for name in {*_SHIFTS, *open_freedoms(found.alone)} & set(named)]
+    open_ones = set(open_freedoms(found.alone))
+    free = [motion[new] for name, motion in named.items() if name.startswith(_SHIFTS) or name in open_ones]
     kept = beside(np.array(free).reshape(len(free), len(new)).T)
     change = found.values[new] - last.amounts[old]
     around = azimuth_offsets([found.unknowns[at] for at in new]) > 0.0

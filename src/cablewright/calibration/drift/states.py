@@ -59,8 +59,10 @@ def _poses(problem: CalibrationProblem, theta: Array) -> Array:
         known = np.asarray(np.isfinite(guess).all(axis=1))
         start = np.where(known[:, None], guess, start)
     best, cost = _fitted(problem, theta, start)
+    plane = problem.robot.platform.plane
+    axis = (0.0, 0.0, 1.0) if plane is None else plane.across
     for yaw in _YAWS if (cost > _FITS * problem.per_pose).any() else ():
-        found, its = _fitted(problem, theta, yawed(start, yaw, middle))
+        found, its = _fitted(problem, theta, yawed(start, yaw, middle, axis))
         better = its < _BETTER * cost
         best, cost = np.where(better[:, None], found, best), np.where(better, its, cost)
     return best

@@ -176,8 +176,8 @@ def _readings(problem: CalibrationProblem) -> list[_Reading]:
             found.append(_Reading(slice(at, at + 1), "encoder", line))
         elif kind == calibration_residuals.TENSION:
             found.append(_Reading(slice(at, at + 1), "tension", line))
-        elif kind == calibration_residuals.COORDINATE:
-            size = problem.robot.n
+        elif kind in (calibration_residuals.COORDINATE, calibration_residuals.ALONG):
+            size = problem.robot.freedoms
             found.append(_Reading(slice(at, at + size), "position", None))
         elif kind in _CONTACTS:
             found.append(_Reading(slice(at, at + 1), _CONTACTS[kind], None))
@@ -204,9 +204,20 @@ def _rejected(problem: CalibrationProblem, found: PoseFit, rows: Mask) -> Iterat
         at, place = reading.rows, reading.rows.start
         error = derivatives.residual[j, at] / np.maximum(weights[j, at], 1e-300)
         if reading.sensor == "encoder":
-            read, wanted = problem.measured.counted[j, place : place + 1], expected[j, place : place + 1]
+            shown = problem.measured.counted[j, place : place + 1], expected[j, place : place + 1]
+        elif reading.sensor == "position":
+            assert problem.measured.guess is not None
+            error = _displacement(problem, int(j), at, error)
+            shown = problem.measured.guess[j, :3], problem.measured.guess[j, :3] + error
         else:
-            read, wanted = values[j, at], values[j, at] + error
-        shown = (read[:3], wanted[:3]) if reading.sensor == "position" else (read, wanted)
-        size = float(np.linalg.norm(error[:3]))
+            shown = values[j, at], values[j, at] + error
+        size = float(np.linalg.norm(error))
         yield Rejected(int(j), reading.line, size, reading.sensor, *(tuple(map(float, each)) for each in shown))
+
+
+def _displacement(problem: CalibrationProblem, pose: int, rows: slice, error: Array) -> Array:
+    """Return the vector (3,) by which a measured position is off, m, from the errors of its *rows*."""
+    if problem.robot.platform.plane is None:
+        return error[:3]
+    along = problem.rows.extra[pose * problem.per_pose : (pose + 1) * problem.per_pose][rows, :3]
+    return np.asarray(error[:2] @ along[:2])

@@ -12,15 +12,15 @@ from cablewright.calibration.guidance.known import Known
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.planar import exit_rows
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import random_poses
-from cablewright.calibration.unknowns import coordinates_of
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
 
 _CANDIDATES: Final = 300
 _MAX_MORE: Final = 60  # poses within which what is needed must be reached
-_RIDGE: Final = 1e-6  # of the mean information, so that it is regular before there are enough poses
+_RIDGE: Final = (1e-8, 1e-12)  # of the mean information, so that it is regular: before there are enough poses, and then
 _NULL: Final = 1e-9
 
 MAX_NEXT: Final = 50
@@ -102,12 +102,14 @@ class Search:
         kept = values > _NULL * values[0]
         basis = right[kept].T
         self.rows = candidates.rows @ basis
-        which, coordinates = coordinates_of(known.problem.robot, known.problem.free_unknowns)
-        self.exits, self.line_of, self.lines = basis[which], coordinates // 3, known.problem.robot.m
-        self.assumed = np.zeros(len(which)) if known.found is None else known.found.doubt.assumed[which]
+        exits, self.line_of = exit_rows(known.problem.robot, known.problem.free_unknowns)
+        self.exits, self.lines = exits @ basis, known.problem.robot.m
+        self.assumed = np.zeros(len(exits))
+        if known.found is not None:
+            self.assumed = np.einsum("ak,kl,al->a", exits, known.found.doubt.assumed, exits)
         own = known.rows @ basis
-        ridge = _RIDGE * float(np.mean(np.sum(own**2, axis=0)))
-        self.inverse = np.linalg.inv(own.T @ own + ridge * 1e-6 * np.eye(basis.shape[1]))
+        ridge = _RIDGE[known.found is not None] * float(np.mean(np.sum(own**2, axis=0)))
+        self.inverse = np.linalg.inv(own.T @ own + ridge * np.eye(basis.shape[1]))
 
     def sigmas(self, inverse: Array | None = None) -> Array:
         """Return the largest sigma (m,) of a coordinate of each exit point, m."""

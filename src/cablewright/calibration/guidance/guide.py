@@ -18,9 +18,9 @@ from cablewright.calibration.guidance.candidates import MAX_NEXT, NextPose, Pose
 from cablewright.calibration.guidance.known import Known
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
+from cablewright.calibration.planar import exit_rows
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.solve import ROUGH
-from cablewright.calibration.unknowns import coordinates_of
 from cablewright.calibration.verdict import NEED
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
@@ -169,9 +169,9 @@ def guide(
 
 def _exit_sigmas(found: Calibration) -> Array:
     """Return the largest sigma (m,) of a coordinate of each exit point, m."""
-    which, coordinates = coordinates_of(found.problem.robot, found.unknowns)
+    rows, line_of = exit_rows(found.problem.robot, found.unknowns)
     sigmas = np.zeros(found.problem.robot.m)
-    np.maximum.at(sigmas, coordinates // 3, found.sigma[which])
+    np.maximum.at(sigmas, line_of, found.exit_sigmas(rows))
     return sigmas
 
 

@@ -33,6 +33,7 @@ from cablewright.kernels.fitting.straight_line import (
     square_of_force,
     turning,
 )
+from cablewright.kernels.newton import along_columns
 from cablewright.kernels.rotation import compose, matrix, rotate
 
 # Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):
@@ -45,6 +46,7 @@ PLANE = 5  # extra: unit normal, a point of the platform: its distance along the
 BALANCE = 6  # extra: directions of a force, 1 / N, and of a moment, 1 / N m: unbalanced part of measured tensions
 BETWEEN = 7  # line, other: distance of two exit points, m; belongs to no pose
 YAW = 10  # azimuth of the platform's x axis, rad
+ALONG = 11  # other: 0 for the position, 3 for the rotation; extra: unit vector along which, the measured rotation
 # Of lines that stretch and sag; the part that depends on their equilibrium is added elsewhere:
 PAID_OUT = 8  # line
 TENSION = 9  # line
@@ -53,7 +55,8 @@ TENSION = 9  # line
 class MeasurementRows(NamedTuple):
     """Measurements in the order of poses; those without a pose come last. N poses, R rows, k unknowns, m lines."""
 
-    freedoms: int  # n: 3 or 6
+    freedoms: int  # p: directions in which a pose is free, its n coordinates or, in a plane, fewer
+    free: NDArray[np.float64]  # (n, p): a basis of them, its columns orthonormal
     start: NDArray[np.int64]  # (N + 1,) first row of each pose, and the first one without a pose
     kind: NDArray[np.int64]  # (R,)
     line: NDArray[np.int64]  # (R,)
@@ -112,6 +115,8 @@ def read_row(rows, i, j, value, pose, work):
         return _encoder(rows, rows.line[i], j, value, pose, work)
     if kind == COORDINATE:
         return _coordinate(rows.other[i], rows.extra[i], value, pose, work), 0
+    if kind == ALONG:
+        return _along(rows.other[i], rows.extra[i], value, pose, work), 0
     if kind == SWIVEL:
         return _swivel(rows, rows.line[i], value, pose, work)
     if kind == TILT:
@@ -240,6 +245,17 @@ def _coordinate(axis, extra, value, pose, work):
         work.turn[k] = -extra[k]
     compose(pose[3], pose[4], pose[5], work.turn)
     return work.turn[axis - 3]
+
+
+@jit
+def _along(axis, extra, value, pose, work):
+    turn = work.turn
+    for k in range(3):
+        work.slope[axis + k] = extra[k]
+        turn[k] = pose[k] if axis < 3 else -extra[3 + k]
+    if axis == 3:
+        compose(pose[3], pose[4], pose[5], turn)
+    return extra[0] * turn[0] + extra[1] * turn[1] + extra[2] * turn[2] - value
 
 
 @jit
@@ -392,7 +408,7 @@ def begin_pose(pose, work):
 
 @jit(allocates=True)
 def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradients):
-    """Write weighted residuals (R,) and derivatives by pose (R, n) and unknowns (R, k) at *theta*, *poses* (N, n)."""
+    """Write weighted residuals (R,) and derivatives by pose (R, p) and unknowns (R, k) at *theta*, *poses* (N, n)."""
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     gradients[:, :] = 0.0
@@ -406,6 +422,7 @@ def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradient
                 residuals[i] = 0.0
                 continue
             off, count = read_row(rows, i, j, values[i], pose, work)
+            along_columns(rows.free, work.slope, work.turn)
             residuals[i] = weights[i] * off
             for k in range(rows.freedoms):
                 slopes[i, k] = weights[i] * work.slope[k]

@@ -1,7 +1,8 @@
 """Least squares over unknowns shared by all poses and the poses themselves, eliminated by a Schur complement.
 
 Levenberg-Marquardt: [U W^T; W V] (d, e) = (g, h), with V a block for each pose, so (U - W^T V^-1 W) d = g - W^T V^-1 h.
-The cost of a step is linear in the number of poses. Damping stays positive: undetermined unknowns keep their start.
+The cost of a step is linear in the number of poses. A pose moves in its p free directions: all n, or those in a plane.
+Damping stays positive: undetermined unknowns keep their start.
 Unknowns stay within bounds: steps are projected on them, and an unknown that the cost pushes out is held at its bound.
 """
 
@@ -12,9 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.fitting.calibration_residuals import Reading, begin_pose, place_unknowns, read_row, reading
+from cablewright.kernels.fitting.calibration_residuals import (
+    Reading,
+    begin_pose,
+    place_unknowns,
+    read_row,
+    reading,
+)
 from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK
-from cablewright.kernels.newton import cholesky, copy
+from cablewright.kernels.newton import along_columns, cholesky, copy
 from cablewright.kernels.rotation import compose
 
 MIN_DAMPING, MAX_DAMPING = 1e-12, 1e12
@@ -39,12 +46,12 @@ class Scratch(NamedTuple):
     S: NDArray[np.float64]  # (k, k)
     g: NDArray[np.float64]  # (k,)
     step: NDArray[np.float64]  # (k,)
-    V: NDArray[np.float64]  # (N, n, n)
-    W: NDArray[np.float64]  # (N, n, k)
-    h: NDArray[np.float64]  # (N, n)
-    L: NDArray[np.float64]  # (N, n, n)
-    Y: NDArray[np.float64]  # (N, n, k)
-    e: NDArray[np.float64]  # (N, n)
+    V: NDArray[np.float64]  # (N, p, p)
+    W: NDArray[np.float64]  # (N, p, k)
+    h: NDArray[np.float64]  # (N, p)
+    L: NDArray[np.float64]  # (N, p, p)
+    Y: NDArray[np.float64]  # (N, p, k)
+    e: NDArray[np.float64]  # (N, p)
     theta: NDArray[np.float64]  # (k,)
     poses: NDArray[np.float64]  # (N, n)
 
@@ -66,7 +73,7 @@ def scratch(rows, k):
         np.zeros((poses, n, k)),
         np.zeros((poses, n)),
         np.zeros(k),
-        np.zeros((poses, n)),
+        np.zeros((poses, rows.free.shape[0])),
     )
 
 
@@ -104,6 +111,7 @@ def normal_equations(rows, theta, poses, values, weights, work):
         for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
             if weights[i] > 0.0:
                 off, count = read_row(rows, i, j, values[i], pose, work.row)
+                along_columns(rows.free, work.row.slope, work.row.turn)
                 _add(work, j, count, weights[i] * weights[i], off, rows.freedoms, alone)
     for q in range(rows.linear.shape[0]):
         row = rows.linear[q]
@@ -213,9 +221,26 @@ def _solve_reduced(S, step, k):
 
 
 @jit
-def _try_step(limits, theta, poses, damping, work):
+def _move(free, pose, e, moved):
+    """Write the *pose* (n,) after a step *e* (p,) in its *free* directions (n, p) to *moved*."""
+    n, p = free.shape
+    copy(pose, moved)
+    if p == n:
+        for c in range(3):
+            moved[c] += e[c]
+        if n == 6:
+            compose(e[3], e[4], e[5], moved[3:])
+        return
+    for c in range(3):
+        moved[c] += free[c, 0] * e[0] + free[c, 1] * e[1]
+    if n == 6:
+        compose(free[3, 2] * e[2], free[4, 2] * e[2], free[5, 2] * e[2], moved[3:])
+
+
+@jit
+def _try_step(rows, limits, theta, poses, damping, work):
     """Write unknowns and poses after the step to *work*. Returns its largest entry and the predicted cost decrease."""
-    k, n = theta.shape[0], poses.shape[1]
+    k, n = theta.shape[0], rows.freedoms
     largest, promised = 0.0, 0.0
     for a in range(k):
         moved = theta[a] + work.step[a]
@@ -226,7 +251,7 @@ def _try_step(limits, theta, poses, damping, work):
         largest = max(largest, abs(change))
         promised += change * (work.g[a] + damping * work.U[a, a] * change)
     for j in range(poses.shape[0]):
-        L, e, moved = work.L[j], work.e[j], work.poses[j]
+        L, e = work.L[j], work.e[j]
         for c in range(n - 1, -1, -1):  # L^T e_new = e - Y d, with e from `reduce_poses`
             total = e[c]
             for a in range(k):
@@ -237,9 +262,7 @@ def _try_step(limits, theta, poses, damping, work):
         for c in range(n):
             largest = max(largest, abs(e[c]))
             promised += e[c] * (work.h[j, c] + damping * work.V[j, c, c] * e[c])
-            moved[c] = poses[j, c] + (e[c] if c < 3 else 0.0)
-        if n == 6:
-            compose(e[3], e[4], e[5], moved[3:])
+        _move(rows.free, poses[j], e, work.poses[j])
     return largest, 0.5 * promised
 
 
@@ -265,7 +288,7 @@ def adjust(rows, limits, theta, poses, values, weights, settings, work):
             if damping > MAX_DAMPING:
                 return NOT_CONVERGED, steps, now
             continue
-        size, promised = _try_step(limits, theta, poses, damping, work)
+        size, promised = _try_step(rows, limits, theta, poses, damping, work)
         then = cost(rows, work.theta, work.poses, values, weights, work)
         if then <= now:
             gain = (now - then) / promised if promised > 0.0 else 1.0
