@@ -109,17 +109,18 @@ class Search:
             self.assumed = np.einsum("ak,kl,al->a", exits, known.found.doubt.assumed, exits)
         own = known.rows @ basis
         ridge = _RIDGE[known.found is not None] * float(np.mean(np.sum(own**2, axis=0)))
-        self.inverse = np.linalg.inv(own.T @ own + ridge * np.eye(basis.shape[1]))
+        self.root = _root(own, np.sqrt(ridge) * np.eye(basis.shape[1]))
 
     def sigmas(self, inverse: Array | None = None) -> Array:
         """Return the largest sigma (m,) of a coordinate of each exit point, m."""
         found = np.zeros(self.lines)
-        np.maximum.at(found, self.line_of, self._variances(self.inverse if inverse is None else inverse))
+        np.maximum.at(found, self.line_of, self._variances(_inverse(self.root) if inverse is None else inverse))
         return np.asarray(np.sqrt(found))
 
     def chosen(self, size: int, need: float) -> tuple[list[int], Array, int | None]:
         """Return *size* poses, the sigmas (m,) after them, and how many more until *need*; None if never."""
-        inverse, made = self.inverse, list[int]()
+        root, made = self.root, list[int]()
+        inverse = _inverse(root)
         then = self.sigmas()
         for _ in range(min(size + _MAX_MORE, len(self.rows))):
             if len(made) >= size and float(self.sigmas(inverse).max()) <= need:
@@ -128,9 +129,8 @@ class Search:
             after[made] = np.inf
             best = int(np.argmin(after))
             made.append(best)
-            across = self.rows[best] @ inverse  # Woodbury
-            inner = np.eye(len(across)) + across @ self.rows[best].T
-            inverse = inverse - across.T @ np.linalg.solve(inner, across)
+            root = _root(root, self.rows[best])
+            inverse = _inverse(root)
             if len(made) == size:
                 then = self.sigmas(inverse)
         return made[:size], then, None
@@ -146,3 +146,17 @@ class Search:
         seen = across @ self.exits.T
         fallen = np.einsum("cra,crs,csa->ca", seen, inner, seen)
         return np.asarray((self._variances(inverse) - fallen).max(axis=1))
+
+
+def _root(*rows: Array) -> Array:
+    """Return a triangle (d, d) with the Gram matrix of all *rows* (.., d): the information that they have together.
+
+    Beside what nothing determines yet, rounding would take the rest from the information itself, and from its inverse.
+    """
+    return np.asarray(np.linalg.qr(np.concatenate(rows), mode="r"))
+
+
+def _inverse(root: Array) -> Array:
+    """Return the covariance (d, d) by the *root* (d, d) of an information."""
+    half = np.linalg.inv(root)
+    return np.asarray(half @ half.T)
