@@ -32,7 +32,7 @@ def measured_at(poses: np.ndarray, seed: int) -> Measured:
     return measure(WANG, poses, 1e-4, np.random.default_rng(seed), guess=ROUGH).measured
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, 4])
 def test_it_leads_from_nothing_to_a_good_calibration(seed: int) -> None:
     file, data, poses, before = file_of(seed), None, np.zeros((0, 3)), np.inf
     for _ in range(12):

@@ -181,15 +181,18 @@ def test_an_oracle_of_its_own_finds_the_same(plane: str, body: bool) -> None:
     assert off_plane(truth, found.poses) < 1e-12
 
 
-@pytest.mark.parametrize(("plane", "body"), [("vertical", False), ("tilted", False), ("vertical", True)])
-def test_load_cells_of_straight_lines_count_what_balances_in_the_plane(plane: str, body: bool) -> None:
+@pytest.mark.parametrize(
+    ("plane", "body", "left"),
+    [("vertical", False, 2), ("tilted", False, 2), ("vertical", True, 2), ("horizontal", False, 3)],
+)
+def test_load_cells_of_straight_lines_count_what_balances_in_the_plane(plane: str, body: bool, left: int) -> None:
     """In a plane that does not lie gravity tells how the frame is turned, and nothing of the forces across."""
     truth = robot_of(plane, body)
     made = simulate_calibration(truth, 40, 0.0, seed=2, sensors=SensorNoise(tension=0.0), guess=0.0)
     found = calibrate(wrong(truth, 2), made.measured, CalibrationPlan(sigma=Sigmas(tension=0.1)), rough=0.1)
     assert found.status == "ok"
     assert np.abs(errors(found, made, truth)).max() < 1e-8
-    assert len(found.gauge) == 2
+    assert len(found.gauge) == left
     p = 3 if body else 2
     assert found.alone.measurements == 40 * (truth.m + p)
     assert found.problem.per_pose == truth.m + p
@@ -314,22 +317,24 @@ def test_exit_points_stay_on_the_files_side() -> None:
         assert np.abs(again.theta - found.theta).max() < 1e-8
 
 
-def test_exits_in_the_plane_need_what_the_plan_says_of_them() -> None:
+def test_exits_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> None:
     truth = robot_of("tilted", False, off=0.0)
     made = simulate_calibration(truth, 30, 1e-4, seed=2)
     found = calibrate(truth, made.measured, rough=0.05)
     assert (found.status, found.verdict) == ("degenerate", "bad")
     assert "hardly tell how far exit points are off the plane with normal" in found.reason
     assert 'across = "2 mm"' in found.reason
-    told = calibrate(truth, made.measured, CalibrationPlan(across=5e-3), rough=0.05)
+    plan = tmp_path / "plan.toml"
+    plan.write_text('schema = 1\nacross = "5 mm"\n')
+    told = calibrate(truth, made.measured, plan, rough=0.05)
     assert told.status == "ok"
     assert told.verdict == "good"
     assert told.exit_sigma < 2e-3  # in the plane
     with pytest.raises(InputError, match=r"^across: robot 'wang2021' has no platform.plane$"):
         CalibrationProblem.of(load("wang2021"), Measured(np.zeros((20, 4))), CalibrationPlan(across=1e-3))
-    plan = CalibrationPlan(unknowns=("length_offset",), across=1e-3)
+    few = CalibrationPlan(unknowns=("length_offset",), across=1e-3)
     with pytest.raises(InputError, match=r"^across: exit_point is not among the unknowns$"):
-        CalibrationProblem.of(truth, made.measured, plan)
+        CalibrationProblem.of(truth, made.measured, few)
 
 
 def test_poses_off_the_plane_are_refused_in_one_line() -> None:

@@ -13,8 +13,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Indices, Mask
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.fixed import tilt_rows
+from cablewright.calibration.planar import exit_rows
 from cablewright.calibration.problem import CalibrationProblem, Derivatives
 from cablewright.calibration.unknowns import Unknown, coordinates_of
 from cablewright.models.plane import basis
@@ -266,7 +267,7 @@ def suggestions(found: Information, scale: float) -> tuple[Suggestion, ...]:
     Rows of the measurement are added to the information. Sigmas before and after are in one frame: under the inner
     constraint of what is open without the measurement.
     """
-    exits, _ = coordinates_of(found.robot, found.unknowns)
+    exits, _ = exit_rows(found.robot, found.unknowns)
     if not len(exits):
         return ()
     before, open_before = _spread(found.rows / scale, found.null, exits)
@@ -277,12 +278,12 @@ def suggestions(found: Information, scale: float) -> tuple[Suggestion, ...]:
     return tuple(sorted(made, key=lambda each: (each.after * (1 + each.open_after), each.after)))
 
 
-def _spread(rows: Array, null: Array, exits: Indices) -> tuple[float, int]:
-    """Return the rms sigma over *exits*, m, without motions in *null*, and the number of open freedoms."""
+def _spread(rows: Array, null: Array, exits: Array) -> tuple[float, int]:
+    """Return the rms sigma of *exits* (a, k), m, without motions in *null*, and the number of open freedoms."""
     values, right, kept = _spectrum(rows)
     inverse = right[kept].T / values[kept]
     inverse = inverse - null @ (null.T @ inverse)
-    variances = np.sum(inverse * inverse, axis=1)[exits]
+    variances = np.sum((exits @ inverse) ** 2, axis=1)
     return float(np.sqrt(variances.mean())), int((~kept).sum())
 
 

@@ -72,7 +72,7 @@ def _refuse_far(measured: Measured, off: Array, sigma: Array, words: str, unit: 
         row = int(far[0])
         allowed = f"{START_OFF:g} {unit} of a start value"
         if not start[row]:
-            allowed = f"{SIGMAS_OFF:g} times their sigma, {sigma[row]:.3g} {unit}"
+            allowed = f"{SIGMAS_OFF:g} times their sigma of {sigma[row]:.3g} {unit}"
         where = f"{measured.origin}, {measured.place(row)}"
         raise InputError(f"{where}: {words.format(off=abs(off[row]))}; at most {allowed} is allowed")
 
