@@ -169,7 +169,7 @@ class CalibrationProblem:
     def stepped(self, theta: Array, states: Array, change: Array, by: Array) -> Array:
         """Return the states after the free unknowns change by *change* (k,) and those of the poses by *by* (N, p)."""
         del theta, change
-        return states + by @ self.rows.free.T
+        return states + by @ self.directions.T
 
     def adjust(
         self, theta: Array, states: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
@@ -179,7 +179,17 @@ class CalibrationProblem:
         codes, steps, costs = np.zeros(runs, dtype=np.int64), np.zeros(runs, dtype=np.int64), np.zeros(runs)
         values, weight = self.values[None], np.ascontiguousarray(weights)[None]
         pose_schur.adjust_runs(
-            self.in_frame(rows or self.rows), self.limits, theta, states, values, weight, settings, codes, steps, costs
+            self.in_frame(rows or self.rows),
+            self.directions,
+            self.limits,
+            theta,
+            states,
+            values,
+            weight,
+            settings,
+            codes,
+            steps,
+            costs,
         )
         return codes, steps, costs
 
@@ -216,6 +226,11 @@ class CalibrationProblem:
         left = 1.0 - 2.0 * lines[:, straight_line.BUILD_UP] * out  # square of the radius, as a share
         first = 2.0 * out / (1.0 + np.sqrt(np.maximum(left, 0.0)))
         return np.asarray(first / lines[:, straight_line.SCALE])
+
+    @cached_property
+    def directions(self) -> Array:
+        """A basis (n, p) of the directions in which the rows' poses are free, its columns orthonormal."""
+        return np.eye(self.robot.n) if self.elastic else free_directions(self.robot)
 
     @property
     def free(self) -> Array:
@@ -283,7 +298,9 @@ class CalibrationProblem:
         total, k = len(self.values), len(theta)
         residuals, slopes, gradients = np.zeros(total), np.zeros((total, self.rows.freedoms)), np.zeros((total, k))
         theta, poses = np.ascontiguousarray(theta), np.ascontiguousarray(poses)
-        calibration_residuals.derivatives(self.rows, theta, poses, self.values, used, residuals, slopes, gradients)
+        calibration_residuals.derivatives(
+            self.rows, self.directions, theta, poses, self.values, used, residuals, slopes, gradients
+        )
         count, e = self.poses, self.per_pose
         linear = self.rows.linear @ theta - self.rows.wanted
         return Derivatives(
@@ -305,7 +322,7 @@ class CalibrationProblem:
         found = self.derivatives(theta, poses, np.ones(len(self.values)))
         u = np.swapaxes(found.by_pose[:, :m], 1, 2) * cables  # (N, p, m): lengths change as forces and moments do
         true, scale = self.tensions(theta), self.line_numbers(theta)[:, straight_line.TENSION_SCALE]
-        left = _loads(self.rows.load, poses) @ self.rows.free - np.einsum("nam,nm->na", u, true)
+        left = _loads(self.rows.load, poses) @ self.directions - np.einsum("nam,nm->na", u, true)
         readings = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale
         return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(readings)))
 
@@ -343,10 +360,8 @@ def equations(
         both = np.concatenate(full[:-1], axis=1), full[-1]
         return np.concatenate([each.reshape(-1, *shape) for each in both])
 
-    free = np.eye(robot.n) if elastic else free_directions(robot)  # equilibria of elastic lines stay in the plane
     rows = MeasurementRows(
-        freedoms=free.shape[1],
-        free=free,
+        freedoms=robot.n if elastic else robot.freedoms,  # equilibria of elastic lines stay in the plane
         start=np.arange(count + 1, dtype=np.int64) * per_pose,
         kind=of_rows("kind", np.int64),
         line=of_rows("line", np.int64),

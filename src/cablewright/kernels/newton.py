@@ -25,10 +25,8 @@ def copy_rows(source, target):
 
 @jit
 def along_columns(basis, vector, scratch):
-    """Replace the first n entries of *vector* by the p along the columns of *basis* (n, p), unless that is square."""
+    """Replace the first n entries of *vector* by the p along the columns of *basis* (n, p)."""
     n, p = basis.shape
-    if p == n:
-        return
     for c in range(p):
         scratch[c] = 0.0
         for k in range(n):

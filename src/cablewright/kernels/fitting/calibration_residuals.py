@@ -56,7 +56,6 @@ class MeasurementRows(NamedTuple):
     """Measurements in the order of poses; those without a pose come last. N poses, R rows, k unknowns, m lines."""
 
     freedoms: int  # p: directions in which a pose is free, its n coordinates or, in a plane, fewer
-    free: NDArray[np.float64]  # (n, p): a basis of them, its columns orthonormal
     start: NDArray[np.int64]  # (N + 1,) first row of each pose, and the first one without a pose
     kind: NDArray[np.int64]  # (R,)
     line: NDArray[np.int64]  # (R,)
@@ -407,12 +406,16 @@ def begin_pose(pose, work):
 
 
 @jit(allocates=True)
-def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradients):
-    """Write weighted residuals (R,) and derivatives by pose (R, p) and unknowns (R, k) at *theta*, *poses* (N, n)."""
+def derivatives(rows, free, theta, poses, values, weights, residuals, slopes, gradients):
+    """Write weighted residuals (R,) and derivatives by pose (R, p) and unknowns (R, k) at *theta*, *poses* (N, n).
+
+    *free* (n, p): an orthonormal basis of the directions in which poses are free.
+    """
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     gradients[:, :] = 0.0
     slopes[:, :] = 0.0
+    in_plane = rows.freedoms < free.shape[0]
     for j in range(poses.shape[0] + 1):
         alone = j == poses.shape[0]
         pose = poses[0 if alone else j]
@@ -422,7 +425,8 @@ def derivatives(rows, theta, poses, values, weights, residuals, slopes, gradient
                 residuals[i] = 0.0
                 continue
             off, count = read_row(rows, i, j, values[i], pose, work)
-            along_columns(rows.free, work.slope, work.turn)
+            if in_plane:
+                along_columns(free, work.slope, work.turn)
             residuals[i] = weights[i] * off
             for k in range(rows.freedoms):
                 slopes[i, k] = weights[i] * work.slope[k]

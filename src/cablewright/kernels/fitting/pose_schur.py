@@ -57,23 +57,23 @@ class Scratch(NamedTuple):
 
 
 @jit(allocates=True)
-def scratch(rows, k):
-    """Scratch for *rows* and *k* unknowns."""
-    poses, n = rows.start.shape[0] - 1, rows.freedoms
+def scratch(rows, n, k):
+    """Scratch for *rows*, *n* coordinates of a pose and *k* unknowns."""
+    poses, p = rows.start.shape[0] - 1, rows.freedoms
     return Scratch(
         reading(rows.lines.shape[0]),
         np.zeros((k, k)),
         np.zeros((k, k)),
         np.zeros(k),
         np.zeros(k),
-        np.zeros((poses, n, n)),
-        np.zeros((poses, n, k)),
-        np.zeros((poses, n)),
-        np.zeros((poses, n, n)),
-        np.zeros((poses, n, k)),
-        np.zeros((poses, n)),
+        np.zeros((poses, p, p)),
+        np.zeros((poses, p, k)),
+        np.zeros((poses, p)),
+        np.zeros((poses, p, p)),
+        np.zeros((poses, p, k)),
+        np.zeros((poses, p)),
         np.zeros(k),
-        np.zeros((poses, rows.free.shape[0])),
+        np.zeros((poses, n)),
     )
 
 
@@ -99,11 +99,12 @@ def cost(rows, theta, poses, values, weights, work):
 
 
 @jit
-def normal_equations(rows, theta, poses, values, weights, work):
+def normal_equations(rows, free, theta, poses, values, weights, work):
     """Write U, V, W and the right sides g, h at *theta* and *poses*, where `cost` must be finite."""
     place_unknowns(rows, theta, work.row.lines)
     work.U[:, :], work.g[:] = 0.0, 0.0
     work.V[:, :, :], work.W[:, :, :], work.h[:, :] = 0.0, 0.0, 0.0
+    in_plane = rows.freedoms < free.shape[0]
     for j in range(poses.shape[0] + 1):
         alone = j == poses.shape[0]
         pose = poses[0 if alone else j]
@@ -111,7 +112,8 @@ def normal_equations(rows, theta, poses, values, weights, work):
         for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
             if weights[i] > 0.0:
                 off, count = read_row(rows, i, j, values[i], pose, work.row)
-                along_columns(rows.free, work.row.slope, work.row.turn)
+                if in_plane:
+                    along_columns(free, work.row.slope, work.row.turn)
                 _add(work, j, count, weights[i] * weights[i], off, rows.freedoms, alone)
     for q in range(rows.linear.shape[0]):
         row = rows.linear[q]
@@ -238,9 +240,9 @@ def _move(free, pose, e, moved):
 
 
 @jit
-def _try_step(rows, limits, theta, poses, damping, work):
+def _try_step(free, limits, theta, poses, damping, work):
     """Write unknowns and poses after the step to *work*. Returns its largest entry and the predicted cost decrease."""
-    k, n = theta.shape[0], rows.freedoms
+    k, n = theta.shape[0], free.shape[1]
     largest, promised = 0.0, 0.0
     for a in range(k):
         moved = theta[a] + work.step[a]
@@ -262,12 +264,12 @@ def _try_step(rows, limits, theta, poses, damping, work):
         for c in range(n):
             largest = max(largest, abs(e[c]))
             promised += e[c] * (work.h[j, c] + damping * work.V[j, c, c] * e[c])
-        _move(rows.free, poses[j], e, work.poses[j])
+        _move(free, poses[j], e, work.poses[j])
     return largest, 0.5 * promised
 
 
 @jit
-def adjust(rows, limits, theta, poses, values, weights, settings, work):
+def adjust(rows, free, limits, theta, poses, values, weights, settings, work):
     """Move *theta* (k,) and *poses* (N, n) to the nearest minimum of the cost. Returns code, steps taken and cost."""
     k, n = theta.shape[0], rows.freedoms
     now = cost(rows, theta, poses, values, weights, work)
@@ -276,7 +278,7 @@ def adjust(rows, limits, theta, poses, values, weights, settings, work):
     damping, steps, fresh, held = settings.damping, 0, True, False
     for _ in range(settings.max_steps):
         if fresh:
-            normal_equations(rows, theta, poses, values, weights, work)
+            normal_equations(rows, free, theta, poses, values, weights, work)
             held = pushed_out(limits, theta, work)
             steps += 1
         fresh = False
@@ -288,7 +290,7 @@ def adjust(rows, limits, theta, poses, values, weights, settings, work):
             if damping > MAX_DAMPING:
                 return NOT_CONVERGED, steps, now
             continue
-        size, promised = _try_step(rows, limits, theta, poses, damping, work)
+        size, promised = _try_step(free, limits, theta, poses, damping, work)
         then = cost(rows, work.theta, work.poses, values, weights, work)
         if then <= now:
             gain = (now - then) / promised if promised > 0.0 else 1.0
@@ -312,12 +314,15 @@ def adjust(rows, limits, theta, poses, values, weights, settings, work):
 
 
 @jit(allocates=True)
-def adjust_runs(rows, limits, theta, poses, values, weights, settings, codes, steps, costs):
+def adjust_runs(rows, free, limits, theta, poses, values, weights, settings, codes, steps, costs):
     """Repeat `adjust`: theta (B, k), poses (B, N, n), values, weights (B or 1, R); writes codes, steps, costs (B,).
 
-    *limits* (2, k): min and max of the unknowns. They stand apart from the rows, which are handed on for every reading.
+    *free* (n, p): an orthonormal basis of the directions in which poses are free. *limits* (2, k): min and max of the
+    unknowns. They stand apart from the rows, which are handed on for every reading.
     """
-    work = scratch(rows, theta.shape[1])
+    work = scratch(rows, poses.shape[2], theta.shape[1])
     for run in range(theta.shape[0]):
         own, weight = values[run % values.shape[0]], weights[run % weights.shape[0]]
-        codes[run], steps[run], costs[run] = adjust(rows, limits, theta[run], poses[run], own, weight, settings, work)
+        codes[run], steps[run], costs[run] = adjust(
+            rows, free, limits, theta[run], poses[run], own, weight, settings, work
+        )
