@@ -337,6 +337,34 @@ def test_exits_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> N
         CalibrationProblem.of(truth, made.measured, few)
 
 
+def test_what_across_brings_on_the_board_of_the_docs(tmp_path: Path) -> None:
+    """Belts 6 cm off it; the medians that docs/calibration.md tells, and home lengths within their sigmas."""
+    text = (Path(__file__).parents[2] / "docs" / "robots.md").read_text(encoding="utf-8")
+    file = tmp_path / "board.toml"
+    file.write_text("schema = 1\n" + text[text.index('name = "board"') :].partition("```")[0])
+    robot, runs = load(file), 30
+    a, b, n = boards.frame(robot)
+    exits, m = exits_of(robot), robot.m
+    inside, sigmas = [], {2e-3: [], None: []}
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        u, v = rng.uniform(-0.01, 0.01, (2, m, 1))
+        away = u * a + v * b + rng.normal(0.0, 2e-3, (m, 1)) * n
+        truth = with_values(robot, unknowns_of(robot, ("exit_point",)), (exits + away).ravel())
+        made = simulate_calibration(truth, 40, 1e-4, seed=seed)
+        for across, known in sigmas.items():
+            plan = CalibrationPlan(across=across, sigma=Sigmas(encoder=1e-4))
+            found = calibrate(robot, made.measured, plan, rough=0.1)
+            assert found.status == "ok"
+            known.append(found.exit_sigma)
+            off = found.values[3 * m :] - made.home_lengths
+            inside.append(np.abs(off / np.sqrt(np.diag(found.posterior.covariance))[3 * m :]) < stats.norm.ppf(0.975))
+    low, high = stats.binom.interval(1.0 - 1e-3, runs, 0.95)  # as if the eight numbers of a run were one
+    assert low / runs <= np.mean(inside) <= high / runs
+    assert np.median(sigmas[2e-3]) == pytest.approx(1.6e-3, abs=1e-4)
+    assert np.median(sigmas[None]) == pytest.approx(2.5e-3, abs=2e-4)
+
+
 def test_poses_off_the_plane_are_refused_in_one_line() -> None:
     truth = robot_of("vertical", True)
     made = simulate_calibration(truth, 40, NOISE, seed=1, sensors=SensorNoise(pose=1e-3))

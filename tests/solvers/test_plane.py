@@ -347,8 +347,6 @@ def test_what_does_not_know_planes_refuses_them() -> None:
         lambda: cw.solve_with_slack(robot, held.pose, {0: 0.1}),
         lambda: cw.slack_sets(robot, held.pose),
         lambda: cw.enclose_poses(held, 1e-6),
-        lambda: cw.calibration_poses(robot, 20),
-        lambda: cw.simulate_calibration(robot, 20, 1e-4),
         lambda: require_hanging(robot),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
         lambda: VelocitySettings(cw.Model.of(robot), 1.0),
