@@ -117,7 +117,8 @@ def test_sigmas_and_the_redundancy_hold(plane: str, body: bool) -> None:
         true = np.append((exits_of(truth) @ normal), made.home_lengths)
         sigma = np.sqrt(np.einsum("ak,kl,al->a", rows, found.posterior.covariance, rows))
         off.append((rows @ found.values - true) / sigma)
-        square, redundancy = square + 2.0 * found.fit.cost, found.posterior.redundancy
+        grown = found.problem.factors.get("lengths", 1.0)  # where chance denies the told sigma
+        square, redundancy = square + 2.0 * found.fit.cost * grown**2, found.posterior.redundancy
     assert redundancy == count * (m - (3 if body else 2)) - (4 * m - 3)
     assert abs(square / (runs * redundancy) - 1.0) < 4.0 * np.sqrt(2.0 / (runs * redundancy))
     inside = (np.abs(np.array(off)) < stats.norm.ppf(0.975)).sum(axis=0)
