@@ -115,7 +115,7 @@ def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
         per_length, pose = linearise(held).per_length, held.pose
         weighted = share[:, None] * per_length.T
         change = weighted @ np.linalg.solve(per_length @ weighted, place - pose)
-        lengths = lengths + change + _tightened(settings.cells, state.measured, held, per_length, change)
+        lengths = lengths + change + _tightened(settings, state.measured, held, per_length, change)
     known = start_at(settings, lengths, _counts(settings, state))
     known.time, known.velocity, known.monitor = state.time, np.zeros(3), state.monitor
     known.measured = state.measured
@@ -125,22 +125,26 @@ def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
 
 
 def _tightened(
-    cells: Cells | None, measured: Array | None, held: Equilibrium, per_length: Array, change: Array
+    settings: ReckoningSettings, measured: Array | None, held: Equilibrium, per_length: Array, change: Array
 ) -> Array:
     """Return lengths (m,), m, to add to a *change* (m,), which leave the platform in place and fit tensions best.
 
-    *measured* (m,), N, against those of *held*, whose motion is *per_length* (3, m); zeros without them.
+    *measured* (m,), N, against those of *held*, whose motion is *per_length* (3, m). Zeros without them, and where no
+    more lines are taut than hold the platform: how far one is slack its tension does not tell.
     """
-    free = np.linalg.svd(per_length)[2][len(per_length) :].T  # (m, k) lengths without effect on the place
-    if cells is None or measured is None:
-        return np.zeros(len(free))
+    cells, added = settings.cells, np.zeros(len(change))
+    taut = held.lengths - taut_at(settings.model, held.pose).lengths <= settings.slack_threshold
+    if cells is None or measured is None or taut.sum() <= len(per_length):
+        return added
+    free = np.zeros((len(change), int(taut.sum()) - len(per_length)))
+    free[taut] = np.linalg.svd(per_length[:, taut])[2][len(per_length) :].T
     shown = held.winch_tensions if cells.source == "motor_torques" else held.tensions
     off = np.hypot(np.hypot(cells.deviation, cells.zero), cells.gain * shown)
     changes = tension_changes(held[None])
     by_length = np.diag(changes.per_length[0]) + changes.by_pose[0] @ per_length
-    read = np.isfinite(measured) & (held.tensions > 0.0)
+    read = np.isfinite(measured) & taut
     rows = [(by_length @ free / off[:, None])[read], free / (_UNEVEN * held.lengths)[:, None]]
-    wanted = [((measured - shown - by_length @ change) / off)[read], np.zeros(len(free))]
+    wanted = [((measured - shown - by_length @ change) / off)[read], added]
     return np.asarray(free @ np.linalg.lstsq(np.vstack(rows), np.concatenate(wanted), rcond=None)[0])
 
 
