@@ -119,6 +119,7 @@ def printed(item: tuple[str, str, Remedy, int, int]) -> tuple[float, float, floa
         seed=seed,
         place_layers=remedy.place_layers,
         place_sigma=PLACE_SIGMA,
+        place_tensions=remedy.cells,
     )
     twin = twin_of(robot, load_job(job), settings, options)
     if remedy.creep and settings.simulation.cable.creep:

@@ -100,13 +100,15 @@ def _begin(
     return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts, creep)
 
 
-def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> ReckoningState:
+def placed(
+    settings: ReckoningSettings, state: ReckoningState, place: Array, *, by_tensions: bool = False
+) -> ReckoningState:
     """Return the state with the platform known to be at *place* (3,), m, where it stands.
 
     Of all changes of the lengths that bring it there the smallest is taken, in proportion to each line's length: what
-    creeps and what an oversized drum pays out is a share of it. Changes that do not move the platform, with more lines
-    than freedoms, are those that fit measured tensions best. Raises `AnswerError` where there is no equilibrium on the
-    way.
+    creeps and what an oversized drum pays out is a share of it. *by_tensions*: with more taut lines than freedoms,
+    changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where there is
+    no equilibrium on the way.
     """
     lengths = state.start_lengths if state.lengths is None else state.lengths
     share, pose = lengths**2, state.tracker.pose
@@ -115,7 +117,9 @@ def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
         per_length, pose = linearise(held).per_length, held.pose
         weighted = share[:, None] * per_length.T
         change = weighted @ np.linalg.solve(per_length @ weighted, place - pose)
-        lengths = lengths + change + _tightened(settings, state.measured, held, per_length, change)
+        lengths = lengths + change
+        if by_tensions and state.measured is not None:
+            lengths = lengths + _tightened(settings, state.measured, held, per_length, change)
     known = start_at(settings, lengths, _counts(settings, state))
     known.time, known.velocity, known.monitor = state.time, np.zeros(3), state.monitor
     known.measured = state.measured
@@ -125,16 +129,16 @@ def placed(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
 
 
 def _tightened(
-    settings: ReckoningSettings, measured: Array | None, held: Equilibrium, per_length: Array, change: Array
+    settings: ReckoningSettings, measured: Array, held: Equilibrium, per_length: Array, change: Array
 ) -> Array:
     """Return lengths (m,), m, to add to a *change* (m,), which leave the platform in place and fit tensions best.
 
-    *measured* (m,), N, against those of *held*, whose motion is *per_length* (3, m). Zeros without them, and where no
-    more lines are taut than hold the platform: how far one is slack its tension does not tell.
+    *measured* (m,), N, against those of *held*, whose motion is *per_length* (3, m). Zeros where no more lines are taut
+    than hold the platform: how far one is slack its tension does not tell.
     """
     cells, added = settings.cells, np.zeros(len(change))
     taut = held.lengths - taut_at(settings.model, held.pose).lengths <= settings.slack_threshold
-    if cells is None or measured is None or taut.sum() <= len(per_length):
+    if cells is None or taut.sum() <= len(per_length):
         return added
     free = np.zeros((len(change), int(taut.sum()) - len(per_length)))
     free[taut] = np.linalg.svd(per_length[:, taut])[2][len(per_length) :].T

@@ -111,9 +111,12 @@ class DeadReckoning(_SteppedEstimator):
             archive.array("creep", creep.stretched)
             self._state.start_strain = creep.strain if archive.loading else self._state.start_strain
 
-    def place_measured(self, place: Array) -> None:
-        """Begin anew with the standing platform at *place* (3,), m. Raises `AnswerError` where it cannot be."""
-        self._state = dead_reckoning.placed(self._settings, self._state, place)
+    def place_measured(self, place: Array, by_tensions: bool = False) -> None:
+        """Begin anew with the standing platform at *place* (3,), m. Raises `AnswerError` where it cannot be.
+
+        *by_tensions*: see `dead_reckoning.placed`.
+        """
+        self._state = dead_reckoning.placed(self._settings, self._state, place, by_tensions=by_tensions)
 
 
 class _WithTensions:

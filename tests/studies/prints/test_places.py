@@ -76,7 +76,7 @@ def test_tensions_tell_what_one_place_leaves_open(source: str) -> None:
     for told in (frame(0.0, counts), SensorFrame(0.0, (Encoders(0.0, counts), Tensions(source, 0.0, shown)))):
         state = dead_reckoning.start(settings, PLACE)
         dead_reckoning.step(settings, state, told)
-        known = dead_reckoning.placed(settings, state, true.pose)
+        known = dead_reckoning.placed(settings, state, true.pose, by_tensions=True)
         np.testing.assert_allclose(known.tracker.pose, true.pose, atol=1e-6)
         errors.append(np.abs(known.start_lengths - true.lengths).max())
         found = solve_forward(settings.model, known.start_lengths + away - inverse(ROBOT, PLACE).lengths)
@@ -163,6 +163,12 @@ def test_other_estimators_take_no_place() -> None:
     job = load_job(EXAMPLES / "blind-machines.toml")
     with pytest.raises(InputError, match="place layers: is for point platforms by encoders alone"):
         twin_of(load("merlet2023"), job, None, PrintOptions(place_layers=1))
+    for options, why in (
+        ({"place_tensions": True}, "place tensions: place layers says when"),
+        ({"place_tensions": True, "place_layers": 1}, "machine 'merlet2023' has neither load_cells nor motor_torques"),
+    ):
+        with pytest.raises(InputError, match=why):
+            twin_of(load("merlet2023"), job, None, PrintOptions(estimator="encoders", **options))
     robot, owner = load("merlet2023"), load_twin("merlet2023").owner
     assert not isinstance(estimator("filter", robot, owner, PLACE), DeadReckoning)
 

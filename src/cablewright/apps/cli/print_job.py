@@ -75,6 +75,9 @@ class PrintJobCommand:
     place_sigma: Annotated[
         str, typer.Option("--place-sigma", metavar="D", help="Standard deviation of that in each coordinate.")
     ] = "1 mm"
+    place_tensions: Annotated[
+        bool, typer.Option("--place-tensions", help="Correct what a place leaves open of lengths by measured tensions.")
+    ] = False
     real_time: Annotated[bool, typer.Option("--real-time", help="Wait in each step until its time has come.")] = False
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Run folder; by default runs/print-ROBOT-JOB.")
@@ -104,7 +107,7 @@ class PrintJobCommand:
         options = PrintOptions(
             self.estimator, self.control, self.height, self.layers, self.plant, self.period, self.seed,
             self.intrusions, self.severity, place_layers=self.place_layers,
-            place_sigma=quantity(self.place_sigma, "--place-sigma", LENGTH),
+            place_sigma=quantity(self.place_sigma, "--place-sigma", LENGTH), place_tensions=self.place_tensions,
         )  # fmt: skip
         try:
             with progress() as show:
@@ -174,6 +177,7 @@ class PrintJobCommand:
             ("--intrusions", self.intrusions, 0),
             ("--place-layers", self.place_layers, 0),
             ("--place-sigma", self.place_sigma, "1 mm"),
+            ("--place-tensions", self.place_tensions, False),
             ("--real-time", self.real_time, False),
         ):
             if given != usual:

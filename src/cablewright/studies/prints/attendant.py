@@ -92,6 +92,6 @@ def attendant_of(machine: SimulatedMachine, printer: Printer, choices: PrintOpti
 
     def measure(layer: int) -> None:
         noise = np.random.default_rng([choices.seed, 9, layer]).normal(0.0, choices.place_sigma, 3)
-        printer.place_measured(machine.truth.position + noise)
+        printer.place_measured(machine.truth.position + noise, by_tensions=choices.place_tensions)
 
     return Attendant(lambda: machine.refill(printer.plan.powder), place_layers=choices.place_layers, measure=measure)

@@ -178,11 +178,14 @@ class Printer:
         """Set the estimated powder to that of a full drum."""
         self.powder = self.plan.powder
 
-    def place_measured(self, place: Array) -> None:
-        """Tell the estimator where the standing platform is, (3,) m. Raises `InputError` if it takes no place."""
+    def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
+        """Tell the estimator where the standing platform is, (3,) m; *by_tensions*: see `dead_reckoning.placed`.
+
+        Raises `InputError` if it takes no place.
+        """
         if not isinstance(self.estimator, DeadReckoning):
             raise InputError("a measured place is for the estimator of encoders alone")
-        self.estimator.place_measured(place)
+        self.estimator.place_measured(place, by_tensions)
 
     def step(self, orders: tuple[Order, ...] = ()) -> Step:
         """Run one period of the machine and compute the next command."""

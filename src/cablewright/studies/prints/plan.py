@@ -46,7 +46,8 @@ class PrintOptions:
     of a quasi-static step. ``intrusions``: number of simulated light-barrier interruptions. ``severity``: see
     `with_severity`; None: of the machine. ``lasers``: distances to walls that an operator measured at the start.
     ``place_layers``: after each so many layers the platform stands and its place is measured, with ``place_sigma``, m,
-    in each coordinate; 0: never. Of a point platform by encoders alone.
+    in each coordinate; 0: never. Of a point platform by encoders alone. ``place_tensions``: measured tensions tell what
+    a place leaves open of its lengths.
     """
 
     estimator: str | None = None
@@ -61,6 +62,7 @@ class PrintOptions:
     lasers: tuple[Laser, ...] = ()
     place_layers: int = 0
     place_sigma: float = 1e-3
+    place_tensions: bool = False
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` for an unknown choice, `InputError` for a number that cannot be."""
@@ -114,9 +116,18 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot))  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
     chosen = choices.estimator or _best_estimator(owner, choices)
+    _require_places(choices, chosen, robot, owner)
+    return MachineTwin(robot, job, settings, choices, chosen, with_tour(path, owner, chosen))
+
+
+def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: MachineSettings) -> None:
+    """Raise `InputError` for places where they are of no use, and tensions without what measures them."""
     if choices.place_layers and (chosen != "encoders" or robot.n == 6):
         raise InputError("place layers: is for point platforms by encoders alone (--estimator encoders)")
-    return MachineTwin(robot, job, settings, choices, chosen, with_tour(path, owner, chosen))
+    if choices.place_tensions and not choices.place_layers:
+        raise InputError("place tensions: place layers says when places are measured; it is 0")
+    if choices.place_tensions and owner.load_cells is None and owner.motor_torques is None:
+        raise InputError(f"place tensions: machine {owner.name!r} has neither load_cells nor motor_torques")
 
 
 def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
