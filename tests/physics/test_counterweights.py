@@ -213,6 +213,29 @@ def test_acceleration_takes_it_along() -> None:
     assert change == pytest.approx(25.0 * (rises @ [0.0, 0.0, 2.0]), rel=1e-9)
 
 
+def test_fewer_winches_than_freedoms_leave_coordinates_free() -> None:
+    """Two winches and two counterweights hold a point: two coordinates are given, and gravity decides the third."""
+    robot = hung(hung(straight(load("merlet2023")), 1, 20.0), 3, 20.0)
+    with pytest.raises(InputError, match="4 lines on 2 winches hold 2 of the 3 freedoms; 3 are given: leave 1 free"):
+        cw.inverse(robot, POSES[3])
+    found = cw.inverse(robot, [0.4, np.nan, 1.2]).checked()
+    assert found.is_valid()
+    assert found.pose[[0, 2]] == pytest.approx([0.4, 1.2], abs=1e-12)
+    assert found.winch_tensions[[1, 3]] == pytest.approx(20.0 * GRAVITY, rel=1e-9)
+    again = cw.forward(robot, np.where([0, 1, 0, 1], np.nan, found.lengths), guess=found.pose)
+    np.testing.assert_allclose(again.pose, found.pose, atol=1e-8)
+    plain = load("grab-four-lines")
+    first = cw.inverse(plain, [0.0, 0.1, plain_height(plain), np.nan, np.nan, 0.0]).checked()
+    body = hung(plain, 1, float(first.winch_tensions[1]) / GRAVITY)
+    free = cw.inverse(body, [*first.pose[:3], np.nan, np.nan, np.nan]).checked()
+    assert free.is_valid()
+    assert free.winch_tensions[1] == pytest.approx(first.winch_tensions[1], rel=1e-9)
+
+
+def plain_height(robot: Robot) -> float:
+    return float(np.mean([robot.scene.frame_min[2], robot.scene.frame_max[2]]))
+
+
 def test_one_too_light_for_its_own_cable_is_no_formula_s_fault() -> None:
     """A heavy cable that its counterweight cannot hold up: no pose there is one."""
     robot = load("merlet2023")
@@ -252,5 +275,9 @@ def test_what_does_not_cover_it_says_so(tmp_path: Path) -> None:
             hung(load("merlet2023"), 1, 25.0, **own)
     with pytest.raises(ValueError, match="counterweight: is for lines without a universal joint"):
         hung(load("paty2021"), 1, 25.0)
-    with pytest.raises(InputError, match="counterweight"):
-        cw.inverse(hung(load("grab-four-lines"), 1, 1.0), [0.0, 0.0, 1.0, np.nan, np.nan, 0.0])
+    shared = {"shared_winch": {"line": load("merlet2023").lines[1].name}}
+    pair = hung(load("merlet2023"), 1, 25.0)
+    with pytest.raises(ValueError, match="'south-east' has a counterweight, and no winch"):
+        out_of_plane.checked(
+            pair.model_copy(update={"lines": (pair.lines[0].model_copy(update=shared), *pair.lines[1:])})
+        )

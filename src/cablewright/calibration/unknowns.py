@@ -184,6 +184,7 @@ def require_covered(robot: Robot, elastic: bool) -> None:
         if line.gives_by:
             why = "; it can be an unknown of a robot file without it" if line.mount_gives else ""
             raise InputError(f"calibration: line {line.name!r} has {line.gives_by}, which is not covered{why}")
+    robot.require_own_winches("calibration")
     if elastic:
         robot.require_plain_lines("calibration of lines that stretch")
         if robot.platform.plane is not None and robot.m < robot.freedoms:

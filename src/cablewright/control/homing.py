@@ -58,7 +58,8 @@ class Homing:
     """A `Procedure`; `position` is where the platform was found."""
 
     def __init__(self, settings: HomingSettings) -> None:
-        """Not yet begun."""
+        """Not yet begun. Raises `InputError` for lines that share a winch: each is made taut by its own."""
+        settings.model.robot.require_own_winches("homing")
         self.settings = settings
         self.take_up = TakeUp(settings.take_up)
         self.position: Array | None = None

@@ -62,6 +62,7 @@ def firmware(
     """
     if name not in FIRMWARE:
         raise UnknownName("firmware", name, FIRMWARE)
+    robot.require_own_winches(f"firmware {name}")
     assumed, lost = Notes(), Notes()
     motor = stepper or Stepper(ratio=1.0 if machine is None else machine.winch.ratio)
     if machine is None:

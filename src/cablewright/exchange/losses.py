@@ -8,7 +8,8 @@ from typing import Any, Final
 from cablewright.robot import Robot
 
 _WHOLE: Final = (
-    "bracket", "uncertainty", "platform.loads", "platform.boxes", "platform.retraction", "scene.beams", "lines.guides"
+    "bracket", "uncertainty", "platform.loads", "platform.boxes", "platform.retraction", "scene.beams", "lines.guides",
+    "lines.shared_winch",
 )  # fmt: skip
 
 

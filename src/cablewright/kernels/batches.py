@@ -12,6 +12,8 @@ from cablewright.kernels.certificates.system_enclosure import certificate_pool, 
 from cablewright.kernels.layout import CHUNK, NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, STATE, robot_of
 from cablewright.kernels.newton import copy, copy_rows, largest
 from cablewright.kernels.rotation import between, compose, matrix
+from cablewright.kernels.shared_winches.program import shared_workspace
+from cablewright.kernels.shared_winches.solve import solve_shared
 from cablewright.kernels.statics.counterweight import read_lengths
 from cablewright.kernels.statics.equilibrium import draw_straight, evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
@@ -111,6 +113,28 @@ def hanging_rows(packed, poses, states, lengths, codes, violations, first, last)
         own = robot_of(packed, j)
         codes[j], violations[j] = solve_hanging(own, poses[j], states[j], work)
         lengths_of(own, states[j], lengths[j])
+
+
+@jit(allocates=True)
+def shared_rows(packed, shares, poses, states, lengths, codes, violations, chain, first, last):
+    """As `inverse_rows`, with lines on the drums of others: a table (s, 4), see `shared_winches.program`.
+
+    Free entries of a pose are NaN on entry and are written.
+    """
+    work, own = inverse_workspace(robot_of(packed, first)), shared_workspace(robot_of(packed, first), shares)
+    for j in range(first, last):
+        robot = robot_of(packed, j)
+        known = chain and j > first and j % CHUNK != 0 and codes[j - 1] == OK
+        copy(poses[j], own.given)
+        if known:
+            copy_rows(states[j - 1], states[j])
+            for k in range(poses.shape[1]):
+                if np.isnan(own.given[k]):
+                    poses[j, k] = poses[j - 1, k]
+        codes[j], violations[j] = solve_shared(robot, shares, poses[j], states[j], work, own, known)
+        if known and codes[j] != OK:
+            codes[j], violations[j] = solve_shared(robot, shares, poses[j], states[j], work, own, False)
+        lengths_of(robot, states[j], lengths[j])
 
 
 @jit(allocates=True)

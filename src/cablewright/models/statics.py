@@ -23,6 +23,7 @@ from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNum
 from cablewright.models.plane import basis
 from cablewright.models.rotation import placed
 from cablewright.models.rows import Rows, by_row, scalar
+from cablewright.models.shared_winches import missed_lengths
 from cablewright.results import Result
 from cablewright.robot import RigidPlatform, Robot
 
@@ -130,6 +131,11 @@ class Model:
     def m(self) -> int:
         """The number of lines."""
         return self.robot.m
+
+    @property
+    def winches(self) -> int:
+        """The number of winches: see `Robot.winches`."""
+        return self.robot.winches
 
     @property
     def freedoms(self) -> int:
@@ -332,12 +338,20 @@ class Equilibrium(Rows, Result):
 
     def _worst_line(self) -> str:
         """Return the line that exceeds its limit most, and by how much."""
+        if self.status is Status.INFEASIBLE and self.violation == 0.0 and self.model.robot.sharing:
+            missed = missed_lengths(self.model.robot, self.lengths)
+            line = self.model.robot.sharing[int(np.argmax(np.abs(missed)))]
+            assert line.shared_winch is not None  # by what `sharing` is
+            where = f"the length of line {line.name} does not fit the drum that it shares with {line.shared_winch.line}"
+            return f"{where}, {np.abs(missed).max():.4g} m off, and these cables do not give"
         low, high = self.extremes()
         if self.status is Status.OVERSTRETCHED:
             over = high - self.lines.breaking_load
             worst = int(np.argmax(over))
             name, limit = self.model.robot.lines[worst].name, self.lines.breaking_load[worst]
             return f"line {name} at {high[worst]:.6g} N, {over[worst]:.4g} N over its {limit:g} N"
+        if np.isnan(low).any() and self.model.robot.sharing:
+            return f"tensions that fit the winches are {self.violation:.4g} N out of their limits"
         if np.isnan(low).any():
             return f"a line would have to push, {self.violation:.4g} N out of its limits"
         under, over = self.lines.tension_min - low, high - self.lines.tension_max

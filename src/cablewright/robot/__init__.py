@@ -20,7 +20,7 @@ from cablewright.robot.uncertainty import (
     load_uncertainty,
     modulus_ranges,
 )
-from cablewright.robot.winch import Winch
+from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.robot.write_back import update
 
 __all__ = [
@@ -45,6 +45,7 @@ __all__ = [
     "RigidPlatform",
     "Robot",
     "Scene",
+    "SharedWinch",
     "Sheave",
     "Swivel",
     "Uncertain",

@@ -14,7 +14,7 @@ from cablewright.robot.dead_span import DeadSpan, Guide, dead_span
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.mount import Compliance, compliance_matrix
 from cablewright.robot.sheave import Eyelet, GuideSheave, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
-from cablewright.robot.winch import Winch
+from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.units import Force, Length, Mass, NonNegative, Positive, Stiffness, Vec3
 from cablewright.validation import Description, refusal, require_rising
 
@@ -61,6 +61,8 @@ class Line(Description):
 
     ``counterweight``: kg, that hangs on all cables of the line where others have a winch: below ``winch_exit``, or else
     below the exit point. It gives their tension, and the platform's pose their length.
+
+    ``shared_winch``: the other line on whose drum the cable is; ``winch`` is then that drum too.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=60)]
@@ -80,6 +82,7 @@ class Line(Description):
     cable: Cable
     sheave: Sheave
     winch: Winch = Winch()
+    shared_winch: SharedWinch | None = None
     tension_limits: tuple[NonNegative[Force], NonNegative[Force]]
 
     @model_validator(mode="after")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations, product
 from typing import Annotated, Self
 
@@ -16,6 +16,7 @@ from cablewright.robot.plane import OFF_PLANE
 from cablewright.robot.platform import Platform, Retraction, RigidPlatform
 from cablewright.robot.scene import Scene
 from cablewright.robot.uncertainty import Uncertainty
+from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.validation import FileDescription, refusal, require_unique_names
 
 
@@ -52,6 +53,7 @@ class Robot(FileDescription):
             raise refusal("lines", why)
         self._check_plane()
         self._check_counterweights()
+        self._check_shared_winches()
         names = [line.name for line in self.lines]
         if self.uncertainty is not None:
             try:
@@ -82,6 +84,16 @@ class Robot(FileDescription):
                 why = f"holds a cable with {held:g} N, which must be within its tension_limits, {low:g} to {high:g} N"
                 raise refusal("counterweight", why, within=("lines", index))
 
+    def _check_shared_winches(self) -> None:
+        lines = {line.name: line for line in self.lines}
+        for index, line in enumerate(self.lines):
+            shared = line.shared_winch
+            if shared is None:
+                continue
+            why = _why_not_shared(line, shared, lines)
+            if why:
+                raise refusal("shared_winch", why, within=("lines", index))
+
     def _check_plane(self) -> None:
         plane = self.platform.plane
         if plane is None:
@@ -107,6 +119,16 @@ class Robot(FileDescription):
     def freedoms(self) -> int:
         """The number of directions in which the platform is free: n, or in a plane 2 of a point and 3 of a body."""
         return self.n if self.platform.plane is None else {3: 2, 6: 3}[self.n]
+
+    @property
+    def winches(self) -> int:
+        """The number of winches: m, less the lines on the drum of another and those with a counterweight."""
+        return self.m - len(self.sharing) - sum(line.counterweight is not None for line in self.lines)
+
+    @property
+    def sharing(self) -> tuple[Line, ...]:
+        """The lines that are on the drum of another line."""
+        return tuple(line for line in self.lines if line.shared_winch is not None)
 
     @property
     def retraction(self) -> Retraction | None:
@@ -169,6 +191,11 @@ class Robot(FileDescription):
             if line.counterweight is not None:
                 raise InputError(f"{by}: line {line.name!r} has a counterweight; it is not covered")
 
+    def require_own_winches(self, by: str) -> None:
+        """Raise `InputError` for a line on the drum of another, which is not covered *by* something."""
+        for line in self.sharing:
+            raise InputError(f"{by}: line {line.name!r} has shared_winch; it is not covered")
+
     def require_no_plane(self, by: str) -> None:
         """Raise `InputError` for a platform in a plane, which is not covered *by* something."""
         if self.platform.plane is not None:
@@ -204,6 +231,27 @@ class Robot(FileDescription):
         changed = retraction.model_copy(update={"length": float(length)})
         platform = self.platform.model_copy(update={"retraction": changed})
         return self.model_copy(update={"platform": platform, "lines": lines})
+
+
+def _why_not_shared(line: Line, shared: SharedWinch, lines: Mapping[str, Line]) -> str:
+    """Return why a line cannot be on the drum that it says, in words; empty if it can."""
+    other = lines.get(shared.line)
+    if other is None:
+        return f"no line is named {shared.line!r}; {suggestion(shared.line, lines)}"
+    if line.counterweight is not None:
+        return "is not for a line with a counterweight, which has no winch"
+    if other.counterweight is not None:
+        return f"line {other.name!r} has a counterweight, and no winch"
+    if other is line:
+        return f"line {line.name!r} is on its own drum without saying so: name another line"
+    if other.shared_winch is not None:
+        return f"line {other.name!r} is itself on the drum of {other.shared_winch.line!r}: name that one"
+    differing = [key for key in Winch.model_fields if getattr(line.winch, key) != getattr(other.winch, key)]
+    if differing:
+        return f"winch.{differing[0]} differs from that of line {other.name!r}, which is the same drum"
+    if line.winch.build_up is not None and (shared.offset or shared.winds == "against"):
+        return "both cables leave a drum with a build_up at one radius only if they are as long: offset = 0, along"
+    return ""
 
 
 def _three(what: str, values: Sequence[float]) -> tuple[float, ...]:

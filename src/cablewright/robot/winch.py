@@ -1,8 +1,8 @@
-"""The winch: radius and capacity of its drum, its speed and torque."""
+"""The winch: radius and capacity of its drum, its speed and torque; and whose drum a line is on instead."""
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -35,3 +35,26 @@ class Winch(Description):
         if self.build_up is not None and (self.drum_radius is None or self.drum_length is None):
             raise refusal("build_up", "needs drum_radius, and drum_length, the length of the line where it is that")
         return self
+
+
+class SharedWinch(Description):
+    """The drum of another ``line``, on which the cable of this one is wound too.
+
+    ``winds``: ``along``: both cables are paid out together, and the unstrained length of this line is ``offset`` (m)
+    plus that of the other; ``against``: one is paid out as the other is wound up, and it is ``offset`` minus that.
+    """
+
+    line: Annotated[str, Field(min_length=1, max_length=60)]
+    offset: Length = 0.0
+    winds: Literal["along", "against"] = "along"
+
+    @model_validator(mode="after")
+    def _lengths_are_positive(self) -> Self:
+        if self.winds == "against" and not self.offset > 0.0:
+            raise refusal("offset", "must be over 0 m for cables that wind against each other: their lengths sum to it")
+        return self
+
+    @property
+    def sense(self) -> float:
+        """1 where both cables are paid out together, else -1."""
+        return 1.0 if self.winds == "along" else -1.0

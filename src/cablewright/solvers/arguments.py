@@ -77,8 +77,8 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
 
     A rigid body's pose may be its position alone: unrotated. A rotation vector longer than pi is replaced by the
     equivalent shorter one, with a warning in the log. If *free*, NaN marks the freedoms that gravity decides on a robot
-    with fewer lines than freedoms. Of a position in a plane one coordinate may be NaN, which the plane decides. Raises
-    `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's plane.
+    with fewer winches than freedoms. Of a position in a plane one coordinate may be NaN, which the plane decides.
+    Raises `InputError` for a wrong count or numbers that are not finite, and for a pose off the platform's plane.
     """
     n, freedoms, plane = model.n, model.freedoms, model.robot.platform.plane
     array = _numbers(values, (n, 3), what, "m and rad")
@@ -89,15 +89,10 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
         _complete(plane, poses)
         _require_held(plane, poses, what)
     wrong = ~(np.abs(poses) <= LARGEST)
-    if free and model.m >= freedoms and np.isnan(poses).any():
-        raise InputError(f"{what}: {model.m} lines hold all {freedoms} freedoms: none can be left free (nan)")
-    if free and model.m < freedoms:
-        if plane is not None and plane.axis is None:
-            raise InputError(f"{what}: {model.m} lines hold {freedoms} freedoms in a plane across x, y or z alone")
-        m, given = model.m, freedoms - np.isnan(poses).sum(axis=1)
-        if (given != m).any():
-            count = f"{m} lines hold {m} of the {freedoms} freedoms; {given[given != m][0]} are given"
-            raise InputError(f"{what}: {count}: leave {freedoms - m} free (nan) for gravity")
+    if free and (model.winches < freedoms or np.isnan(poses).any()):
+        if plane is not None and plane.axis is None and (model.winches < freedoms or model.robot.sharing):
+            raise InputError(f"{what}: {_holders(model)} hold {freedoms} freedoms in a plane across x, y or z alone")
+        _require_enough_free(model, freedoms - np.isnan(poses).sum(axis=1), what)
         wrong = np.abs(poses) > LARGEST
     _refuse(poses, wrong, what)
     if n == 6:
@@ -105,6 +100,29 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
     if plane is not None:
         _into_plane(plane, poses, what)
     return poses, array.ndim == 1
+
+
+def _holders(model: Model) -> str:
+    """What holds the platform, in words: lines, or fewer winches."""
+    return f"{model.m} lines" + ("" if model.winches == model.m else f" on {model.winches} winches")
+
+
+def _require_enough_free(model: Model, given: NDArray[np.int64], what: str) -> None:
+    """Raise `InputError` unless as many coordinates are *given* (rows,) as lines hold, and the others free.
+
+    Where lines share winches, tensions may adapt where rotations are free, so that fewer may be given: the position.
+    """
+    winches, freedoms = model.winches, model.freedoms
+    most = min(winches, freedoms)
+    least = min(winches, 2 if model.robot.platform.plane is not None else 3) if model.robot.sharing else most
+    wrong = given[(given < least) | (given > most)]
+    if not len(wrong):
+        return
+    if winches >= freedoms and not model.robot.sharing:
+        raise InputError(f"{what}: {model.m} lines hold all {freedoms} freedoms: none can be left free (nan)")
+    count = f"{_holders(model)} hold {most} of the {freedoms} freedoms; {wrong[0]} are given"
+    free = f"{freedoms - most}" if least == most else f"{freedoms - most} to {freedoms - least}"
+    raise InputError(f"{what}: {count}: leave {free} free (nan) for gravity")
 
 
 def _complete(plane: Plane, poses: Array) -> None:
@@ -176,8 +194,8 @@ def require_a_load(model: Model) -> None:
     if (np.abs(projected(free, load)) > CARRIED * np.abs(load).max()).any():
         return
     why = "gravity = 0, no external force" if free is None else "the plane carries the whole load"
-    if model.m < model.freedoms:
-        raise InputError(f"{why}: {model.m} lines leave freedoms that nothing decides")
+    if model.winches < model.freedoms:
+        raise InputError(f"{why}: {_holders(model)} leave freedoms that nothing decides")
     if not model.lines.tension_min.any():
         raise InputError(f"{why}: a line's tension_limits must begin above 0, or all are slack")
 

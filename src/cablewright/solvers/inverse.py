@@ -12,6 +12,7 @@ from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import blank_states
+from cablewright.models.shared_winches import shares
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, require_a_load
@@ -37,8 +38,9 @@ def inverse(
 
     A rigid body's pose is its position and rotation vector, or its position alone: unrotated. A platform in a plane has
     its poses in that plane, which takes all force across it and decides a coordinate that is NaN. On a robot with fewer
-    lines than freedoms, m freedoms are given and the others are NaN: gravity decides them, and the pose of the answer
-    is complete. *retraction* is the platform's retraction length, m, one for all or one for each pose.
+    winches than freedoms, as many freedoms as winches are given and the others are NaN: gravity decides them, and the
+    pose of the answer is complete. Lengths of lines that share a winch fit it; of a body on such lines the position
+    alone may be given. *retraction* is the platform's retraction length, m, one for all or one for each pose.
 
     *cable* is ``rigid``, ``elastic`` or ``catenary`` (default); *sheave* simplifies the sheaves as built;
     *tension_limits* (min, max), N, replace the lines' own and hold along the whole line. An infeasible pose is an
@@ -66,8 +68,6 @@ def solve_inverse(
     *exit_points* (N, m, 3), m, replace the robot's; winch exits move with them.
     """
     require_a_load(model)
-    if model.m < model.freedoms:
-        model.robot.require_winches("inverse with freedoms that gravity decides")
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
     if preferred is not None:
@@ -79,7 +79,9 @@ def solve_inverse(
     codes = np.zeros(rows, dtype=np.int64)
     violations = np.zeros(rows)
     arrays = (packed, pose, states, lengths, codes, violations)
-    if model.m < model.freedoms:
+    if model.robot.sharing or model.winches < min(model.m, model.freedoms):
+        run(batches.shared_rows, rows, packed, shares(model.robot), *arrays[1:], path)
+    elif model.m < model.freedoms:
         run(batches.hanging_rows, rows, *arrays)
     else:
         run(batches.inverse_rows, rows, *arrays, path)

@@ -6,7 +6,9 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.models.drum import drum_of
+from cablewright.models.shared_winches import drum_mates
 from cablewright.models.statics import Equilibrium
+from cablewright.robot import Robot
 
 
 def swing_angles(equilibrium: Equilibrium) -> Array:
@@ -36,8 +38,30 @@ def sheave_clearances(equilibrium: Equilibrium) -> Array:
 
 
 def winch_torques(equilibrium: Equilibrium) -> Array:
-    """Return the torque that holds each drum, N m, against all its cables; NaN where the radius is not known."""
-    return equilibrium.winch_tensions * drum_arms(equilibrium)
+    """Return the torque that holds each drum, N m, against all its cables; NaN where the radius is not known.
+
+    Lines on one drum have its whole torque each, in the direction of their own cable.
+    """
+    return on_drums(equilibrium.model.robot, equilibrium.winch_tensions * drum_arms(equilibrium))
+
+
+def on_drums(robot: Robot, torques: Array) -> Array:
+    """Return the torque on the drum of each line (..., m), N m, from that of each line's cables."""
+    found = torques.copy() if robot.sharing else torques
+    for i, j, sense in drum_mates(robot):
+        found[..., i] += sense * torques[..., j]
+    return found
+
+
+def rise_on_drums(robot: Robot, drop: Array, rise: Array) -> Array:
+    """Return the most (..., m), N m, by which a drum's torque rises; *drop* and *rise*: of each line's cables.
+
+    *drop* is at most 0. Lines on one drum are taken to change together in the worst way.
+    """
+    found = rise.copy() if robot.sharing else rise
+    for i, j, sense in drum_mates(robot):
+        found[..., i] += rise[..., j] if sense > 0.0 else -drop[..., j]
+    return found
 
 
 def drum_arms(equilibrium: Equilibrium) -> Array:

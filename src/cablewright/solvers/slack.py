@@ -105,6 +105,7 @@ def solve_with_slack(
 def _checked(model: Model, excess: Excess) -> dict[int, float]:
     """The excess by index of the line. Raises `InputError`."""
     model.robot.require_lines_in_plane("slack lines")
+    model.robot.require_own_winches("slack lines")
     by: dict[int, float] = {}
     for line, value in excess.items():
         index = line_index(model, line)
@@ -260,6 +261,7 @@ def slack_sets(
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
     model.robot.require_no_plane("sets of slack lines")
+    model.robot.require_own_winches("sets of slack lines")
     _check_taut(model, 1)
     count = math.comb(model.m, model.n)
     if count > MAX_SETS:
@@ -413,6 +415,7 @@ def let_out(
     answer.
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
+    model.robot.require_own_winches("a line let out alone")
     i = line_index(model, line)
     if model.lines.counterweight[i] > 0.0:
         raise InputError(f"let out: line {model.robot.lines[i].name!r} has a counterweight, and no winch")

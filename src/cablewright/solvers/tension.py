@@ -177,6 +177,7 @@ def tension_distribution(
     True
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
+    model.robot.require_own_winches("tension distribution")
     if wrench is None:
         require_a_load(model)
     given, single = as_poses(model, poses, "pose")
@@ -215,6 +216,7 @@ def wrench_closure(
     feasible if positive; -inf where the rank is not full or no null vector has a positive sum.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
+    model.robot.require_own_winches("wrench-closure")
     given, single = as_poses(model, poses, "pose")
     packed = _packed(model, len(given), None, retraction)
     swept = _swept(packed, given, distribution.CLOSURE, np.ones(model.m), np.zeros(model.m))
@@ -243,6 +245,7 @@ def capacity(
     if not 0.0 < length < float("inf"):
         raise InputError(f"length {length:g} m: a positive number is expected, by which moments are divided")
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
+    model.robot.require_own_winches("capacity")
     given, single = as_poses(model, poses, "pose")
     half = np.zeros(model.n)
     if box is None and wrench is None:

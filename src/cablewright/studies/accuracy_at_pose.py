@@ -181,7 +181,7 @@ def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPos
     problem = question.problem(there)
     corners = region(problem, corner_values(problem), inner=INNER, seed=seed)
     best = None
-    if robot.m - robot.freedoms in GRID:
+    if robot.m - robot.freedoms in GRID and not robot.sharing:
         quick = Vertices() if len(question.ranges) <= ALL_VERTICES else FirstOrder()
         best = best_tensions(there.equilibria, question.ranges, quick)
     return AccuracyAtPose(found, corners, remains, best)

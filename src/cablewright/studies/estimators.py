@@ -58,6 +58,7 @@ def estimator(
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
     robot.require_plain("estimation")
+    robot.require_own_winches("estimation")
     if robot.n == 6:
         if name == "paper":
             raise InputError(f"estimator = {name}: is one of a point platform; that of {robot.name!r} is rigid")

@@ -48,9 +48,10 @@ def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
 
 
 def require_lines(robot: Robot, where: str) -> None:
-    """Raise `InputError` for a robot with fewer lines than freedoms, which cannot be held *where* (for the message)."""
-    if robot.m < robot.freedoms:
-        raise InputError(f"robot {robot.name}: {robot.m} lines cannot hold {robot.freedoms} freedoms {where}")
+    """Raise `InputError` for a robot with fewer winches than freedoms, which cannot be held *where* (for messages)."""
+    if robot.winches < robot.freedoms:
+        holders = f"{robot.m} lines" + (f" on {robot.winches} winches" if robot.sharing else "")
+        raise InputError(f"robot {robot.name}: {holders} cannot hold {robot.freedoms} freedoms {where}")
 
 
 def along(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> tuple[Array, Array | None]:

@@ -45,7 +45,7 @@ class RestPose:
 def rest_pose(robot: Robot | Model) -> RestPose:
     """Return the first pose of a few near the middle of the frame that the robot holds, unrotated, at rest.
 
-    Of a robot with fewer lines than freedoms, weight decides the rotation. Where it holds none of them, the first is
+    Of a robot with fewer winches than freedoms, weight decides the rotation. Where it holds none of them, the first is
     returned with ``held`` False and the reason as a note; its tensions are not those of an equilibrium.
     """
     model = Model.of(robot)
@@ -98,7 +98,9 @@ def _places(robot: Robot) -> Array:
 def _poses(model: Model, places: Array) -> Array:
     """The poses (k, n) with the nozzle there; NaN where gravity or a plane decides."""
     poses = np.array(model.unrotated_at(places))
-    missing = model.freedoms - model.m
+    missing = model.freedoms - model.winches
+    if model.robot.sharing and 0 < missing < 3 < model.n:  # parallel lines hold a body's rotation together
+        missing = 3
     if model.robot.platform.plane is None and missing > 0:
         free = (3, 4, 5, 1, 0) if model.n == 6 else (1, 0)
         poses[:, list(free[:missing])] = np.nan

@@ -51,6 +51,7 @@ def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) 
     Raises `InputError` unless 1 to 3 lines are redundant, `AnswerError` where the pose cannot be held.
     """
     model = held.model
+    model.robot.require_own_winches("a choice of tensions")
     redundant = model.m - model.freedoms
     if redundant not in GRID:
         raise InputError(f"robot {model.robot.name}: {redundant} redundant lines; tensions are chosen among 1 to 3")

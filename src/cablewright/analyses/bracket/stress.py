@@ -342,7 +342,7 @@ class Comparison:
         """
         model, held = self.model, self.universal_joint.loads.held
         unknown = np.full(model.n, np.nan)
-        if model.fidelity.cable is CableLaw.RIGID or model.m < model.freedoms:
+        if model.fidelity.cable is CableLaw.RIGID or model.winches < model.freedoms:
             return unknown
         rigid = Model(model.robot, Fidelity(CableLaw.RIGID), model.tension_limits)
         straight = solve_inverse(rigid, self.pose, retraction=self.retraction)

@@ -181,8 +181,9 @@ def boundary_modes(
         holding = "middle" if criterion.endswith("closed-form") else "least"
     if holding not in HOLDING:
         raise UnknownName("tensions", holding, HOLDING)
-    if model.m < model.freedoms:
-        few = f"{model.m} lines leave some of its {model.freedoms} freedoms to gravity"
+    if model.winches < model.freedoms:
+        kind = "winches" if model.robot.sharing else "lines"
+        few = f"{model.winches} {kind} leave some of its {model.freedoms} freedoms to gravity"
         raise InputError(f"robot {model.robot.name!r}: {few}: a grid of positions does not determine its poses")
     if not GRIDS[0] <= grid <= GRIDS[1]:
         raise InputError(f"grid {grid}: {GRIDS[0]} to {GRIDS[1]} nodes along a side are allowed for a boundary")

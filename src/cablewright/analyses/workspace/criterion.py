@@ -205,10 +205,20 @@ class Criterion:
     def broken_limits(self, poses: Array) -> tuple[tuple[str, ...], Mask]:
         """Return, for `static`, the names of all L limits and which of them *poses* (N, n) violate, (N, L)."""
         given = poses
-        if self.across is not None and self.model.m < self.model.n:  # gravity keeps them in their plane
+        if self.across is not None and self.model.winches < self.model.n:  # gravity keeps them in their plane
             given = poses.copy()
             given[:, self.across] = np.nan
+        if self.turned_by_gravity:
+            given = poses.copy()
+            given[:, 3:] = np.nan
         return broken_limits(solve_inverse(self.model, given, retraction=self.lengths(poses)))
+
+    @property
+    def turned_by_gravity(self) -> bool:
+        """Whether a body's lines share so many winches that its position is given, and gravity decides its rotation."""
+        model = self.model
+        free = bool(model.robot.sharing) and model.n == 6 and model.robot.platform.plane is None
+        return free and 3 <= model.winches < model.freedoms
 
     @cached_property
     def across(self) -> int | None:
@@ -239,8 +249,15 @@ class Criterion:
         """Refuse what no planar robot can do: to pull across its plane, or to leave it. Raises `InputError`."""
         if self.model.robot.platform.plane is not None:
             self._check_box()
-        if self.name == "static" and self.model.m < self.model.freedoms and self.across is None:
-            why = f"{self.model.m} lines hold {self.model.m} of the {self.model.freedoms} freedoms"
+        if self.name == "static" and self.turned_by_gravity:
+            if self.orientations.any():
+                raise InputError(
+                    "static: lines share winches, and gravity decides the rotation: leave out orientations"
+                )
+            return
+        if self.name == "static" and self.model.winches < self.model.freedoms and self.across is None:
+            count, what = self.model.winches, "winches" if self.model.robot.sharing else "lines"
+            why = f"{count} {what} hold {count} of the {self.model.freedoms} freedoms"
             raise InputError(f"static: {why}; only two lines in a plane can be searched, in that plane")
         if self.across is None:
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, version
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
@@ -72,6 +72,7 @@ def assumptions(robot: Robot) -> list[str]:
         f"From there to the platform: {_shared(robot, _free_spans)}.",
         _platform(robot),
         "Winch torque is the tension at the drum times its radius, of one layer of cable, without losses.",
+        *_on_one_drum(robot),
         (
             "Everything is calculated from the robot file. It says nothing of a machine that was built differently, of "
             "wear or of wind, and it takes the place of no guard or test."
@@ -173,6 +174,13 @@ def _winch_end(line: Line) -> str:
     return (
         "a winch" if line.spring is None else f"a winch with a spring that gives by {1e6 / line.spring:.4g} mm per kN"
     )
+
+
+def _on_one_drum(robot: Robot) -> Iterator[str]:
+    for line in robot.lines:
+        if line.shared_winch is not None:
+            own = line.shared_winch
+            yield f"Line {line.name} is on the drum of line {own.line}, and winds {own.winds} it; torques are of both."
 
 
 def _free_spans(line: Line) -> str:

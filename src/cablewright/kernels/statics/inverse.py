@@ -34,7 +34,6 @@ from cablewright.kernels.layout import (
     RADIUS,
     SINGULAR,
     TAU,
-    TENSION_MAX,
     TENSION_MIN,
     UNDER_EXIT,
     UNKNOWNS,
@@ -45,11 +44,7 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.newton import copy, largest
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics.counterweight import (
-    beyond_limits,
-    winch_tension,
-    winch_tension_change,
-)
+from cablewright.kernels.statics.counterweight import beyond_limits
 from cablewright.kernels.statics.equilibrium import (
     evaluate,
     is_slack,
@@ -69,6 +64,7 @@ from cablewright.kernels.statics.line import (
     start_force,
 )
 from cablewright.kernels.statics.plane import keep_free
+from cablewright.kernels.statics.pull_limits import extremes_out_of_plane, pull_limits
 from cablewright.kernels.statics.sheave import straight, unstrain
 from cablewright.kernels.statics.spatial_pull import (
     TAUT,
@@ -102,7 +98,6 @@ PREDICTED = 1e-9  # of a pull: change up to which a line's predicted state is ex
 IDLE = 1e-10  # of the largest pull: programs halve the pull of an idle line until it is about a tenth of this
 BALANCE_TOLERANCE = 1e-9  # of the largest force
 STIFFEST = 1e-8  # 1/N: compliance assumed for rigid cables where the stability of the platform is judged
-FLATTEST = 0.05  # of an extreme's change per pull: min slope with which a limit is linearised
 NEEDS_PUSH = -1  # infeasible, and no line states that balance the load
 SOLVED = (OK, INFEASIBLE, OVERSTRETCHED, BAD_WRAP, LEVER_UNSTABLE, UNSTABLE, SINGULAR)  # codes with line states
 
@@ -116,9 +111,9 @@ def solve_inverse(packed, pose, states, work, known):
     """
     code, violation = _solve(packed, pose, states, work, known)
     if code == OK and packed.general is not None:
-        code, violation = _judge_hung(packed, states)
+        code, violation = judge_hung(packed, states)
     if code == OK and packed.platform[MASSLESS] > 0.0:
-        _mark_slack(packed, states, work.pulls)
+        mark_slack(packed, states, work.pulls)
     if code == OK and (packed.freedoms == 6 or leaves_backwards(packed, states)):
         code = stays(packed, pose, states, work)
     if code not in SOLVED:
@@ -128,7 +123,7 @@ def solve_inverse(packed, pose, states, work, known):
 
 @jit
 def _solve(packed, pose, states, work, known):
-    code = _begin(packed, pose, states, work, known)
+    code = begin(packed, pose, states, work, known)
     if code != OK:
         return code, 0.0
     code = _distribute(packed, pose, states, work, 0.0)
@@ -137,10 +132,10 @@ def _solve(packed, pose, states, work, known):
     if code == INFEASIBLE and not _may_slacken(packed, work.base):
         return _least_infeasible(packed, pose, states, work)
     # the limits let a line become slack under its own weight: try with a larger minimum tension first
-    _begin(packed, pose, states, work, False)
+    begin(packed, pose, states, work, False)
     if _distribute(packed, pose, states, work, SLACKEST) == OK:
         return OK, 0.0
-    _begin(packed, pose, states, work, False)
+    begin(packed, pose, states, work, False)
     code = _distribute(packed, pose, states, work, 0.0)
     if code != INFEASIBLE:
         return code, 0.0
@@ -148,7 +143,7 @@ def _solve(packed, pose, states, work, known):
 
 
 @jit
-def _judge_hung(packed, states):
+def judge_hung(packed, states):
     """Code and violation (N) of the limits by lines whose tension a counterweight decides."""
     violation, most = 0.0, 0.0
     for i in range(packed.lines.shape[0]):
@@ -160,7 +155,7 @@ def _judge_hung(packed, states):
 
 
 @jit
-def _mark_slack(packed, states, pulls):
+def mark_slack(packed, states, pulls):
     """Mark as slack the massless lines that carry next to nothing, where no tension is asked of them; unstrain them."""
     most = largest(pulls, pulls.shape[0])
     for i in range(packed.lines.shape[0]):
@@ -322,7 +317,7 @@ def _would_push(packed, work):
 
 
 @jit
-def _begin(packed, pose, states, work, known):
+def begin(packed, pose, states, work, known):
     """Place all lines; unless *states* are *known*, guess straight lines that share the load. Returns a code."""
     base = work.base
     if not known:
@@ -371,12 +366,7 @@ def _program(packed, pose, states, work, give, relax):
         if not solved:
             return NOT_CONVERGED, 0.0, False
         _curve(work, i, pull, row[PREFERRED])
-        min_tension = max(row[TENSION_MIN], work.slackest[0] * row[WEIGHT] * (y[FREE] + y[DEAD]))
-        max_tension = row[TENSION_MAX]
-        if row[COUNTERWEIGHT] > 0.0:
-            min_tension = max_tension = row[COUNTERWEIGHT]
-        work.low[i] = pull + (min_tension - low) * pull / max(dlow, FLATTEST * pull)
-        work.high[i] = pull + (max_tension - high) * pull / max(dhigh, FLATTEST * pull)
+        work.low[i], work.high[i] = pull_limits(row, y, pull, work.slackest[0], low, high, dlow, dhigh)
     keep_free(packed, work.load)
     program = Program(work.structure, work.load, work.low, work.high, work.curvature, work.bias)
     solved = distribute(program, give, work.required, work.multipliers, base.stiffness, work.step)
@@ -415,10 +405,7 @@ def _linearise_line(packed, i, pose, y, work):
         if not solved:
             return False, 0.0, 0.0, 0.0, 0.0
         keep_free(packed, work.column)
-        if row[COUNTERWEIGHT] > 0.0:
-            held, dheld = winch_tension(row, y), winch_tension_change(row, y, dtau, ddead)
-            return True, held, held, dheld, dheld
-        low, high, dlow, dhigh = extremes_and_change(row, y, dphi, dtau, dfree, ddead, 0.0)
+        low, high, dlow, dhigh = extremes_out_of_plane(row, y, dphi, dtau, dfree, ddead)
         return True, low, high, dlow, dhigh
     plane, steps = base.planes[i], base.steps[i]
     if not settle_at_pull(row, plane[2], plane[3], pull, y, base.blocks[i], steps):

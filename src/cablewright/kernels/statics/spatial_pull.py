@@ -85,6 +85,16 @@ def column_placed(row, y, i, pose, pull, base, spatial, column, load):
     add_spatial_pull(record, row[PULLS], load)
     for k in range(column.shape[0]):
         load[k] += pull * column[k]
+    dphi, dtau, dfree, ddead = change_by_pull(row, y, i, spatial)
+    return True, dphi, dtau, dfree, ddead
+
+
+@jit
+def change_by_pull(row, y, i, spatial):
+    """Changes of PHI, TAU, FREE and DEAD of line *i*, solved at its pull, per logarithm of that."""
+    if spatial is None:
+        return 0.0, 0.0, 0.0, 0.0
+    record, rhs = spatial.records[i], spatial.steps[i]
     c, s, tension = cos(y[PHI]), sin(y[PHI]), exp(y[TAU])
     outward = cos(y[AZIMUTH]) * rhs[0, GIVEN] + sin(y[AZIMUTH]) * rhs[1, GIVEN]
     grow = c * outward + s * rhs[2, GIVEN]
@@ -92,7 +102,7 @@ def column_placed(row, y, i, pose, pull, base, spatial, column, load):
     longer = by_tension * grow
     for k in range(3):
         longer += per_metre * record[SPAN_BY_FORCE + k] * rhs[k, GIVEN]
-    return True, c * rhs[2, GIVEN] - s * outward, grow, rhs[3, GIVEN], longer * tension
+    return c * rhs[2, GIVEN] - s * outward, grow, rhs[3, GIVEN], longer * tension
 
 
 @jit
@@ -116,7 +126,7 @@ def add_placed(row, i, spatial, wrench):
 
 @jit
 def add_hanging(row, y, i, pose, work, spatial, restart):
-    """As `underactuated._evaluate`, of one line."""
+    """As `underactuated.evaluate_at_pulls`, of one line."""
     if spatial is None:
         return False
     base, pull = work.base, work.pulls[i]

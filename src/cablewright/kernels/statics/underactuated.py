@@ -92,7 +92,7 @@ def _solve_from(packed, given, pose, states, work):
     """Solve from the guess in *pose*. Returns code and violation."""
     work.lengths[:] = 0.0  # not known yet: the guess then depends on the frame alone
     place_below(packed, work.lengths, pose)
-    if not _hang(packed, given, pose, states, work):
+    if not hang(packed, given, pose, states, work):
         return NOT_CONVERGED, 0.0
     if not _balance(packed, given, pose, states, work):
         return _judge_failure(packed, states, work)
@@ -119,7 +119,7 @@ def _judge_failure(packed, states, work):
 
 
 @jit
-def _keep(given, pose):
+def keep(given, pose):
     """Write the given freedoms to *pose*."""
     for k in range(pose.shape[0]):
         if not isnan(given[k]):
@@ -127,12 +127,12 @@ def _keep(given, pose):
 
 
 @jit
-def _hang(packed, given, pose, states, work):
+def hang(packed, given, pose, states, work):
     """Set the free freedoms of *pose* and the pulls by descents on springs with the lengths of the pose."""
     base, m = work.base, packed.lines.shape[0]
     elastic = none_rigid(packed, work)
     for _ in range(SPRING_ROUNDS):
-        _keep(given, pose)
+        keep(given, pose)
         if packed.freedoms == 6:
             matrix(pose[3:], base.rotation)
         for i in range(m):
@@ -145,7 +145,7 @@ def _hang(packed, given, pose, states, work):
         stretch = sqrt(plane[2] ** 2 + plane[3] ** 2) / base.lengths[i] - 1.0
         share = 1e-2 * load_scale(packed) / m
         work.pulls[i] = max(stretch / elastic.lines[i, FREE_COMPLIANCE], share)
-    _keep(given, pose)
+    keep(given, pose)
     return True
 
 
@@ -156,7 +156,7 @@ def _balance(packed, given, pose, states, work):
     load = load_scale(packed)
     for k in range(3):
         load += abs(packed.platform[WRENCH + k])
-    if not _evaluate(packed, pose, states, work, True):
+    if not evaluate_at_pulls(packed, pose, states, work, True):
         return False
     for _ in range(NEWTON_STEPS):
         size = largest(base.wrench, n)
@@ -173,14 +173,14 @@ def _balance(packed, given, pose, states, work):
             _step(given, pose, work, held if halving == 0 else -0.5 * held)
             if halving > 0:
                 held *= 0.5
-            placed = _evaluate(packed, pose, states, work, False)
+            placed = evaluate_at_pulls(packed, pose, states, work, False)
             if stalled or (placed and largest(base.wrench, n) < size):
                 break
         if stalled:
             break
     if angle_of(pose) > pi:
         return False
-    return _evaluate(packed, pose, states, work, False) and balances(packed, states, work)
+    return evaluate_at_pulls(packed, pose, states, work, False) and balances(packed, states, work)
 
 
 @jit
@@ -221,7 +221,7 @@ def _mix(packed, given, pose, work):
 
 
 @jit
-def _evaluate(packed, pose, states, work, restart):
+def evaluate_at_pulls(packed, pose, states, work, restart):
     """Evaluate the balance at *pose*, its stiffness with the pulls held, and its change per log of each pull.
 
     *restart*: start from straight lines. False where a line has no solution.

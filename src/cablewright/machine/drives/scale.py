@@ -49,6 +49,7 @@ def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
     The limit of a drum's speed is the least of the machine's and the robot's, that of the cable at the largest radius;
     of its torque the least of both and of the line's largest tension at the smallest radius.
     """
+    robot.require_own_winches("drives")
     drives, winch, found = settings.drives, settings.winch, []
     assert drives is not None
     per_radian = winch.counts * winch.ratio / math.tau

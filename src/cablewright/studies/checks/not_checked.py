@@ -45,6 +45,9 @@ def not_checked(
         found.append("creep of cables: the uncertainty gives no creep_compliance")
     if "interference" not in skip:
         found += _without_shape(robot)
+    if robot.sharing:
+        names = ", ".join(line.name for line in robot.sharing)
+        found.append(f"lengths without compensation on one winch: line {names} is taken to have its own")
     singular = int(np.isnan(statics.displacement).sum())
     if singular:
         what = "forces of acceleration" + ("" if "expected-error" in skip else " and expected error")

@@ -15,6 +15,8 @@ from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Equilibrium
 from cablewright.models.stiffness import as_elastic
 from cablewright.paging import blocks, let_go
+from cablewright.robot import Robot
+from cablewright.solvers.limits import rise_on_drums
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +62,7 @@ class PathStatics:
             compensated=reached(held.lengths, start),
         )
 
-    def accelerated(self, rows: NDArray[np.bool_], effects: InertiaEffects, drum_arms: Array) -> Self:
+    def accelerated(self, robot: Robot, rows: NDArray[np.bool_], effects: InertiaEffects, drum_arms: Array) -> Self:
         """Return the same with *effects* of acceleration at *rows* (k,); *drum_arms* (..., m), m, NaN if unknown."""
         lines, drop, rise = self.lines, np.zeros_like(self.tensions), np.zeros_like(self.tensions)
         drop[rows], rise[rows] = effects.tension_drop, effects.tension_rise
@@ -70,7 +72,7 @@ class PathStatics:
             lines,
             lowest_tension=lines.lowest_tension + drop,
             highest_tension=lines.highest_tension + rise,
-            winch_torque=lines.winch_torque + rise * drum_arms,
+            winch_torque=lines.winch_torque + rise_on_drums(robot, drop * drum_arms, rise * drum_arms),
         )
         return replace(self, lines=accelerated, displacement=displacement)
 
@@ -121,7 +123,11 @@ def _median(values: Array) -> float:
 
 
 def _stretched(straight: Equilibrium, poses: Array, retraction: Array | None) -> Array:
-    """Lengths (k, m), m, of straight cables that stretch: of the rigid ones at their tensions, unless mounts give."""
-    if any(line.mount_gives for line in straight.model.robot.lines):
+    """Lengths (k, m), m, of straight cables that stretch: of the rigid ones at their tensions.
+
+    Where mounts give, or cables that stretch share a winch, tensions are others.
+    """
+    robot = straight.model.robot
+    if robot.sharing or any(line.mount_gives for line in robot.lines):
         return COMPENSATIONS["elastic"].solved(straight.model, poses, retraction=retraction).lengths
     return as_elastic(straight).lengths

@@ -71,7 +71,8 @@ class JobPath:
             regular, linear = linearise_solved(held)
             moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
             effects = inertia_effects(held[regular], linear, moved)
-            found = PathStatics.of(held, self.poses[block], retraction).accelerated(regular, effects, drum_arms(held))
+            still, arms = PathStatics.of(held, self.poses[block], retraction), drum_arms(held)
+            found = still.accelerated(full.robot, regular, effects, arms)
             solved = room_for(found, rows, self.room) if solved is None else solved
             write_rows(found, solved, first)
             let_go((solved, self.samples, self.law, self.poses, corner))

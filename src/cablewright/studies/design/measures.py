@@ -138,10 +138,15 @@ def _cable_length(of: DesignCandidate) -> float:
 def _cost(of: DesignCandidate) -> float:
     """Raises `InputError` for torques that cost something but are not known."""
     prices = of.prices
-    found = prices.cable * _cable_length(of) + prices.winch * len(of.robot.lines)
+    found = prices.cable * _cable_length(of) + prices.winch * of.robot.winches
     if not prices.torque:
         return found
     torques = np.fmax.reduce(of.lines.winch_torque, axis=0)  # (m,)
+    names = [line.name for line in of.robot.lines]
+    for line in of.robot.sharing:  # its drum is paid once, by the larger torque in either direction
+        assert line.shared_winch is not None  # by what `sharing` is
+        own, drum = names.index(line.name), names.index(line.shared_winch.line)
+        torques[drum], torques[own] = max(torques[drum], torques[own]), 0.0
     if not np.isfinite(torques).all():
         raise InputError("cost: torque has a price, but a winch without drum_radius has none")
     return found + prices.torque * float(torques.sum())

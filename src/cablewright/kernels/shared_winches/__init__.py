@@ -1,0 +1,1 @@
+"""Lines on one drum: tensions and lengths that fit it."""
