@@ -18,7 +18,7 @@ from cablewright.models.inertia import mass_matrix
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.parameters import Parameter, parameters_of
-from cablewright.robot.winch import Winch
+from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.solvers.parameters import response
 from physics.test_lines_out_of_plane import differences
 
@@ -275,9 +275,7 @@ def test_what_does_not_cover_it_says_so(tmp_path: Path) -> None:
             hung(load("merlet2023"), 1, 25.0, **own)
     with pytest.raises(ValueError, match="counterweight: is for lines without a universal joint"):
         hung(load("paty2021"), 1, 25.0)
-    shared = {"shared_winch": {"line": load("merlet2023").lines[1].name}}
-    pair = hung(load("merlet2023"), 1, 25.0)
+    first, *others = hung(load("merlet2023"), 1, 25.0).lines
+    shared = first.model_copy(update={"shared_winch": SharedWinch(line="south-east")})
     with pytest.raises(ValueError, match="'south-east' has a counterweight, and no winch"):
-        out_of_plane.checked(
-            pair.model_copy(update={"lines": (pair.lines[0].model_copy(update=shared), *pair.lines[1:])})
-        )
+        out_of_plane.checked(load("merlet2023").model_copy(update={"lines": (shared, *others)}))

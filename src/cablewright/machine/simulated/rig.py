@@ -82,7 +82,7 @@ class Rig:
         self.states, pose = hung.states.copy(), hung.pose.copy()
         self.work, self.swing = dynamics.moving_workspace(robot.n, robot.m)
         evaluate(self.packed, self.lengths, pose, self.states, self.work)  # for the lines' planes
-        self.unmodelled = Unmodelled(robot, simulation, self.packed, self.states, self.winches, seed)
+        self.unmodelled = Unmodelled(robot, simulation, self.packed, self.states, pose[:3], self.winches, seed)
         self._let_exits_give(pose)
         self.tensions = hung.tensions.copy() if self.unmodelled.exits is None else LineStates(self.states).tension
         self.motion = np.zeros(dynamics.MOTION)
@@ -158,7 +158,8 @@ class Rig:
 
     def advance_unmodelled(self, period: float) -> None:
         """Advance what no model has by the *period*, s, that has passed, for the next one."""
-        self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, period)
+        place = self.motion[:3]
+        self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period)
 
     def take_notices(self) -> list[Notice]:
         """Return and clear the notices of winches and retraction since the last call."""

@@ -20,7 +20,15 @@ from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Tim
 from cablewright.machine.sensors import LidarName
 from cablewright.machine.settings import MAX_WALLS, MachineSettings
 from cablewright.machine.simulated.severities import filled
-from cablewright.machine.simulated.unmodelled.laws import CableStretch, ExitMounts, SheaveFriction, WinchGears, Wind
+from cablewright.machine.simulated.unmodelled.laws import (
+    CableStretch,
+    ExitMounts,
+    HangingHose,
+    PeoplePushing,
+    SheaveFriction,
+    WinchGears,
+    Wind,
+)
 from cablewright.robot import Robot
 from cablewright.units import Angle, Duration, Length, NonNegative
 from cablewright.validation import Description, refusal, validated
@@ -99,11 +107,15 @@ class BodyMotion(Description):
 
 
 class Winding(Description):
-    """How irregularly the cable lies on the winches' drums."""
+    """How irregularly the cable lies on the winches' drums.
+
+    ``slide``: share of what a drum winds or pays out by which cable slides out, at the reference load.
+    """
 
     radius_walk: Width
     walk_turns: Factor
     sideways_walk: Width
+    slide: Annotated[Share, Field(le=0.1)] = 0.0
 
 
 class LineMotion(Description):
@@ -290,6 +302,8 @@ class SimulationSettings(Description):
     exits: ExitMounts = ExitMounts()
     gears: WinchGears = WinchGears()
     wind: Wind = Wind()
+    hose: HangingHose | None = None
+    pushes: PeoplePushing = PeoplePushing()
     wifi: Link = Link()
     wire: Link = Link()
     lidars: dict[LidarName, LidarFlaws] = Field(default_factory=dict)

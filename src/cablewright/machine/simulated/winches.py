@@ -97,10 +97,10 @@ class Winches:
         """Set the strains (m,) of the cables besides elasticity."""
         self.state[:, winding.STRAIN] = strains
 
-    def set_unmodelled(self, ratio: Array, stretch: Array | float, lag: Array | None) -> None:
+    def set_unmodelled(self, ratio: Array, stretch: Array | float, lag: Array | float) -> None:
         """Set the tension at each winch over that at the platform, *ratio* (m,), and what changes the length out.
 
         *stretch* (m,): m, of the cable before the sheave by that tension; *lag* (m,): rad, of drums behind motors.
         """
         self.state[:, winding.RATIO] = ratio
-        self.state[:, winding.OFFSET] = stretch if lag is None or not lag.any() else stretch - self.leaving_radii * lag
+        self.state[:, winding.OFFSET] = stretch if not np.any(lag) else stretch - self.leaving_radii * lag

@@ -9,9 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from cablewright.arrays import Array
-from cablewright.machine.quantities import Share, Size, Time
+from cablewright.machine.quantities import Factor, Share, Size, Time
 from cablewright.robot.mount import Compliance, compliance_matrix
-from cablewright.units import Angle, NonNegative
+from cablewright.units import Angle, Length, LinearDensity, NonNegative, Positive, Vec3
 from cablewright.validation import Description
 
 
@@ -19,12 +19,16 @@ class CableStretch(Description):
     """What a cable stretches by besides its elasticity, as strains at the reference load, see `Unmodelled`.
 
     ``creep``: after an hour under it; of each line off by a uniform share of at most ``creep_spread``.
-    ``hysteresis``: between the ways up and down of a cycle that is larger than the load.
+    ``hysteresis``: between the ways up and down of a cycle that is larger than the load. ``settling``: for good, of a
+    new cable, when it is first under that load. ``stiffening``: share by which it is stiffer at twice the load than at
+    it, where it is as the robot file says.
     """
 
     creep: Annotated[Share, Field(le=0.1)] = 0.0
     creep_spread: Annotated[Share, Field(lt=1.0)] = 0.3
     hysteresis: Annotated[Share, Field(le=0.1)] = 0.0
+    settling: Annotated[Share, Field(le=0.1)] = 0.0
+    stiffening: Annotated[Share, Field(le=0.9)] = 0.0
 
 
 class SheaveFriction(Description):
@@ -48,10 +52,15 @@ class WinchGears(Description):
     """``backlash`` of the gears, rad at the drum.
 
     ``bearing_friction``: pull of a line, N, below which the drum's bearings hold it, so that it lies at no flank.
+    ``torsion``: rad per N m at the drum, by which they twist. ``ripple``: rad at the drum, the amplitude of a sine of
+    its angle, ``ripple_periods`` of which make a turn.
     """
 
     backlash: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
     bearing_friction: Size = 10.0
+    torsion: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
+    ripple: Annotated[NonNegative[Angle], Field(le=0.1)] = 0.0
+    ripple_periods: Factor = 1.0
 
 
 class Wind(Description):
@@ -62,3 +71,25 @@ class Wind(Description):
 
     force: Size = 0.0
     correlation: Time = 2.0
+
+
+class HangingHose(Description):
+    """A hose or cable chain that hangs from ``start``, (3,) m, world, to the platform's origin.
+
+    ``length``: m; ``linear_density``: kg/m, with what is in it.
+    """
+
+    start: Vec3
+    length: Positive[Length]
+    linear_density: Positive[LinearDensity]
+
+
+class PeoplePushing(Description):
+    """A person who pushes the platform horizontally by a ``force``, N, for a ``length``, s, after a ``pause``, s.
+
+    Both times are means.
+    """
+
+    force: Size = 0.0
+    pause: Time = 600.0
+    length: Time = 2.0

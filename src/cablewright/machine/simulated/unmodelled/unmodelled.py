@@ -7,14 +7,18 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import UnknownName
 from cablewright.kernels.layout import Packed
-from cablewright.machine.simulated.as_built_parts import CREEP, WIND, drawn
+from cablewright.machine.simulated.as_built_parts import CREEP, TEETH, WIND, drawn
 from cablewright.machine.simulated.settings import SimulationSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.unmodelled.cable_creep import CableCreep
 from cablewright.machine.simulated.unmodelled.cable_hysteresis import CableHysteresis
+from cablewright.machine.simulated.unmodelled.drum_drive import DrumDrive
 from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState
 from cablewright.machine.simulated.unmodelled.gear_backlash import GearBacklash
 from cablewright.machine.simulated.unmodelled.gusts import Gusts
+from cablewright.machine.simulated.unmodelled.hose import Hose
+from cablewright.machine.simulated.unmodelled.load_strain import LoadStrain
+from cablewright.machine.simulated.unmodelled.pushes import Pushes
 from cablewright.machine.simulated.unmodelled.sheave_slip import SheaveSlip
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.creep import memory_of
@@ -29,9 +33,19 @@ class Unmodelled:
     """
 
     def __init__(
-        self, robot: Robot, simulation: SimulationSettings, packed: Packed, states: Array, winches: Winches, seed: int
+        self,
+        robot: Robot,
+        simulation: SimulationSettings,
+        packed: Packed,
+        states: Array,
+        place: Array,
+        winches: Winches,
+        seed: int,
     ) -> None:
-        """Begin with a machine at rest by *states* (m, 6), without any of it. Raises `UnknownName` for a line."""
+        """Begin with a machine at rest by *states* (m, 6) at *place* (3,), m, without any of it.
+
+        Raises `UnknownName` for a line.
+        """
         names = tuple(line.name for line in robot.lines)
         for name in simulation.exits.by_line:
             if name not in names:
@@ -49,51 +63,86 @@ class Unmodelled:
         )
         self.sheaves = SheaveSlip(simulation.sheaves.friction, states) if simulation.sheaves.friction else None
         self.exits = ExitMountState(compliance) if compliance.any() else None
+        firm = cable.settling or cable.stiffening
+        self.load_strain = (
+            LoadStrain(cable.settling, cable.stiffening, reference, tensions, elastic.copy()) if firm else None
+        )
         self.gears = GearBacklash(gears.backlash, gears.bearing_friction, winches.angles) if gears.backlash else None
+        ripple, slide = (gears.ripple, gears.ripple_periods), simulation.winch.slide
+        phases = drawn(seed, TEETH).uniform(0.0, 2.0 * np.pi, robot.m)
+        moved = gears.torsion or gears.ripple or slide
+        self.drive = DrumDrive(gears.torsion, ripple, slide, reference, winches.angles, phases) if moved else None
         self.wind = Gusts(wind.force, wind.correlation, drawn(seed, WIND)) if wind.force else None
+        hose, pushes, gravity = simulation.hose, simulation.pushes, robot.scene.gravity
+        self.hose = None if hose is None else Hose(hose.start, hose.length, hose.linear_density * gravity)
+        self.pushes = Pushes(pushes.force, pushes.pause, pushes.length, seed) if pushes.force else None
         self.ratio = np.ones(robot.m) if self.sheaves is None else self.sheaves.ratio
         """Tension at the winch over that at the platform, (m,)."""
         self._loads = tensions
-        self._given_wrench = PlatformNumbers(packed.platform).wrench[:2].copy()
-        if self.wind is not None:
-            self._push(packed, self.wind.force)
+        self._given_force, self._time = PlatformNumbers(packed.platform).wrench[:3].copy(), 0.0
+        self._push(packed, place)
 
     @property
     def strain(self) -> Array | float:
         """Strain (m,) of cables besides elasticity and heat: creep as described and not, and hysteresis."""
-        creep = sum(each.strain for each in self.creeps.values())
-        return creep if self.hysteresis is None else creep + self.hysteresis.strain
+        parts = (*self.creeps.values(), *(each for each in (self.hysteresis, self.load_strain) if each is not None))
+        return sum(each.strain for each in parts)
 
-    def advance(self, packed: Packed, states: Array, planes: Array, winches: Winches, period: float) -> None:
-        """Advance by the *period*, s, that has passed since the last call; *packed* and *winches* change in place."""
+    def advance(
+        self, packed: Packed, states: Array, planes: Array, winches: Winches, place: Array, period: float
+    ) -> None:
+        """Advance by the *period*, s, that has passed since the last call; *packed* and *winches* change in place.
+
+        *place* (3,): m, of the platform's origin.
+        """
         loads = LineStates(states).tension
         for each in self.creeps.values():
             each.advance(self._loads, loads, period)
-        if self.hysteresis is not None:
-            self.hysteresis.follow(loads)
+        for part in (self.hysteresis, self.load_strain):
+            if part is not None:
+                part.follow(loads)
         self._loads = loads
         if self.sheaves is not None:
             self.sheaves.slide(packed.lines, states)
-        if self.gears is not None:
-            self.gears.turn(winches.angles, loads * self.ratio)
-        if self.sheaves is not None or self.gears is not None:
-            stretch = 0.0 if self.sheaves is None else self.sheaves.stretch
-            winches.set_unmodelled(self.ratio, stretch, None if self.gears is None else self.gears.lag)
+        self._turn(packed, states, winches)
         if self.exits is not None:
             self.exits.give(packed.lines, states, planes, self.ratio)
+        self._time += period
         if self.wind is not None:
-            self._push(packed, self.wind.blow(period))
+            self.wind.blow(period)
+        self._push(packed, place)
 
-    def _push(self, packed: Packed, force: Array) -> None:
-        """Push the platform with a horizontal *force* (2,), N."""
-        PlatformNumbers(packed.platform).wrench[:2] = self._given_wrench + force
+    def _turn(self, packed: Packed, states: Array, winches: Winches) -> None:
+        """Turn gears and drums as far as the motors have turned, and set what that does to the lengths that are out."""
+        pulls = self._loads * self.ratio
+        if self.gears is not None:
+            self.gears.turn(winches.angles, pulls)
+        if self.drive is not None:
+            own = LineStates(states)
+            softness = LineNumbers(packed.lines).free_compliance * (own.free_length + own.dead_length)
+            self.drive.turn(winches.angles, pulls, winches.leaving_radii, softness)
+        lags = [each.lag for each in (self.gears, self.drive) if each is not None]
+        if self.sheaves is not None or lags:
+            winches.set_unmodelled(self.ratio, 0.0 if self.sheaves is None else self.sheaves.stretch, sum(lags))
+
+    def _push(self, packed: Packed, place: Array) -> None:
+        """Push the platform, with its origin at *place* (3,), m, by wind, people and a hose."""
+        force = self._given_force.copy()
+        if self.wind is not None:
+            force[:2] += self.wind.force
+        if self.pushes is not None:
+            force[:2] += self.pushes.at(self._time)
+        if self.hose is not None:
+            force += self.hose.pull(place)
+        PlatformNumbers(packed.platform).wrench[:3] = force
 
     def archive_state(self, archive: Archive, packed: Packed) -> None:
         """Save or load the state, and of *packed* the lines whose exits give."""
         archive.array("loads", self._loads)
+        self._time = archive.number("unmodelled_time", self._time)
         for name, each in self.creeps.items():
             archive.array(name, each.stretched)
-        for part in (self.hysteresis, self.sheaves, self.gears, self.wind):
+        for part in (self.hysteresis, self.load_strain, self.sheaves, self.gears, self.drive, self.wind):
             if part is not None:
                 part.archive_state(archive)
         if self.exits is not None:
