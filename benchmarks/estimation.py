@@ -104,7 +104,7 @@ def filter_rows(size: Size) -> Iterator[Row]:
         found.add(beside(seed, "ideal", size.driven)["filter"])
     times, _ = step_times("filter", size)
     mean, p99 = 1e6 * float(times.mean()), 1e3 * float(np.percentile(times, 99))
-    yield Row("estimation: filter, a step of 10 ms, mean", mean, "us", "<= 300 us", mean <= 300.0)
+    yield Row("estimation: filter, a step of 10 ms, mean", mean, "us", "<= 200 us", mean <= 200.0)
     yield Row("estimation: filter, a step, 99 of 100", p99, "ms", "<= 2 ms", p99 <= 2.0)
     off = 1e3 * np.linalg.norm(np.array(found.errors), axis=1)
     rms, largest = float(np.sqrt((off**2).mean())), float(off.max())

@@ -83,14 +83,18 @@ def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial)
     checks.imu_outliers = 0
     monitor.clear("inertial", "implausible")
     last, checks.last_imu = checks.last_imu, reading
-    same = last is not None and np.array_equal(last.rate, reading.rate)
-    same = same and last is not None and np.array_equal(last.acceleration, reading.acceleration)
+    same = last is not None and _numbers(last) == _numbers(reading)
     checks.imu_repeats = checks.imu_repeats + 1 if same else 0
     if checks.imu_repeats >= _MAX_BAD:
         monitor.report("inertial", "stuck", "repeats the same reading: not used")
         return False
     monitor.clear("inertial", "stuck")
     return True
+
+
+def _numbers(reading: Inertial) -> list[float]:
+    """All numbers of a reading."""
+    return [*reading.rate.tolist(), *reading.acceleration.tolist()]
 
 
 def drum_rotation(
@@ -104,7 +108,7 @@ def drum_rotation(
     if last is None:
         return None, 0.0
     rotation, dt = (reading.counts - last.counts) / counts_per_radian, reading.time - last.time
-    if np.abs(rotation).max() > 2.0 * max_speed * max(dt, 0.02):
+    if max(map(abs, rotation.tolist())) > 2.0 * max_speed * max(dt, 0.02):
         checks.monitor.report("encoders", "jump", "the counts jumped by more than the winches can turn: left out")
         return None, dt
     return rotation, dt
@@ -132,8 +136,8 @@ def queue_scan(checks: ReadingChecks, pending: list[Scan], scan: Scan, keep: int
 
 def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], state: SlacknessState) -> None:
     """Report or clear the fault of each line's accelerometer: no reading, or always the same."""
-    for line, none, same in zip(lines, np.isnan(state.excess), state.stuck, strict=True):
-        if same or none:
+    for line, excess, same in zip(lines, state.excess.tolist(), state.stuck.tolist(), strict=True):
+        if same or math.isnan(excess):
             why = "repeats the same reading" if same else "gives no reading"
             monitor.report("line_angles", line.name, f"the accelerometer on line {line.name} {why}: not used")
         else:

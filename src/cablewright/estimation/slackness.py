@@ -61,6 +61,32 @@ class SlacknessSettings:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is expected")
 
 
+class Straight(NamedTuple):
+    """What a parabola's excess needs of straight lines, computed once for one place; (m,) arrays."""
+
+    taut: Taut
+    slopes: Array  # of their tangents
+    cosines: Array
+    rising: Array  # N: horizontal force times the slope that it gives up from mid-span to the sensor
+    weighing: Array  # N: horizontal force times the square root of 24 excess / chord
+    stretching: Array  # m/N
+
+    @classmethod
+    def at(cls, settings: SlacknessSettings, taut: Taut) -> Straight:
+        """Return that of lines that are *taut*."""
+        lines, c = settings.model.lines, np.cos(taut.angles)
+        rising = lines.weight * (0.5 * taut.free - settings.from_platform)
+        return cls(taut, np.tan(taut.angles), c, rising, lines.weight * taut.free * c * c, stretches(lines, taut))
+
+    def excess(self, settings: SlacknessSettings, differences: Array) -> Array:
+        """Return the excess (m,), m, as `parabolic_excess`."""
+        taut = self.taut
+        slopes = np.maximum(np.tan(np.minimum(taut.angles + differences, 1.5)) - self.slopes, _MIN_SLOPE)
+        h = self.rising / slopes
+        sag = (self.weighing / h) ** 2 * taut.free / 24.0
+        return np.asarray(sag - self.stretching * np.minimum(h / self.cosines, settings.model.lines.tension_max))
+
+
 class SlacknessState(NamedTuple):
     """Smoothed angle and excess of each line; (m,) arrays."""
 
@@ -73,6 +99,7 @@ class SlacknessState(NamedTuple):
     scatter: Array  # rad^2, of single readings about the smoothed differences
     variances: Array  # rad^2, of these
     time: float
+    straight: Straight | None = None  # where the last reading was
 
     @property
     def stuck(self) -> Mask:
@@ -99,11 +126,17 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     dt = reading.time - state.time
     if not dt > 0.0:
         return state
+    straight = state.straight
+    if straight is None or straight.taut is not taut:
+        straight = Straight.at(settings, taut)
     angles = reading.angles
+    difference = angles - taut.angles
+    usual = _usual(settings, state, reading, difference, straight)
+    if usual is not None:
+        return usual
     known = np.isfinite(angles)
     repeats = np.where(known, np.where(angles == state.last_angles, state.repeats + 1, 0), state.repeats)
     usable = known & (repeats < _MAX_REPEATS)
-    difference = angles - taut.angles
     stale = np.isnan(state.differences) | (reading.time - state.last_times > settings.timeout)
     gated = usable & ~stale & ~(np.abs(difference - state.differences) <= settings.gate)
     outliers = np.where(gated, state.outliers + 1, np.where(usable, 0, state.outliers))
@@ -118,9 +151,37 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     mixed = (1.0 - gain) ** 2 * state.variances + gain**2 * scatter  # of independent readings
     variances = np.where(accepted, mixed, state.variances)
     times = np.where(accepted, reading.time, state.last_times)
-    excess = np.where(reading.time - times > settings.timeout, np.nan, parabolic_excess(settings, taut, smoothed))
+    excess = np.where(reading.time - times > settings.timeout, np.nan, straight.excess(settings, smoothed))
     outliers, last = np.where(accepted, 0, outliers), np.where(known, angles, state.last_angles)
-    return SlacknessState(smoothed, excess, times, last, repeats, outliers, scatter, variances, reading.time)
+    return SlacknessState(smoothed, excess, times, last, repeats, outliers, scatter, variances, reading.time, straight)
+
+
+def _usual(
+    settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, difference: Array, straight: Straight
+) -> SlacknessState | None:
+    """Return the state after a reading that is as most are: of every line, new and near the smoothed one; else None.
+
+    *difference* (m,), rad, of the reading from the straight lines. The same numbers as in `step`, to the bit, in a
+    third of its time.
+    """
+    off = difference - state.differences
+    gate = settings.gate
+    if not all(abs(each) <= gate for each in off.tolist()):  # NaN is not
+        return None
+    if reading.time - min(state.last_times.tolist()) > settings.timeout:
+        return None
+    if any(map(float.__eq__, reading.angles.tolist(), state.last_angles.tolist())):
+        return None
+    gain = -math.expm1(-(reading.time - state.time) / settings.smoothing_time)
+    keep = 1.0 - gain
+    smoothed = state.differences + gain * off
+    scatter = state.scatter + gain / _SCATTER_TIMES * (off * off - state.scatter)
+    variances = keep * keep * state.variances + gain * gain * scatter
+    times, none = np.full(len(off), reading.time), np.zeros(len(off), dtype=np.int64)
+    return SlacknessState(
+        smoothed, straight.excess(settings, smoothed), times, reading.angles, none, none, scatter, variances,
+        reading.time, straight,
+    )  # fmt: skip
 
 
 def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array) -> Array:
@@ -129,12 +190,7 @@ def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array
     With horizontal force h the slope grows by w / h per metre, which from mid-span to the sensor gives the difference
     of slopes. The span is w^2 x^2 c cos^2 / 24 h^2 longer than its chord c, less the elastic stretch.
     """
-    lines = settings.model.lines
-    slopes = np.maximum(np.tan(np.minimum(taut.angles + differences, 1.5)) - np.tan(taut.angles), _MIN_SLOPE)
-    c = np.cos(taut.angles)
-    h = lines.weight * (0.5 * taut.free - settings.from_platform) / slopes
-    sag = (lines.weight * taut.free * c * c / h) ** 2 * taut.free / 24.0
-    return np.asarray(sag - stretches(lines, taut) * np.minimum(h / c, lines.tension_max))
+    return Straight.at(settings, taut).excess(settings, differences)
 
 
 def catenary_excess(settings: SlacknessSettings, taut: Taut, line: int, difference: float) -> float:

@@ -38,18 +38,33 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     state.yaw += dt * wz
     state.gyro_yaw += dt * wz
     state.last_imu_time = reading.time
-    lay, P = state.layout, state.P
-    turn = dt * wz
-    att, own = lay.attitude, P[lay.attitude]
-    P[att] = own + [[turn], [-turn], [0.0]] * own[[1, 0, 2]] - dt * P[lay.gyro_bias]
-    P[:, att] += P[:, att][:, [1, 0, 2]] * [turn, -turn, 0.0] - dt * P[:, lay.gyro_bias]
-    diagonal(P)[att] += settings.gyro_noise**2 * dt
+    _predict_covariance(state, dt, dt * wz)
+    diagonal(state.P)[state.layout.attitude] += settings.gyro_noise**2 * dt
     state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
     g = settings.chain.tilt.gravity
     state.measured_tilts.append((fy / g, -fx / g))
     if len(state.measured_tilts) >= _READINGS:
         _update_by_gravity(settings, state)
+
+
+def _predict_covariance(state: FilterState, dt: float, turn: float) -> None:
+    """Predict the covariance over *dt*, s, in which the drum turned by *turn*, rad, about its axis.
+
+    Tilts are along axes that turn with it, and all three angles drift by the gyro's biases: first its rows, then its
+    columns. In place, as this is done at every reading.
+    """
+    lay, P = state.layout, state.P
+    rows, drift = P[lay.attitude], dt * P[lay.gyro_bias]
+    from_y, from_x = turn * rows[1], turn * rows[0]
+    rows[0] += from_y
+    rows[1] -= from_x
+    rows -= drift
+    columns, drift = P.T[lay.attitude], dt * P.T[lay.gyro_bias]
+    from_y, from_x = turn * columns[1] - drift[0], turn * columns[0] + drift[1]
+    columns[0] += from_y
+    columns[1] -= from_x
+    columns[2] -= drift[2]
 
 
 def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:

@@ -61,6 +61,7 @@ _MIN_SPEED: Final = 0.01  # m/s, from which B moves
 _REST_TIME: Final = 4.0  # s of constant counts after which B is at rest unless lidars see it move
 _COASTING_SPEED: Final = 0.05  # m/s, about the largest of B while nothing measures it
 _DIRECTIONS: Final = np.array([1.0, 1.0, 0.2])  # vertical motion is slower
+_EYE: Final = np.eye(3)
 _MAX_GROUND_REJECTIONS: Final = 5  # readings of the distance sensor in a row, after which the ground has changed
 
 
@@ -213,7 +214,7 @@ def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Ar
 def _is_lost(settings: FilterSettings, state: FilterState) -> bool:
     """Whether a lidar's turns have been rejected too often in a row: the position may be wrong."""
     turns = max((state.rejections.get(source, 0) for source in settings.chain.lidars), default=0)
-    lost = not np.isfinite(state.position).all() or not np.isfinite(state.P).all()
+    lost = not math.isfinite(float(state.P.sum()) + float(state.position.sum()))  # no number in it is near overflow
     return lost or (turns >= settings.chain.max_rejections and state.time - state.settling_start > _MIN_TRACKING_TIME)
 
 
@@ -274,7 +275,7 @@ def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading
             inflate_position(state, _COASTING_SPEED * dt)
     else:
         rest = reading.time - state.last_motion_time
-        if rotation.any():
+        if any(rotation.tolist()):
             state.last_motion_time = reading.time
             if state.coasting:
                 _stop_coasting(state)
@@ -397,20 +398,20 @@ def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
         state.velocity = state.jacobian @ (state.radii * state.drum_rates)
     dt = min(max(state.time - state.last_encoder_time, 0.0), state.max_gap) if not state.coasting else 0.0
     position, paid_out = state.position + dt * state.velocity, dt * state.radii * state.drum_rates
-    rotation = min(max(state.time - state.last_imu_time, 0.0), state.max_gap) * state.angular_rate
+    late, (wx, wy, wz) = min(max(state.time - state.last_imu_time, 0.0), state.max_gap), state.angular_rate.tolist()
     covariance = _covariance(settings, state)
     own, monitor = settings.chain, state.monitor
     sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.max_position_sigma**2
     current = state.time - state.last_position_time <= own.position_timeout
-    x, y = (state.tilt + rotation[:2]).tolist()
+    x, y = state.tilt.tolist()
     excess = line_update.excess(state)
     return Estimate(
         state.time,
-        frozen(position),
+        _sealed(position),
         frozen(state.velocity),
-        frozen(rotation_vector(state.yaw + float(rotation[2]), x, y)),
-        frozen(state.lengths + paid_out),
-        frozen(excess),
+        frozen(rotation_vector(state.yaw + late * wz, x + late * wx, y + late * wy)),
+        _sealed(state.lengths + paid_out),
+        _sealed(excess),
         excess > own.slackness.threshold,
         frozen(state.radii),
         covariance,
@@ -421,18 +422,28 @@ def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     )
 
 
+def _sealed(fresh: Array) -> Array:
+    """Return a *fresh* array, of which nobody else has a reference, as read-only."""
+    fresh.flags.writeable = False
+    return fresh
+
+
 def _covariance(settings: FilterSettings, state: FilterState) -> Array:
     """Covariance (9, 9) of position, velocity and rotation in space."""
     lay = state.layout
-    G = np.zeros((9, lay.size))
-    G[:3, lay.position] = np.eye(3)
+    size = lay.radii.stop  # of the states that these depend on, which come first
+    G = np.zeros((9, size))
+    G[:3, lay.position] = _EYE
     if state.coasting:
-        G[3:6, lay.velocity] = np.eye(3)
+        G[3:6, lay.velocity] = _EYE
     else:
         G[3:6, lay.radii] = state.jacobian * (state.radii * state.drum_rates)
-    c, s = math.cos(state.yaw), math.sin(state.yaw)
-    G[6:, lay.attitude] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
-    covariance = G @ state.P @ G.T
+    x = lay.attitude.start
+    G[6, x] = G[7, x + 1] = math.cos(state.yaw)
+    G[7, x] = sine = math.sin(state.yaw)
+    G[6, x + 1] = -sine
+    G[8, x + 2] = 1.0
+    covariance = G @ state.P[:size, :size] @ G.T
     diagonal = covariance.reshape(-1)[::10]
     diagonal[3:6] += settings.velocity_sigma**2
     dt = state.time - state.last_imu_time
@@ -440,4 +451,4 @@ def _covariance(settings: FilterSettings, state: FilterState) -> Array:
     if dt > state.max_gap:
         diagonal[6:8] += settings.swing_sigma**2
         diagonal[8] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
-    return frozen(0.5 * (covariance + covariance.T))
+    return _sealed(0.5 * (covariance + covariance.T))

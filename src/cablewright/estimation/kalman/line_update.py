@@ -58,7 +58,8 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     state.monitor.clear("encoders", "lost")
     state.taut, state.taut_position, state.taut_time = taut, state.position.copy(), state.time
     lines, c = model.lines, np.cos(taut.angles)
-    h = Sag.at(settings.chain.slackness, taut).forces(excess(state))
+    state.sag = Sag.at(settings.chain.slackness, taut)
+    h = state.sag.forces(excess(state))
     sag = (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
     stiffness = 1.0 / (stretches(lines, taut) + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
@@ -83,13 +84,12 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     state.coasted[:3] += unseen
     state.lengths = state.lengths + paid_out + stretched
     state.position = state.position + moved
-    if dt > 0.0 and rotation.any():
+    if dt > 0.0 and any(rotation.tolist()):
         gain = min(1.0, dt / settings.chain.slackness.smoothing_time)
         state.drum_rates = state.drum_rates + gain * (rotation / dt - state.drum_rates)
-    by_radius, rows = J * paid_out, P[lay.radii]  # of B, per share of each radius
+    by_radius, rows, columns = J * paid_out, P[lay.radii], P[:, lay.radii]  # of B, per share of each radius
     P[lay.position] += by_radius @ rows
     P[lay.lengths] += paid_out[:, None] * rows
-    columns = P[:, lay.radii]
     P[:, lay.position] += columns @ by_radius.T
     P[:, lay.lengths] += columns * paid_out
     distance = math.sqrt(float(moved @ moved))
@@ -140,14 +140,14 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     Of all forces that balance the drum the likeliest are taken, by their excesses and angles; along the number that the
     balance leaves open they are not relied on.
     """
-    if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None:
+    if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.sag is None:
         return
     state.last_angle_time = state.time
     sensors, lay, m = settings.chain.slackness, state.layout, len(state.lengths)
     lines = np.flatnonzero(np.isfinite(state.slackness.excess))
     if not len(lines):
         return
-    sag, now = Sag.at(sensors, state.taut), excess(state)
+    sag, now = state.sag, excess(state)
     H = np.zeros((m + len(lines), lay.size))
     H[:m, lay.position] = -state.taut.toward
     H[:m, lay.lengths] = np.eye(m)

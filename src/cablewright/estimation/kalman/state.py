@@ -15,6 +15,7 @@ from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, 
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
+from cablewright.estimation.kalman.sag import Sag
 from cablewright.estimation.reading_checks import ReadingChecks
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.time_buffer import TimeBuffer
@@ -204,6 +205,7 @@ class FilterState:
     pending_scans: list[Scan] = field(default_factory=list)
     extracted_turn: ExtractedTurn | None = None
     taut: Taut | None = None
+    sag: Sag | None = None  # of `taut`
     taut_position: Array = field(default_factory=lambda: np.zeros(3))
     taut_time: float = -math.inf  # s: when `taut` and `jacobian` were computed
     jacobian: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B per length
