@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.estimation.drum_clock import ClockSettings, DrumClock
+from cablewright.estimation.reading_checks import by_machine_clock
 from cablewright.signals import Encoders, Inertial, LineAngles, Reading, frozen
 
 LATENCY, PERIOD = 5e-3, 0.01
@@ -27,7 +28,7 @@ def drive(ahead: float, drift: float, seconds: float, jump: float = 0.0, at: flo
         now, here = true, []
         while sent and sent[0][0] <= now:
             here.append(sent.popleft()[1:])
-        corrected = clock.corrected(tuple(reading for _, reading in here), now)
+        corrected = by_machine_clock(clock, tuple(reading for _, reading in here), now)
         assert len(corrected) == len(here) or at <= now < at + 1.0  # when the clock was set, for two frames
         for (was, _), reading in zip(here[-len(corrected) :], corrected, strict=False):
             assert reading.time <= now - LATENCY + 1e-9, "no reading is faster than the link"
@@ -60,7 +61,7 @@ def test_only_the_drums_readings_are_moved() -> None:
     clock = DrumClock(ClockSettings(0.1, 0.0, 0.0))
     none = frozen(np.zeros(3))
     imu, encoders = Inertial(1.5, none, none), Encoders(1.0, np.zeros(4, dtype=np.int64))
-    moved, same = clock.corrected((imu, encoders), 1.0)
+    moved, same = by_machine_clock(clock, (imu, encoders), 1.0)
     assert moved.time == pytest.approx(1.0)
     assert same is encoders
 
@@ -72,7 +73,7 @@ def test_one_wrong_stamp_moves_nothing(stamp: float) -> None:
         now = step * PERIOD
         wrong = step == 500
         imu = Inertial(stamp if wrong else now + 0.02, none, none)
-        corrected = clock.corrected((imu,), now)
+        corrected = by_machine_clock(clock, (imu,), now)
         if step > 5 and not wrong:
             assert corrected[0].time == pytest.approx(now, abs=PERIOD)
         if wrong:
@@ -84,7 +85,7 @@ def test_a_late_link_is_no_clock_set_back_and_the_doubt_is_told() -> None:
     for step in range(3000):
         now = step * PERIOD
         late = 0.25 if 1000 <= step < 1700 else 0.0
-        clock.corrected((Inertial(now - late, none, none),), now)
+        by_machine_clock(clock, (Inertial(now - late, none, none),), now)
         assert clock.ahead == pytest.approx(0.0, abs=PERIOD)
         if 1400 < step < 1700:
             assert clock.doubt > 0.2

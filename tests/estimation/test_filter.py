@@ -126,18 +126,15 @@ def test_a_bound_has_95_of_100_errors_in_it() -> None:
     assert stats.chi2(3).cdf(CHI2_95) == pytest.approx(0.95, abs=1e-4)
 
 
-def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], lidar_update.WallObservation]:
-    """What a turn's lines say, as seen from *state*."""
+def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], tuple[lidar_update.Equation, bool]]:
+    """What a turn's lines say as walls, as seen from *state*, and whether that passes the gate."""
     state = copy.deepcopy(state)
     lidar_update.extract(KNOWN, state, scan)
-    extracted = state.extracted_turn
-    assert extracted is not None
-    sweeps = [
-        lidar_update.sweep_of(state, scan, one, KNOWN.chain.walls.lidars[one.lidar].yaw)
-        for one in extracted.features.lines
-    ]
-    every = set(range(len(sweeps)))
-    return {(one.line, one.wall): one for one in lidar_update.wall_observations(KNOWN, state, extracted, sweeps, every)}
+    turn = state.extracted_turn
+    assert turn is not None
+    changes = [state.change_since([turn.end, turn.end - sweep[0]]) for sweep in turn.sweeps]
+    found = lidar_update.equations(KNOWN, state, turn, changes, set(range(len(turn))))
+    return {match: (equation, passes_gate(state.P, *equation)[0]) for match, equation in found.items()}
 
 
 @pytest.mark.parametrize("source", ["north", "south"])
@@ -161,10 +158,10 @@ def test_derivatives_of_walls_are_those_of_differences(whole: Any, later: Filter
         by[part] = step
         inject_correction(moved, by)
         there = walls(moved, scan)
-        for key, one in base.items():
-            if one.passes:
-                change = -(there[key].innovation - one.innovation) / step
-                assert change == pytest.approx(one.H[:, part], rel=0.1, abs=0.02), (part, key)
+        for key, ((H, innovation, _), passes) in base.items():
+            if passes:
+                change = -(there[key][0][1] - innovation) / step
+                assert change == pytest.approx(H[:, part], rel=0.1, abs=0.02), (part, key)
 
 
 def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:

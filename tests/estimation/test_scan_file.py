@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from cablewright.errors import InputError
-from cablewright.estimation.lidar.scan import LidarModel, level_points
+from cablewright.estimation.lidar.scan import LidarModel
 from cablewright.estimation.lidar.scan_file import FileScan, read_scan
-from cablewright.estimation.lidar.wall_lines import LineSearch, find_lines
+from cablewright.estimation.lidar.wall_lines import LineSearch, turn_of
 from oracles.room import rectangle, scan
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -107,7 +107,7 @@ def test_ways_to_write_a_scan(folder: Path, way: str) -> None:
     assert np.allclose(found.ranges[hit], RANGES[hit], atol=1e-6)
     turn = np.remainder(found.angles[hit] - ANGLES[hit] + math.pi, math.tau) - math.pi
     assert np.allclose(turn, 0.0, atol=1e-6)
-    assert len(find_lines(level_points(LidarModel(), found.angles, found.ranges), LidarModel(), LineSearch())) >= 4
+    assert len(turn_of(LidarModel(), 0, LineSearch(), found.angles, found.ranges)) >= 4
 
 
 def test_guesses_are_told(folder: Path) -> None:
@@ -218,7 +218,7 @@ def judged(folder: Path, content: bytes, suffix: str) -> None:
     said = ""
     try:
         found = read(folder, content, suffix)
-        find_lines(level_points(LidarModel(), found.angles, found.ranges), LidarModel(), LineSearch())
+        turn_of(LidarModel(), 0, LineSearch(), found.angles, found.ranges)
     except InputError as error:
         said = str(error)
     assert "\n" not in said

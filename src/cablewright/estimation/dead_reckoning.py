@@ -17,6 +17,7 @@ from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.estimation.body.settings import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.reading_checks import accepted
 from cablewright.models.coil import Coil
 from cablewright.models.creep import CreepMemory, memory_of
 from cablewright.models.statics import Equilibrium, Model
@@ -168,7 +169,7 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         dt = math.inf
     state.time = frame.time
     before, loads = state.tracker.pose, None if state.creep is None else state.tracker.tensions
-    for reading in state.monitor.accepted(frame.of(Encoders), frame.time):
+    for reading in accepted(state.monitor, frame.of(Encoders), frame.time):
         _update_lengths(settings, state, reading)
     _read_tensions(settings, state, frame, dt)
     paid = state.start_lengths if state.lengths is None else state.lengths

@@ -1,4 +1,4 @@
-"""The clock on the drum: its readings' times, as the machine's clock would have them.
+"""The clock on the drum: how far it is ahead of the machine's, by the stamps of what comes over the link.
 
 A reading cannot arrive earlier than its shortest way over the link takes, so the least lag of many bounds how far the
 drum's clock is ahead from one side; that the least one was read within a period bounds it from the other. Between both
@@ -7,13 +7,11 @@ bounds nothing is known; the filter estimates the rest by the motion that lidars
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Final
-
-from cablewright.signals import Distance, Inertial, LineAngles, Reading, Scan
 
 _BUCKET: Final = 1.0  # s
 _BUCKETS: Final = 20  # that count ...
@@ -23,7 +21,6 @@ _SET_BACK: Final = 10  # ... and after which it was set back: a link may be as l
 _JITTER: Final = 0.02  # s, of the largest leads of a second
 _JUMP: Final = 0.1  # s, or three periods, by which a clock that was set differs
 _AGREE: Final = 3  # frames in a row, for a clock that was set forward
-_STAMPED: Final = (Scan, Inertial, LineAngles, Distance)
 
 
 @dataclass(frozen=True)
@@ -59,26 +56,30 @@ class DrumClock:
             return max(self.settings.offset, bounded)
         return bounded if self.settings.drift else min(self.settings.offset, bounded)
 
-    def corrected(self, readings: tuple[Reading, ...], now: float) -> tuple[Reading, ...]:
-        """Return the *readings* of a frame of time *now*, s, those of the drum by the machine's clock."""
+    def hear(self, stamps: Iterable[float], now: float) -> float:
+        """Learn from the *stamps*, s, of what came over the link by *now*, s.
+
+        Returns how far ahead of *now*, s, a stamp is wrong; infinity where none is. From all others ``ahead`` is to be
+        taken off.
+        """
         if not now > self._time:
             self.restart()
         self.period, self._time = max(0.0, now - self._time), now
-        far = self._far()
-        leads = [reading.time - now for reading in readings if isinstance(reading, _STAMPED)]
-        leads = [lead for lead in leads if math.isfinite(lead)]
+        far, wrong = self._far(), math.inf
+        leads = [stamp - now for stamp in stamps if math.isfinite(stamp - now)]
         if leads and self._is_stray(max(leads) > far):
-            readings = tuple(each for each in readings if not (isinstance(each, _STAMPED) and each.time - now > far))
-            leads = [lead for lead in leads if lead <= far]
-        if not leads:
-            return tuple(map(self._moved, readings))
+            leads, wrong = [lead for lead in leads if lead <= far], far
+        if leads:
+            self._learn(leads, now)
+        return wrong
+
+    def _learn(self, leads: list[float], now: float) -> None:
         self._add(max(leads), now)
         largest = max(lead for _, lead in self._leads)
         self.doubt = max(0.0, largest - max(lead for _, lead in list(self._leads)[-_SUDDEN:]) - _JITTER)
         earliest = largest + self.settings.latency
         latest = earliest + self.period if len(self._leads) >= _FULL else math.inf
         self.ahead = min(max(self.ahead, earliest), latest)
-        return tuple(map(self._moved, readings))
 
     def restart(self) -> None:
         """Forget the lags: the machine's clock was set."""
@@ -104,10 +105,3 @@ class DrumClock:
             self._leads.clear()
             self._leads.extend(recent)
         self._leads.append((now, lead))
-
-    def _moved(self, reading: Reading) -> Reading:
-        if isinstance(reading, Scan):
-            return dataclasses.replace(reading, begin=reading.begin - self.ahead)
-        if isinstance(reading, Inertial | LineAngles | Distance):
-            return dataclasses.replace(reading, time=reading.time - self.ahead)
-        return reading

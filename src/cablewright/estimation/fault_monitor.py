@@ -3,40 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from typing import TypeVar
 
-from cablewright.signals import (
-    Barrier,
-    BeamLength,
-    Climate,
-    Distance,
-    Drives,
-    Encoders,
-    Fault,
-    Inertial,
-    Inputs,
-    LineAngles,
-    Reading,
-    Scan,
-    Swivels,
-    Tensions,
-)
+from cablewright.signals import Fault
 
-_Kind = TypeVar("_Kind", bound=Reading)
-
-_SOURCES: dict[type, str] = {
-    Barrier: "barrier",
-    BeamLength: "retraction",
-    Climate: "climate",
-    Distance: "distance",
-    Drives: "drives",
-    Encoders: "encoders",
-    Inertial: "inertial",
-    Inputs: "inputs",
-    LineAngles: "line_angles",
-    Swivels: "swivels",
-}
 _CLOCK_TOLERANCE = 1e-6  # s by which a reading may be ahead of its frame
 _BRIEF_FAULT_TIME = 10.0  # s for which a momentary fault stays active
 
@@ -60,16 +29,16 @@ class FaultMonitor:
             self._faults = tuple(self._active.values())
         return self._faults
 
-    def accepted(self, readings: Iterable[_Kind], now: float) -> Iterator[_Kind]:
-        """Yield the *readings* that are not ahead of *now*, s, and newer than the last one of their source."""
-        for reading in readings:
-            source = reading.source if isinstance(reading, Scan | Tensions) else _SOURCES[type(reading)]
-            self._now = now
-            if not reading.time <= now + _CLOCK_TOLERANCE:
-                self.report(source, "clock", f"a reading of {reading.time:g} s arrived at {now:g} s: not used")
-            elif reading.time > self._last_times.get(source, -math.inf):
-                self._last_times[source] = reading.time
-                yield reading
+    def is_new(self, source: str, time: float, now: float) -> bool:
+        """Whether a reading of a *source* and *time*, s, is not ahead of *now*, s, and newer than the last one."""
+        self._now = now
+        if not time <= now + _CLOCK_TOLERANCE:
+            self.report(source, "clock", f"a reading of {time:g} s arrived at {now:g} s: not used")
+            return False
+        if not time > self._last_times.get(source, -math.inf):
+            return False
+        self._last_times[source] = time
+        return True
 
     def report(self, source: str, kind: str, sentence: str) -> None:
         """Activate a fault; one that is active already keeps its start time and sentence."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Final
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -15,7 +15,22 @@ from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.robot import Line
-from cablewright.signals import Encoders, Inertial, LineAngles, Reading, Scan, SensorFrame
+from cablewright.signals import (
+    Barrier,
+    BeamLength,
+    Climate,
+    Distance,
+    Drives,
+    Encoders,
+    Inertial,
+    Inputs,
+    LineAngles,
+    Reading,
+    Scan,
+    SensorFrame,
+    Swivels,
+    Tensions,
+)
 
 HISTORY_LENGTH: Final = 1500
 """Rows of a `TimeBuffer`: 15 s at 10 ms."""
@@ -24,6 +39,20 @@ MAX_LEAP: Final = 1e6
 LONG_STEP: Final = 0.05
 """Time step, s, beyond which all lidar turns are processed in the step that they arrive in."""
 
+_Kind = TypeVar("_Kind", bound=Reading)
+_SOURCES: Final[dict[type, str]] = {
+    Barrier: "barrier",
+    BeamLength: "retraction",
+    Climate: "climate",
+    Distance: "distance",
+    Drives: "drives",
+    Encoders: "encoders",
+    Inertial: "inertial",
+    Inputs: "inputs",
+    LineAngles: "line_angles",
+    Swivels: "swivels",
+}
+_STAMPED: Final = (Scan, Inertial, LineAngles, Distance)  # by the drum's clock
 _MAX_BAD: Final = 10  # identical or implausible readings in a row before the sensor is rejected
 
 
@@ -41,9 +70,11 @@ class ReadingChecks:
     last_ranges: dict[str, Array] = field(default_factory=dict)  # of each lidar's last turn
 
     def accepted(self, frame: SensorFrame) -> Iterator[Reading]:
-        """Yield a frame's readings by the machine's clock, as `FaultMonitor.accepted`."""
-        readings = frame.readings if self.clock is None else self.clock.corrected(frame.readings, frame.time)
-        return filter(self._fits, self.monitor.accepted(readings, frame.time))
+        """Yield the readings of a frame that are to be used, by the machine's clock."""
+        readings = frame.readings
+        if self.clock is not None:
+            readings = by_machine_clock(self.clock, readings, frame.time)
+        return filter(self._fits, accepted(self.monitor, readings, frame.time))
 
     def has_time(self, frame: SensorFrame) -> bool:
         """Whether a frame has a time; one without is reported."""
@@ -69,6 +100,31 @@ class ReadingChecks:
         self.last_imu, self.last_encoders = None, None
         if self.clock is not None:
             self.clock.restart()
+
+
+def by_machine_clock(clock: DrumClock, readings: tuple[Reading, ...], now: float) -> tuple[Reading, ...]:
+    """Return the *readings* of a frame of time *now*, s, those of the drum by the machine's clock, or not at all."""
+    wrong = clock.hear([each.time for each in readings if isinstance(each, _STAMPED)], now)
+    if wrong < math.inf:
+        readings = tuple(each for each in readings if not (isinstance(each, _STAMPED) and each.time - now > wrong))
+    return tuple(_moved(each, clock.ahead) for each in readings)
+
+
+def _moved(reading: Reading, ahead: float) -> Reading:
+    """Return a *reading*, if the drum's clock that is *ahead*, s, stamped it, as the machine's would have."""
+    if isinstance(reading, Scan):
+        return replace(reading, begin=reading.begin - ahead)
+    if isinstance(reading, Inertial | LineAngles | Distance):
+        return replace(reading, time=reading.time - ahead)
+    return reading
+
+
+def accepted(monitor: FaultMonitor, readings: Iterable[_Kind], now: float) -> Iterator[_Kind]:
+    """Yield the *readings* that are not ahead of *now*, s, and newer than the last one of their source."""
+    for reading in readings:
+        source = reading.source if isinstance(reading, Scan | Tensions) else _SOURCES[type(reading)]
+        if monitor.is_new(source, reading.time, now):
+            yield reading
 
 
 def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial) -> bool | None:

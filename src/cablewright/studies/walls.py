@@ -14,15 +14,14 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
 from cablewright.errors import InputError
-from cablewright.estimation.lidar.constraints import ObservedLine
 from cablewright.estimation.lidar.housing import Housing, find_housing
 from cablewright.estimation.lidar.kinds import MEANINGS, drop_lines_behind, kinds_off_walls, range_errors
-from cablewright.estimation.lidar.localisation import LidarTurn, TurnFeatures, WallPose, WallSettings, start, step
+from cablewright.estimation.lidar.localisation import WallPose, WallSettings, start, step
 from cablewright.estimation.lidar.noise import Noise, estimate_noise_by_range, refine_noise
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
 from cablewright.estimation.lidar.scan import LidarModel, Points, level_points
 from cablewright.estimation.lidar.scan_file import FileScan, read_scan
-from cablewright.estimation.lidar.wall_lines import LineSearch, WallLine, find_walls
+from cablewright.estimation.lidar.wall_lines import LidarTurn, LineSearch, WallLine, find_walls
 from cablewright.results import Figure, Pictured, Result
 from cablewright.toml_input import read_bytes
 
@@ -247,7 +246,7 @@ def walls(
     if noise is None:
         far, errors = range_errors(points, lidar.sigmas(points.distance), lines)
         lidar, lines = _lines(points, lidar, refine_noise(far, errors, spread))
-    place = None if known is None else LidarPlace(_placed(known, lidar, scan, points, lines, yaw, lasers), known)
+    place = None if known is None else LidarPlace(_placed(known, lidar, points, lines, yaw, lasers), known)
     return Walls(scan, lidar, points, tuple(lines), housing, place)
 
 
@@ -293,7 +292,6 @@ def _room_of(found: Any, origin: str) -> RoomMap:
 def _placed(
     known: RoomMap,
     lidar: LidarModel,
-    scan: FileScan,
     points: Points,
     lines: Sequence[WallLine],
     yaws: tuple[float, float],
@@ -306,5 +304,4 @@ def _placed(
     settings = WallSettings(
         known, (lidar,), search, yaws, near_distance=0.02 * wide, gate=0.015 * wide, distinct_distance=0.02 * wide
     )
-    seen = TurnFeatures(0, tuple(ObservedLine(0, np.zeros(2), line) for line in lines), points.xy)
-    return step(settings, start(), LidarTurn(scan.angles, scan.ranges), lasers, seen)[1]
+    return step(settings, start(), LidarTurn.of(0, np.zeros(2), points.xy, lines), lasers)[1]

@@ -20,6 +20,7 @@ from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.measurement import Slopes
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
+from cablewright.estimation.reading_checks import accepted
 from cablewright.models.rotation import motion_between
 from cablewright.signals import BeamLength, Encoders, Estimate, Inertial, SensorFrame, Swivels, Tensions, frozen
 
@@ -36,9 +37,9 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         state.monitor.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
         state.window.begin, dt = math.nan, math.inf
     state.time, before = frame.time, state.pose
-    for beam in state.monitor.accepted(frame.of(BeamLength), frame.time):
+    for beam in accepted(state.monitor, frame.of(BeamLength), frame.time):
         _read_beam(settings, state, beam.length)
-    for encoders in state.monitor.accepted(frame.of(Encoders), frame.time):
+    for encoders in accepted(state.monitor, frame.of(Encoders), frame.time):
         counts.read(settings, state, encoders)
     state.gradients[_by_radius(state)] = state.paid
     state.lengths = corrected(state)
@@ -83,18 +84,18 @@ def _read_forces(settings: BodySettings, state: BodyState, frame: SensorFrame) -
     """Add the readings of load cells, inertial unit and swivels to the window, less what is predicted of them."""
     expected, m = measurement.predictions(state), state.layout.m
     if settings.cells is not None:
-        for reading in state.monitor.accepted(frame.of(Tensions), frame.time):
+        for reading in accepted(state.monitor, frame.of(Tensions), frame.time):
             if reading.source == settings.cells.source and len(reading.tensions) == m:
                 state.window.tensions.append(reading.tensions - expected[:m])
                 diagnosis.read(settings, state, reading.tensions)
     if settings.tilt is not None:
-        for unit in state.monitor.accepted(frame.of(Inertial), frame.time):
+        for unit in accepted(state.monitor, frame.of(Inertial), frame.time):
             size = math.sqrt(float(unit.acceleration @ unit.acceleration))
             if size > 0.0:
                 state.window.tilts.append(unit.acceleration[:2] / size - expected[m : m + 2])
                 _shake(state, unit.acceleration, unit.time)
     if settings.swivels is not None:
-        for turned in state.monitor.accepted(frame.of(Swivels), frame.time):
+        for turned in accepted(state.monitor, frame.of(Swivels), frame.time):
             if len(turned.angles) == m:
                 off = turned.angles - expected[m + 2 :]
                 state.window.swivels.append(np.arctan2(np.sin(off), np.cos(off)))

@@ -16,12 +16,13 @@ from cablewright.arrays import Array
 from cablewright.errors import Status
 from cablewright.estimation import slackness, tilt
 from cablewright.estimation.chain import drum_radius, lengths
-from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, ObserverState
+from cablewright.estimation.chain.state import ObserverSettings, ObserverState
 from cablewright.estimation.drum_clock import DrumClock
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.estimation.lidar import localisation
-from cablewright.estimation.lidar.localisation import LidarTurn, WallPose, WallState, drift_of
+from cablewright.estimation.lidar.localisation import WallPose, WallState
+from cablewright.estimation.lidar.wall_lines import LidarTurn, scanned, turn_of
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     LONG_STEP,
@@ -50,7 +51,7 @@ from cablewright.solvers.taut import Taut, taut_at
 _BIAS_GAIN: Final = 0.1  # of the update of the yaw rate's bias by one lidar yaw
 _STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of any drum
 _AROUND: Final = np.linspace(-math.pi, math.pi, 360, endpoint=False)
-_SQUARE_ROOM: Final = LidarTurn(_AROUND, 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND))))
+_SQUARE_ROOM: Final = 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND)))
 _STALE_TURNS: Final = 2.5  # turns without a scan after which a lidar's older turns are dropped
 _SAME_POSITION: Final = 0.03  # m from the expected position, for an ambiguous one to be accepted
 _FLOOR_TOLERANCE: Final = 0.02  # m above the expected floor, of floor points, ...
@@ -67,7 +68,8 @@ def start(settings: ObserverSettings) -> ObserverState:
     if not isinstance(hung, str):
         tracker, paid_out = hung
         lengths.move_to(settings.slackness, no_reading, tracker, paid_out, middle)
-    localisation.step(settings.walls, localisation.start(), _SQUARE_ROOM)
+    first = turn_of(settings.walls.lidars[0], 0, settings.walls.search, _AROUND, _SQUARE_ROOM)
+    localisation.step(settings.walls, localisation.start(), first)
     return ObserverState(
         ReadingChecks(
             FaultMonitor(dict(settings.timeouts)),
@@ -142,7 +144,7 @@ def _restart_clock(state: ObserverState, now: float) -> None:
     state.wall_state = WallState(yaw=state.wall_state.yaw, position=state.wall_state.position)
     state.last_turn_times.clear()
     state.extracted_turn = None
-    state.last_turn_end = None
+    state.turn_ends = ()
     state.checks.reset()
     state.gather_start, state.time, state.last_position_time, state.last_yaw_time = math.inf, -math.inf, now, -math.inf
     state.last_length_time = state.last_full_position_time = now
@@ -230,14 +232,10 @@ def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> No
     _drop_stale_turns(settings, state, scan)
     end, yaw = positions[-1], float(attitudes[-1, 0])
     offset = state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0
-    drift = drift_of(positions[:, :2] - end[:2], attitudes[:, 0], offset + yaw) if settings.deskew else None
-    moved = (0.0, 0.0, 0.0)
-    if state.last_turn_end is not None:
-        last, last_yaw = state.last_turn_end
-        moved = (float(end[0] - last[0]), float(end[1] - last[1]), yaw - last_yaw)
-    state.last_turn_end = end, yaw
-    turn = LidarTurn(scan.angles, scan.ranges, settings.lidars.index(scan.source), attitudes[:, 1:], drift, moved)
-    state.extracted_turn = ExtractedTurn(scan, turn, localisation.extract(settings.walls, turn), end, yaw)
+    state.turn_ends = *state.turn_ends[-1:], (end, yaw)
+    lidar, walls = settings.lidars.index(scan.source), settings.walls
+    moved = positions[:, :2] - end[:2] if settings.deskew else None
+    state.extracted_turn = scanned(scan, walls.lidars[lidar], lidar, walls.search, attitudes, moved, offset + yaw)
 
 
 def _update_height(settings: HeightSettings, state: ObserverState, scan: Scan, tilts: Array, z: float) -> None:
@@ -253,12 +251,14 @@ def _update_height(settings: HeightSettings, state: ObserverState, scan: Scan, t
         state.position_offset[2], state.distance_without_floor = height.over_floor - z, 0.0
 
 
-def _localise(settings: ObserverSettings, state: ObserverState, extracted: ExtractedTurn) -> None:
+def _localise(settings: ObserverSettings, state: ObserverState, turn: LidarTurn) -> None:
     """Compute the drum's pose from the lines of a turn, and update by it."""
-    lasers, features = settings.lasers if state.tracker is None else (), extracted.features
-    state.wall_state, pose = localisation.step(settings.walls, state.wall_state, extracted.turn, lasers, features)
+    lasers = settings.lasers if state.tracker is None else ()
+    (last, last_yaw), (end, yaw) = state.turn_ends[0], state.turn_ends[-1]
+    moved = float(end[0] - last[0]), float(end[1] - last[1]), yaw - last_yaw
+    state.wall_state, pose = localisation.step(settings.walls, state.wall_state, turn, lasers, moved)
     state.wall_pose, state.extracted_turn = pose, None
-    _update_position(settings, state, extracted.scan, pose, extracted.end_position, extracted.end_yaw)
+    _update_position(settings, state, turn, pose, end, yaw)
 
 
 def _drop_stale_turns(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
@@ -272,14 +272,14 @@ def _drop_stale_turns(settings: ObserverSettings, state: ObserverState, scan: Sc
 
 
 def _update_position(
-    settings: ObserverSettings, state: ObserverState, scan: Scan, pose: WallPose, end: Array, yaw: float
+    settings: ObserverSettings, state: ObserverState, turn: LidarTurn, pose: WallPose, end: Array, yaw: float
 ) -> None:
     """Update the offsets of position and yaw, or report why not. *end*, *yaw*: odometry at the end of the turn."""
     known = bool(np.isfinite(state.position_offset[:2]).all())
     if pose.status != "ok":
-        state.monitor.report(scan.source, "walls", pose.note)
+        state.monitor.report(turn.source, "walls", pose.note)
     else:
-        state.monitor.clear(scan.source, "walls")
+        state.monitor.clear(turn.source, "walls")
     offset = pose.position - end[:2]
     if pose.status == "parallel" and known:
         offset = _across_walls(settings, pose, state.position_offset[:2] + end[:2]) - end[:2]
@@ -291,15 +291,15 @@ def _update_position(
     if error > settings.gate and state.rejections < settings.max_rejections:
         state.rejections += 1
         sentence = f"its walls place the drum {error:.2f} m from the expected position: not used"
-        state.monitor.report(scan.source, "gate", sentence)
+        state.monitor.report(turn.source, "gate", sentence)
         return
     state.rejections = 0
-    state.monitor.clear(scan.source, "gate")
+    state.monitor.clear(turn.source, "gate")
     state.position_offset[:2], state.last_position_time = offset, state.time
     if pose.status != "parallel":
         state.last_full_position_time = state.time
     if math.isfinite(pose.yaw):
-        _update_yaw(state, pose.yaw - yaw, scan.time)
+        _update_yaw(state, pose.yaw - yaw, turn.end)
 
 
 def _across_walls(settings: ObserverSettings, pose: WallPose, expected: Array) -> Array:

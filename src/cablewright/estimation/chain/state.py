@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +14,9 @@ from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.drum_clock import ClockSettings
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightEstimate, HeightSettings
-from cablewright.estimation.lidar.localisation import LidarTurn, TurnFeatures, WallPose, WallSettings, WallState
+from cablewright.estimation.lidar.localisation import WallPose, WallSettings, WallState
 from cablewright.estimation.lidar.room import Laser
+from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.estimation.reading_checks import ReadingChecks
 from cablewright.estimation.slackness import SlacknessSettings, SlacknessState
 from cablewright.estimation.tilt import TiltSettings, TiltState
@@ -71,16 +71,6 @@ class ObserverSettings:
             raise InputError(f"counts_per_radian = {self.counts_per_radian:g}: over 0 is expected")
 
 
-class ExtractedTurn(NamedTuple):
-    """A turn of a horizontal lidar and the lines found in it; the next time step computes the drum's pose from them."""
-
-    scan: Scan
-    turn: LidarTurn
-    features: TurnFeatures
-    end_position: Array  # (3,) m, by odometry at the end of the turn; in the filter: displacement since then
-    end_yaw: float  # rad, by odometry at the end of the turn; in the filter: by the gyro
-
-
 @dataclass(eq=False)
 class ObserverState:
     """Changed in place by `step`. Position and yaw are odometry, which needs no lidar, plus an offset by the lidars."""
@@ -106,8 +96,8 @@ class ObserverState:
     velocity: Array = field(default_factory=lambda: np.zeros(3))
     taut: Taut | None = None
     pending_scans: list[Scan] = field(default_factory=list)
-    extracted_turn: ExtractedTurn | None = None
-    last_turn_end: tuple[Array, float] | None = None  # odometry at the end of the last turn: m, rad
+    extracted_turn: LidarTurn | None = None  # by which the next time step computes the drum's pose
+    turn_ends: tuple[tuple[Array, float], ...] = ()  # odometry at the ends of the last two turns, m (3,), rad
     last_turn_times: dict[str, float] = field(default_factory=dict)  # s: of each lidar's last turn
     gathered_sources: set[str] = field(default_factory=set)
     gather_start: float = math.inf  # s: when the first of `gathered_sources` came

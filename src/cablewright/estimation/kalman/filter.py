@@ -357,7 +357,7 @@ def _predict_coasting(settings: FilterSettings, state: FilterState, dt: float) -
 def _process_scan(settings: FilterSettings, state: FilterState) -> None:
     """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
     if state.extracted_turn is not None:
-        source = state.extracted_turn.scan.source
+        source = state.extracted_turn.source
         lidar_update.update(settings, state)
         _report_stuck_encoders(state)
         rejections = state.rejections.get(source, 0)

@@ -7,13 +7,12 @@ by the rotations that encoders and gyro measured since. So a turn that arrives l
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final, NamedTuple
+from collections import Counter
+from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.estimation.chain.state import ExtractedTurn
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
@@ -22,72 +21,70 @@ from cablewright.estimation.kalman.state import (
     update_state,
 )
 from cablewright.estimation.lidar import localisation
-from cablewright.estimation.lidar.constraints import ObservedLine, contradicting_walls, find_constraints
-from cablewright.estimation.lidar.localisation import LidarTurn, drift_of
+from cablewright.estimation.lidar.constraints import contradicting_walls, find_constraints
+from cablewright.estimation.lidar.wall_lines import LidarTurn, scanned
 from cablewright.models.rotation import wrap_angle
 from cablewright.signals import Scan
 
 _SETTLING_TIME: Final = 4.0  # s from the start in which ...
 _SETTLING_FACTOR: Final = 4.0  # ... the variance of a lidar's measurements is so many times as large
 _WALL_TIMEOUT: Final = 3.5  # s without any wall of a kind
-_SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays
 _REPORTED: Final = 3  # rejections in a row from which they are reported
 _DOUBTFUL_WALL: Final = 4.0  # sigmas of its survey, of a wall's error that is reported
 _LINE_LENGTH: Final = 4.0  # m, typical, for the curvature of B's path
 
 
-@dataclass(frozen=True, eq=False)
-class WallObservation:
-    """One line matched with one wall: innovation (2,) of angle and distance, Jacobian H (2, n), noise R (2, 2)."""
-
-    line: int  # index
-    wall: int  # index
-    innovation: Array
-    H: Array
-    R: Array
-    nis: float  # normalised innovation squared
-    passes: bool  # the gate
+Equation = tuple[Array, Array, Array]
+"""One line as one wall: Jacobian H (2, n), innovation (2,) of angle and distance, and noise R (2, 2)."""
 
 
 def extract(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     """Find the lines in one turn of a horizontal lidar; `update`, in the next time step, uses them."""
-    times = scan.times
+    times, walls, lidar = scan.times, settings.chain.walls, settings.chain.lidars.index(scan.source)
     attitudes, motion = state.attitude_history.at(times), state.motion_since(times)
     moved = motion.displacement[-1] - motion.displacement  # (n, 3) m, world
-    drift = drift_of(moved[:, :2], attitudes[:, 0], state.yaw - state.gyro_yaw + float(attitudes[-1, 0]))
-    lidar = settings.chain.lidars.index(scan.source)
-    turn = LidarTurn(scan.angles, scan.ranges, lidar, attitudes[:, 1:], drift)
-    features = localisation.extract(settings.chain.walls, turn)
-    state.extracted_turn = ExtractedTurn(scan, turn, features, motion.displacement[-1], float(attitudes[-1, 0]))
+    state.turn_yaw = float(attitudes[-1, 0])
+    yaw = state.yaw - state.gyro_yaw + state.turn_yaw
+    state.extracted_turn = scanned(scan, walls.lidars[lidar], lidar, walls.search, attitudes, moved[:, :2], yaw)
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
     """Update by the lines of the extracted turn, one after another; the most certain match comes first."""
-    extracted, state.extracted_turn = state.extracted_turn, None
-    assert extracted is not None
-    source, lines = extracted.scan.source, extracted.features.lines
+    turn, state.extracted_turn = state.extracted_turn, None
+    assert turn is not None
     walls = settings.chain.walls.room.walls
-    if not lines:
-        state.monitor.report(source, "walls", "no wall is in sight: no straight line long enough")
+    if not len(turn):
+        state.monitor.report(turn.source, "walls", "no wall is in sight: no straight line long enough")
         return
-    lidars = settings.chain.walls.lidars
-    sweeps = [sweep_of(state, extracted.scan, one, lidars[one.lidar].yaw) for one in lines]
-    left, used, rejected = set(range(len(lines))), 0.0, 0.0
+    lengths = turn.lengths.tolist()
+    changes = [state.change_since([turn.end, turn.end - to_end]) for to_end in turn.sweeps[:, 0].tolist()]
+    left, used, rejected = set(range(len(turn))), 0.0, 0.0
     while left:
-        found = wall_observations(settings, state, extracted, sweeps, left)
+        found = equations(settings, state, turn, changes, left)
         if not found:
             break
-        rivals = {each.line: sum(other.passes and other.wall == each.wall for other in found) for each in found}
-        best = min(found, key=lambda each: (not each.passes, rivals[each.line], each.nis))
-        if not best.passes:
-            rejected = sum(lines[i].line.length for i in {each.line for each in found})
+        gates = {match: passes_gate(state.P, *equation) for match, equation in found.items()}
+        best = _most_certain(gates)
+        if not gates[best][0]:
+            rejected = sum(lengths[i] for i in {i for i, _ in found})
             break
-        left.discard(best.line)
-        update_state(state, source, best.H, best.innovation, best.R)
-        state.last_wall_times[walls[best.wall].kind] = state.time
-        used += lines[best.line].line.length
-    _report(settings, state, extracted, used, rejected)
+        line, wall = best
+        left.discard(line)
+        update_state(state, turn.source, *found[best])
+        state.last_wall_times[walls[wall].kind] = state.time
+        used += lengths[line]
+    _report(settings, state, turn, used, rejected)
     _report_walls(settings, state)
+
+
+def _most_certain(gates: dict[tuple[int, int], tuple[bool, float]]) -> tuple[int, int]:
+    """Return the line and wall whose match is the most certain, by whether each passes the gate, and its NIS.
+
+    First those that pass, of these the ones whose wall no other line may be, of these the one with the least NIS.
+    """
+    claims = Counter(wall for (_, wall), (passes, _) in gates.items() if passes)
+    rivals = {line: claims[wall] for line, wall in gates}
+    return min(gates, key=lambda match: (not gates[match][0], rivals[match[0]], gates[match][1]))
 
 
 def _report_walls(settings: FilterSettings, state: FilterState) -> None:
@@ -99,85 +96,46 @@ def _report_walls(settings: FilterSettings, state: FilterState) -> None:
         state.monitor.set("room", wall.name, sentence, active=wrong)
 
 
-class Sweep(NamedTuple):
-    """When the beam swept over a line, whose points are taken to be evenly spread in bearing."""
+def equations(
+    settings: FilterSettings, state: FilterState, turn: LidarTurn, changes: list[Array], chosen: set[int]
+) -> dict[tuple[int, int], Equation]:
+    """Match each *chosen* line with each wall that its lidar can see and that has about the line's direction.
 
-    middle_time: float  # s, when it passed the middle of the points
-    time_to_end: float  # s from then to the end of the turn
-    middle_offset: float  # m along the line, from the foot of the lidar's perpendicular to the points' middle
-    time_slope: float  # s/m: time to the end of the turn per offset along the line
-    lidar_offset: float  # m along the line, from B's foot to the lidar's
-    angle_per_rate: float  # s: error of the line's angle per error of the drum's rate of turn
-    offset_per_rate: float  # m s: error of the distance at the points' middle likewise
-    change: Array  # (2, m + 4), see `FilterState.change_since`: since the end of the turn, and since `middle_time`
-
-
-def sweep_of(state: FilterState, scan: Scan, one: ObservedLine, yaw: float) -> Sweep:
-    """Compute how the beam of a lidar that is mounted at *yaw* (rad) swept over a line."""
-    ends = one.line.ends - one.mount
-    first, last = np.arctan2(ends[:, 1], ends[:, 0]).tolist()
-    bearings = first + wrap_angle(last - first) * _SHARES
-    along = one.line.distance * np.tan(bearings - one.line.angle)
-    end = scan.first_angle + scan.angle_step * (len(scan.ranges) - 1)
-    turn = math.tau / abs(scan.angle_step) if scan.angle_step else 1.0
-    before = scan.period * (((end - bearings + yaw) * math.copysign(1.0, scan.angle_step)) % math.tau) * turn / math.tau
-    centred, middle = along - along.mean(), float(before.mean())
-    square = max(float(centred @ centred), 1e-9)
-    lidar_offset = float(math.cos(one.line.angle) * one.mount[1] - math.sin(one.line.angle) * one.mount[0])
-    turned = before * (along + lidar_offset)  # the drum turns about B
-    return Sweep(
-        scan.time - middle,
-        middle,
-        float(along.mean()),
-        float(centred @ before) / square,
-        lidar_offset,
-        float(centred @ turned) / square,
-        float(turned.mean()),
-        state.change_since([scan.time, scan.time - middle]),
-    )
-
-
-def wall_observations(
-    settings: FilterSettings, state: FilterState, extracted: ExtractedTurn, sweeps: list[Sweep], chosen: set[int]
-) -> list[WallObservation]:
-    """Match each *chosen* line with each wall that its lidar can see and that has about the line's direction."""
-    room, lidar = settings.chain.walls.room, settings.chain.walls.lidars[extracted.turn.lidar]
-    yaw = state.yaw - state.gyro_yaw + extracted.end_yaw
+    Returns equations by line and wall. *changes*: of each line (2, m + 4), `FilterState.change_since` the end of the
+    turn, and since the beam passed the line's middle.
+    """
+    walls, visible = settings.chain.walls.room.walls, settings.chain.walls.visible[turn.lidar].tolist()
+    yaw = state.yaw - state.gyro_yaw + state.turn_yaw
     sigma = math.sqrt(float(state.P[state.layout.yaw, state.layout.yaw]))
     gate = 5.0 * sigma + math.radians(3.0)
-    found = []
-    for i in sorted(chosen):
-        one = extracted.features.lines[i]
-        for j, wall in enumerate(room.walls):
-            if lidar.visible_walls is not None and wall.name not in lidar.visible_walls:
-                continue
-            if abs(wrap_angle(wall.azimuth - one.line.angle - yaw)) <= gate:
-                found.append(_wall_observation(settings, state, extracted, sweeps[i], i, j))
-    return found
+    matches = [
+        (i, j)
+        for i in sorted(chosen)
+        for j, wall in enumerate(walls)
+        if visible[j] and abs(wrap_angle(wall.azimuth - float(turn.angles[i]) - yaw)) <= gate
+    ]
+    return {(i, j): _equation(settings, state, turn, changes[i], i, j) for i, j in matches}
 
 
-def _wall_observation(
-    settings: FilterSettings, state: FilterState, extracted: ExtractedTurn, sweep: Sweep, i: int, j: int
-) -> WallObservation:
-    one, wall, lay, J = extracted.features.lines[i], settings.chain.walls.room.walls[j], state.layout, state.jacobian
-    (wall_off, wall_turn), (mount_x, mount_y, mount_yaw) = (
-        state.wall_errors[j].tolist(),
-        state.mount_errors[one.lidar].tolist(),
-    )
-    line, bias, m = one.line, float(state.range_bias[one.lidar]), len(state.radii)
-    since_end, since_middle = state.displacement(sweep.change)
-    x, y = (state.position - since_end)[:2].tolist()
-    yaw = state.yaw - state.gyro_yaw + extracted.end_yaw
+def _equation(settings: FilterSettings, state: FilterState, turn: LidarTurn, change: Array, i: int, j: int) -> Equation:
+    """Return the equation of line *i* as wall *j*."""
+    wall, lay, J, lidar = settings.chain.walls.room.walls[j], state.layout, state.jacobian, turn.lidar
+    m, n, (nx, ny) = len(state.radii), np.array(wall.normal), wall.normal
+    to_end, along, slope, lidar_offset, angle_per_rate, offset_per_rate = turn.sweeps[i].tolist()
+    (wall_off, wall_turn), mount_yaw = state.wall_errors[j].tolist(), float(state.mount_errors[lidar, 2])
+    bias, (angle_slope, offset_slope) = float(state.range_bias[lidar]), turn.bias_slopes[i].tolist()
+    since_end, since_middle = state.displacement(change)
+    x, y, _ = (state.position - since_end).tolist()
+    yaw = state.yaw - state.gyro_yaw + state.turn_yaw
     c, s = math.cos(yaw), math.sin(yaw)
-    n, (nx, ny), (ahead, left) = np.array(wall.normal), wall.normal, one.mount.tolist()
-    ahead, left = ahead + mount_x, left + mount_y
+    ahead, left = (turn.mount + state.mount_errors[lidar, :2]).tolist()
     lidar_x, lidar_y = x + c * ahead - s * left, y + s * ahead + c * left
     from_reference = wall.along[0] * lidar_x + wall.along[1] * lidar_y - wall.reference
-    turn = wrap_angle(yaw + mount_yaw + line.angle - wall.azimuth - wall_turn) - float(line.bias_slopes[0]) * bias
+    turned = wrap_angle(yaw + mount_yaw + float(turn.angles[i]) - wall.azimuth - wall_turn) - angle_slope * bias
     off = nx * lidar_x + ny * lidar_y - wall.distance - wall_off + wall_turn * from_reference
-    off += line.distance - float(line.bias_slopes[1]) * bias
+    off += float(turn.distances[i]) - offset_slope * bias
     # Rotating a line about the middle of its points shifts its perpendicular distance.
-    slope, along, coasting_time = sweep.time_slope, sweep.middle_offset, float(sweep.change[1, m + 3])
+    coasting_time, middle_time = float(change[1, m + 3]), turn.end - to_end
     toward = n @ J[:2] * state.radii
     H = np.zeros((2, lay.size))
     H[0, lay.yaw] = 1.0
@@ -185,34 +143,32 @@ def _wall_observation(
     if state.coasting:
         H[0, lay.velocity][:2] = slope * n
         H[1, lay.velocity][:2] = (slope * along - coasting_time) * n
-        H[1, lay.radii] = -toward * sweep.change[1, :m]
+        H[1, lay.radii] = -toward * change[1, :m]
     else:
         H[0, lay.radii] = by_rates = slope * toward * state.drum_rates
-        H[1, lay.radii] = along * by_rates - toward * sweep.change[1, :m]
+        H[1, lay.radii] = along * by_rates - toward * change[1, :m]
         H[1, lay.velocity][:2] = -coasting_time * n
-    H[1, lay.stretch] = -(n @ J[:2]) * (state.last_encoder_time - sweep.middle_time - coasting_time)
-    height = settings.chain.walls.lidars[one.lidar].mount[2]
+    H[1, lay.stretch] = -(n @ J[:2]) * (state.last_encoder_time - middle_time - coasting_time)
+    height = settings.chain.walls.lidars[lidar].mount[2]
     H[1, lay.attitude] = _attitude_slopes(n, yaw, np.array([ahead, left, height]))
-    late = state.last_imu_time - extracted.scan.time
-    angle = late + sweep.angle_per_rate
-    offset = late * (along + sweep.lidar_offset) + sweep.offset_per_rate
-    H[1, lay.gyro_bias] = (state.last_imu_time - sweep.middle_time) * H[1, lay.attitude]
+    late = state.last_imu_time - turn.end
+    angle = late + angle_per_rate
+    offset = late * (along + lidar_offset) + offset_per_rate
+    H[1, lay.gyro_bias] = (state.last_imu_time - middle_time) * H[1, lay.attitude]
     H[:, lay.gyro_bias.stop - 1] = angle, along * angle - offset
-    H[:, lay.range_bias.start + one.lidar] = -line.bias_slopes
+    H[:, lay.range_bias.start + lidar] = -angle_slope, -offset_slope
     H[:, lay.walls.start + 2 * j] = 0.0, -1.0
     H[:, lay.walls.start + 2 * j + 1] = -1.0, from_reference
-    first = lay.mounts.start + 3 * one.lidar
+    first = lay.mounts.start + 3 * lidar
     H[1, first : first + 2] = nx * c + ny * s, ny * c - nx * s
     H[0, first + 2] = 1.0
     H[1, lay.clock] = by_clock = -float(n @ moving_velocity(state)[:2])
     off += by_clock * state.clock_error
-    R = line.covariance + settings.wall_angle_sigma**2 * _lever_covariance(along)
+    R = turn.covariances[i] + settings.wall_angle_sigma**2 * _lever_covariance(along)
     R[1, 1] += settings.wall_sigma**2
-    _add_motion_noise(settings, state, sweep, extracted.scan.begin, since_middle, R)
+    _add_motion_noise(settings, state, turn, i, since_middle, R)
     R *= noise_factor(state)
-    innovation = np.array([-turn, -off])
-    passes, nis = passes_gate(state.P, H, innovation, R)
-    return WallObservation(i, j, innovation, H, R, nis, passes)
+    return H, np.array([-turned, -off]), R
 
 
 def _attitude_slopes(n: Array, yaw: float, point: Array) -> Array:
@@ -224,17 +180,23 @@ def _attitude_slopes(n: Array, yaw: float, point: Array) -> Array:
 
 
 def _add_motion_noise(
-    settings: FilterSettings, state: FilterState, sweep: Sweep, begin: float, moved: Array, R: Array
+    settings: FilterSettings,
+    state: FilterState,
+    turn: LidarTurn,
+    i: int,
+    moved: Array,
+    R: Array,
 ) -> None:
-    """Add the error of linearising the displacement since the sweep, and unmeasured rotation and motion."""
-    dt, far = min(sweep.time_to_end, 1.0), math.sqrt(float(moved @ moved))
+    """Add the error of linearising the displacement since the sweep of line *i*, and unmeasured rotation and motion."""
+    to_end, along, slope, lidar_offset = turn.sweeps[i, :4].tolist()
+    dt, far = min(to_end, 1.0), math.sqrt(float(moved @ moved))
     R[1, 1] += (far * far / (2.0 * _LINE_LENGTH)) ** 2 + settings.travel_noise**2 * far
-    R[0, 0] += settings.gyro_noise**2 * abs(state.last_imu_time - sweep.middle_time)
+    R[0, 0] += settings.gyro_noise**2 * abs(state.last_imu_time - (turn.end - to_end))
     if state.coasting:
-        R += settings.velocity_noise**2 * dt * sweep.time_slope**2 * _lever_covariance(sweep.middle_offset)
+        R += settings.velocity_noise**2 * dt * slope**2 * _lever_covariance(along)
         R[1, 1] += settings.velocity_noise**2 * dt**3
-    if state.has_long_steps or begin < state.imu_gap_end:
-        R += (settings.turn_rate_sigma * max(dt, 0.2)) ** 2 * _lever_covariance(-sweep.lidar_offset)
+    if state.has_long_steps or turn.begin < state.imu_gap_end:
+        R += (settings.turn_rate_sigma * max(dt, 0.2)) ** 2 * _lever_covariance(-lidar_offset)
         R[1, 1] += (settings.turn_rate_sigma * settings.skew_time) ** 2
 
 
@@ -243,11 +205,9 @@ def _lever_covariance(arm: float) -> Array:
     return np.array([[1.0, arm], [arm, arm * arm]])
 
 
-def _report(
-    settings: FilterSettings, state: FilterState, extracted: ExtractedTurn, used: float, rejected: float
-) -> None:
+def _report(settings: FilterSettings, state: FilterState, turn: LidarTurn, used: float, rejected: float) -> None:
     """Report the faults of a turn. *used*, *rejected*: m, length of the lines that match a wall, and of the others."""
-    monitor, source = state.monitor, extracted.scan.source
+    monitor, source = state.monitor, turn.source
     if used:
         unseen = [kind for kind, last in state.last_wall_times.items() if state.time - last > _WALL_TIMEOUT]
         if unseen:
@@ -261,7 +221,7 @@ def _report(
         state.rejections[source] = state.rejections.get(source, 0) + 1
         sentence, chain = "its walls contradict the estimated position: not used", settings.chain.walls
         yaws = state.yaw - chain.yaw_step, state.yaw + chain.yaw_step
-        seen = find_constraints(extracted.features.lines, chain.visible, chain.room, yaws)
+        seen = find_constraints([turn], chain.visible, chain.room, yaws)
         why = contradicting_walls(seen, chain.room, chain.gate)
         monitor.report(source, "gate", f"{sentence}; {why}" if why else sentence)
     else:

@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.estimation.chain.state import ExtractedTurn, ObserverSettings, ObserverState
+from cablewright.estimation.chain.state import ObserverSettings, ObserverState
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
 from cablewright.estimation.kalman.sag import Sag
+from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.estimation.reading_checks import ReadingChecks
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.time_buffer import TimeBuffer
@@ -203,7 +204,8 @@ class FilterState:
     shaken_since: float = -math.inf  # s: when that began
     imu_gap_end: float = -math.inf  # s: end of the last time without an IMU
     pending_scans: list[Scan] = field(default_factory=list)
-    extracted_turn: ExtractedTurn | None = None
+    extracted_turn: LidarTurn | None = None  # by which the next time step updates the state
+    turn_yaw: float = 0.0  # rad, of `gyro_yaw` at its end
     taut: Taut | None = None
     sag: Sag | None = None  # of `taut`
     taut_position: Array = field(default_factory=lambda: np.zeros(3))

@@ -13,7 +13,7 @@ import numpy as np
 
 from cablewright.arrays import Array, Indices, Mask
 from cablewright.estimation.lidar.room import Laser, RoomMap
-from cablewright.estimation.lidar.wall_lines import WallLine
+from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.kernels.fitting.scan_lines import explain
 from cablewright.models.rotation import wrap_angle, wrap_angles
 
@@ -24,26 +24,12 @@ _SAME_YAW: Final = math.radians(1.0)
 _MAX_CONTRADICTION: Final = 0.5  # m; more is another object
 
 
-class ObservedLine(NamedTuple):
-    """A line in a scan, in the platform's level frame."""
-
-    lidar: int  # index
-    mount: Array  # (2,) m, of the lidar, level
-    line: WallLine  # its angle in the platform frame
-
-    @property
-    def lever(self) -> float:
-        """Distance of the platform point from the line less that of the lidar, m."""
-        a = self.line.angle
-        return float(math.cos(a) * self.mount[0] + math.sin(a) * self.mount[1])
-
-
 class Constraint(NamedTuple):
     """One line matched with one wall: normal . (x, y) = offset, for the platform point."""
 
     kind: str  # "C" or "D"
     wall: int  # index
-    line: int  # index
+    line: int  # index, among those of all turns
     normal: tuple[float, float]
     offset: float  # m
     yaw: float  # rad, of the platform
@@ -84,25 +70,29 @@ class Candidates(NamedTuple):
 
 
 def find_constraints(
-    lines: Sequence[ObservedLine], visible: Mask, room: RoomMap, yaws: tuple[float, float]
+    turns: Sequence[LidarTurn], visible: Mask, room: RoomMap, yaws: tuple[float, float]
 ) -> list[Constraint]:
-    """Match each line with each wall that it can be at a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
+    """Match each line of the *turns* with each wall that it can be at a yaw from ``yaws[0]`` to ``yaws[1]``, rad.
 
     ``visible``: (l, w), which walls each lidar can see.
     """
-    found = []
+    found, first = [], 0
     middle, half = 0.5 * (yaws[0] + yaws[1]), 0.5 * (yaws[1] - yaws[0])
     walls, rows = list(zip(room.walls, room.azimuths.tolist(), strict=True)), visible.tolist()
-    for i, one in enumerate(lines):
-        line, lever, row = one.line, one.lever, rows[one.lidar]
-        line_sigma = math.sqrt(line.covariance[0, 0])
-        for j, (wall, azimuth) in enumerate(walls):
-            yaw = middle + wrap_angle(azimuth - line.angle - middle)
-            if abs(yaw - middle) > half or not row[j]:
-                continue
-            # n (p + R mount) + distance = d, and R turns the line's own normal to the wall's
-            offset, sigma = wall.distance - line.distance - lever, math.hypot(line_sigma, wall.angle_sigma)
-            found.append(Constraint(wall.kind, j, i, wall.normal, offset, yaw, sigma, line.variance))
+    for turn in turns:
+        (x, y), row = turn.mount.tolist(), rows[turn.lidar]
+        sigmas = np.sqrt(turn.covariances[:, 0, 0])
+        each = zip(*(one.tolist() for one in (turn.angles, turn.distances, turn.variances, sigmas)), strict=True)
+        for i, (angle, distance, variance, line_sigma) in enumerate(each, first):
+            lever = math.cos(angle) * x + math.sin(angle) * y  # of the platform point's distance less the lidar's
+            for j, (wall, azimuth) in enumerate(walls):
+                yaw = middle + wrap_angle(azimuth - angle - middle)
+                if abs(yaw - middle) > half or not row[j]:
+                    continue
+                # n (p + R mount) + distance = d, and R turns the line's own normal to the wall's
+                offset, sigma = wall.distance - distance - lever, math.hypot(line_sigma, wall.angle_sigma)
+                found.append(Constraint(wall.kind, j, i, wall.normal, offset, yaw, sigma, variance))
+        first += len(turn)
     return found
 
 

@@ -12,8 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cablewright.arrays import Array, Indices, Mask
-from cablewright.estimation.lidar.clusters import Clustering, find_clusters
-from cablewright.estimation.lidar.scan import Points
+from cablewright.estimation.lidar.scan import Clustering, Points, find_clusters
 from cablewright.kernels.fitting.scan_lines import (
     ALONG,
     COLUMNS,
@@ -225,10 +224,9 @@ def _clustered(points: Points, sigmas: Array, settings: Clustering) -> _Groups:
         reach = max(settings.reach, 20.0 * sigma)
         some = Points(points.xy[chosen], points.ray[chosen], points.distance[chosen], step)
         own = Clustering(settings.min_incidence, settings.max_missing, reach, settings.alignment, settings.min_points)
-        found = find_clusters(some, sigma, own)
-        for i in range(len(found)):
-            members = chosen[found.members[found.first[i] : found.first[i] + found.size[i]]]
-            parts.append((members, sigma, reach, found.sums[i].copy()))
+        members, begins, sizes, found = find_clusters(some, sigma, own)
+        for begin, size, row in zip(begins, sizes, found, strict=True):
+            parts.append((chosen[members[begin : begin + size]], sigma, reach, row.copy()))
     sigma_of = np.array([part[1] for part in parts])
     sums = np.array([part[3] for part in parts]).reshape(-1, 7)
     weight = np.array([len(part[0]) for part in parts]) / sigma_of**2

@@ -9,10 +9,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Final, Literal, NamedTuple
+from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
@@ -20,15 +19,14 @@ from cablewright.estimation.lidar.constraints import (
     Candidate,
     Candidates,
     Constraint,
-    ObservedLine,
     contradicting_walls,
     find_candidates,
     find_constraints,
     score_candidates,
 )
 from cablewright.estimation.lidar.room import Laser, RoomMap
-from cablewright.estimation.lidar.scan import LidarModel, level_mount, level_points
-from cablewright.estimation.lidar.wall_lines import LineSearch, find_lines
+from cablewright.estimation.lidar.scan import LidarModel
+from cablewright.estimation.lidar.wall_lines import LidarTurn, LineSearch
 from cablewright.models.rotation import wrap_angle, wrap_angles
 
 WallStatus = Literal["ok", "ambiguous", "parallel", "no-wall"]
@@ -92,47 +90,13 @@ class WallSettings:
         return np.array([[name in visible for name in names] for visible in seen])
 
 
-class LidarTurn(NamedTuple):
-    """One turn of one lidar.
-
-    ``tilt``: rad, rotation vector (x, y) of the platform's tilt, at the end or at each ray. ``drift``: pose of the
-    platform at each ray, as in `level_points`; `drift_of` computes it. ``moved``: (dx, dy, dyaw) m and rad in the
-    reference frame, motion since the last turn of any lidar by other sensors; older turns are shifted by it.
-    """
-
-    angles: ArrayLike  # (n,) rad, counter-clockwise
-    ranges: ArrayLike  # (n,) m; 0 or not finite: no echo
-    lidar: int = 0
-    tilt: ArrayLike = (0.0, 0.0)  # (2,) or (n, 2)
-    drift: ArrayLike | None = None  # (n, 3)
-    moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
-def drift_of(displacement: Array, yaws: Array, yaw: float) -> Array:
-    """Pose (n, 3), m and rad, of the platform at each ray relative to the end of the turn, along its level axes there.
-
-    ``displacement``: (n, 2) m, from the end, reference frame. ``yaws``: (n,) rad, from any direction; ``yaw``: rad, of
-    the platform at the end, reference frame.
-    """
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.column_stack([displacement @ np.array([[c, -s], [s, c]]), yaws - yaws[-1]])
-
-
-class TurnFeatures(NamedTuple):
-    """Lines and points of a turn, in the platform's present level frame."""
-
-    lidar: int  # index
-    lines: tuple[ObservedLine, ...]
-    points: Array  # (n, 2) m
-
-
 @dataclass(frozen=True)
 class WallState:
     """State between two calls of `step`."""
 
-    turns: tuple[TurnFeatures, ...] = ()
+    turns: tuple[LidarTurn, ...] = ()  # in the platform's frame at the last one's end
     yaw: float | None = None  # rad, the last one
-    position: tuple[float, float] | None = None  # m, likewise; both moved by `LidarTurn.moved` since
+    position: tuple[float, float] | None = None  # m, likewise; both moved by other sensors since
     misses: int = 0  # turns since then
 
 
@@ -146,7 +110,7 @@ class WallPose:
     covariance: Array  # (3, 3) of x, y, yaw
     candidates: tuple[Candidate, ...]  # best first
     constraints: tuple[Constraint, ...]
-    lines: tuple[ObservedLine, ...]
+    turns: tuple[LidarTurn, ...]
     used: tuple[int, ...]  # indices of constraints in the final fit
     bias: Array  # (l,) m, of each lidar's ranges, as far as opposite walls show it
     confidence: float  # share of points explained by the first candidate less that of any other place
@@ -158,52 +122,39 @@ def start() -> WallState:
     return WallState()
 
 
-def extract(settings: WallSettings, turn: LidarTurn) -> TurnFeatures:
-    """Find the lines of a turn and transform them to the platform's level frame: half of the work of `step`."""
-    lidar = settings.lidars[turn.lidar]
-    points = level_points(lidar, turn.angles, turn.ranges, turn.tilt, turn.drift)
-    mount = level_mount(lidar, turn.tilt)
-    lines = find_lines(points, lidar, settings.search)
-    c, s = math.cos(lidar.yaw), math.sin(lidar.yaw)
-    rotation = np.array([[c, -s], [s, c]])
-    turned = (line._replace(angle=line.angle + lidar.yaw, ends=line.ends @ rotation.T + mount) for line in lines)
-    observed = tuple(ObservedLine(turn.lidar, mount, line) for line in turned)
-    return TurnFeatures(turn.lidar, observed, points.xy @ rotation.T + mount)
-
-
 def step(
     settings: WallSettings,
     state: WallState,
     turn: LidarTurn,
     lasers: Sequence[Laser] = (),
-    features: TurnFeatures | None = None,
+    moved: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> tuple[WallState, WallPose]:
     """Return state and pose after one turn of a lidar.
 
-    ``lasers``: an operator's distances at this position, which decide between candidates. ``features``: of `extract`,
-    if that has been called for the turn before, so that the work is done in two time steps.
+    ``lasers``: an operator's distances at this position, which decide between candidates. ``moved``: (dx, dy, dyaw) m
+    and rad in the reference frame, motion since the last turn of any lidar by other sensors; older turns are shifted by
+    it.
 
-    Raises `InputError` for a lidar or wall that does not exist, or arrays that do not fit; never for what a scan holds.
+    Raises `InputError` for a lidar or wall that does not exist; never for what a turn holds.
     """
     if not 0 <= turn.lidar < len(settings.lidars):
         raise InputError(f"scan: lidar {turn.lidar}: must be from 0 to {len(settings.lidars) - 1}")
-    known = all(math.isfinite(value) for value in turn.moved)
-    moved = turn.moved if known else (0.0, 0.0, 0.0)
-    newest = extract(settings, turn) if features is None else features
-    turns = _with_newest(settings, _shifted(state, moved) if known else (), newest)
-    room, lines = settings.room, [one for each in turns for one in each.lines]
+    known = all(math.isfinite(value) for value in moved)
+    moved = moved if known else (0.0, 0.0, 0.0)
+    turns = _with_newest(settings, _shifted(state, moved) if known else (), turn)
+    room = settings.room
     yaws = settings.yaw_range
     if state.yaw is not None:
         centre = state.yaw + moved[2]
         yaws = centre - settings.yaw_step, centre + settings.yaw_step
-    constraints = find_constraints(lines, settings.visible, room, yaws)
+    constraints = find_constraints(turns, settings.visible, room, yaws)
     found = find_candidates(constraints, room, settings.yaw_tolerance, settings.recess)
     found = score_candidates(
         found, _latest_points(turns, settings), room, lasers, settings.near_distance, settings.recess
     )
     expected = None if state.position is None or not known else np.add(state.position, moved[:2])
     found = _ranked(found, settings, expected)
-    pose = _pose(settings, constraints, found, lines, _are_latest(turns), expected)
+    pose = _pose(settings, constraints, found, turns, expected)
     if pose.status != "ok" and (contradiction := contradicting_walls(constraints, room, settings.gate)):
         pose = replace(pose, note=f"{pose.note}; {contradiction}")
     return _next_state(settings, state, turns, pose, moved), pose
@@ -212,7 +163,7 @@ def step(
 def _next_state(
     settings: WallSettings,
     state: WallState,
-    turns: tuple[TurnFeatures, ...],
+    turns: tuple[LidarTurn, ...],
     pose: WallPose,
     moved: tuple[float, float, float],
 ) -> WallState:
@@ -230,7 +181,7 @@ def _next_state(
     return WallState(turns, yaw, position, misses)
 
 
-def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[TurnFeatures, ...]:
+def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[LidarTurn, ...]:
     """Transform older turns to the platform's present frame: walls move opposite to the platform."""
     if moved == (0.0, 0.0, 0.0):
         return state.turns
@@ -241,23 +192,22 @@ def _shifted(state: WallState, moved: tuple[float, float, float]) -> tuple[TurnF
     c, s = math.cos(moved[2]), math.sin(moved[2])
     turn = np.array([[c, s], [-s, c]])
 
-    def shifted(one: ObservedLine) -> ObservedLine:
-        angle = one.line.angle - moved[2]
-        across = math.cos(angle) * back[0] + math.sin(angle) * back[1]
-        mount = turn @ one.mount  # moves with the line: the lidar's mount at that time, but for the shift
-        line = one.line._replace(
-            angle=angle, distance=one.line.distance - float(across), ends=one.line.ends @ turn.T - back
+    def shifted(one: LidarTurn) -> LidarTurn:
+        angles = one.angles - moved[2]
+        across = [math.cos(angle) * back[0] + math.sin(angle) * back[1] for angle in angles.tolist()]
+        return replace(
+            one,
+            mount=turn @ one.mount,  # moves with the lines: the lidar's mount at that time, but for the shift
+            points=one.points @ turn.T - back,
+            angles=angles,
+            distances=one.distances - across,
+            ends=one.ends @ turn.T - back,
         )
-        return ObservedLine(one.lidar, mount, line)
 
-    return tuple(
-        TurnFeatures(each.lidar, tuple(map(shifted, each.lines)), each.points @ turn.T - back) for each in state.turns
-    )
+    return tuple(map(shifted, state.turns))
 
 
-def _with_newest(
-    settings: WallSettings, older: tuple[TurnFeatures, ...], newest: TurnFeatures
-) -> tuple[TurnFeatures, ...]:
+def _with_newest(settings: WallSettings, older: tuple[LidarTurn, ...], newest: LidarTurn) -> tuple[LidarTurn, ...]:
     """Return the last turns of each lidar, the newest last."""
     turns = (*older, newest)
     own = [i for i, turn in enumerate(turns) if turn.lidar == newest.lidar]
@@ -265,16 +215,16 @@ def _with_newest(
     return tuple(turn for i, turn in enumerate(turns) if i not in dropped)
 
 
-def _latest_points(turns: Sequence[TurnFeatures], settings: WallSettings) -> list[tuple[Array, Mask]]:
+def _latest_points(turns: Sequence[LidarTurn], settings: WallSettings) -> list[tuple[Array, Mask]]:
     """Return the points of each lidar's last turn, and which walls that lidar can see."""
     last = {turn.lidar: turn.points for turn in turns}
     return [(xy[:: 1 + len(xy) // _MAX_SCORED], settings.visible[i]) for i, xy in last.items()]
 
 
-def _are_latest(turns: Sequence[TurnFeatures]) -> Mask:
+def _are_latest(turns: Sequence[LidarTurn]) -> Mask:
     """Return which of all lines are of their lidar's last turn."""
     last = {turn.lidar: i for i, turn in enumerate(turns)}
-    return np.array([last[turn.lidar] == i for i, turn in enumerate(turns) for _ in turn.lines], np.bool_)
+    return np.repeat([last[turn.lidar] == i for i, turn in enumerate(turns)], [len(turn) for turn in turns])
 
 
 def _ranked(found: Candidates, settings: WallSettings, expected: Array | None) -> Candidates:
@@ -295,24 +245,24 @@ def _pose(
     settings: WallSettings,
     constraints: Sequence[Constraint],
     found: Candidates,
-    lines: Sequence[ObservedLine],
-    latest: Mask,
+    turns: Sequence[LidarTurn],
     expected: Array | None,
 ) -> WallPose:
     """Fit the pose from the first candidate, and judge its status."""
     biases, candidates = np.zeros(len(settings.lidars)), found.as_tuple()
     unknown = WallPose(
         "no-wall", np.full(2, math.nan), math.nan, np.full((3, 3), math.nan), candidates, tuple(constraints),
-        tuple(lines), used=(), bias=biases, confidence=0.0, note="",
+        tuple(turns), used=(), bias=biases, confidence=0.0, note="",
     )  # fmt: skip
     if not constraints:
-        why = f"{len(lines)} straight lines, none at a yaw that is allowed" if lines else "no straight line long enough"
+        lines = sum(map(len, turns))
+        why = f"{lines} straight lines, none at a yaw that is allowed" if lines else "no straight line long enough"
         return replace(unknown, note=f"{SENTENCES['no-wall']}: {why}")
     if not candidates:
         return _partial_pose(unknown)
     best, excess = candidates[0], _excess_displacement(found, settings, expected)
-    x, covariance, bias, used = _fit(settings, constraints, lines, best)
-    current = latest[np.array([one.line for one in constraints])[found.constraints]].all(axis=1)
+    x, covariance, bias, used = _fit(settings, constraints, turns, best)
+    current = _are_latest(turns)[np.array([one.line for one in constraints])[found.constraints]].all(axis=1)
     rivals = found.explained[_plausible(found, excess) & _distinct(found, settings, current)].tolist()
     status: WallStatus = "ambiguous"
     if best.laser_misfit > _LASER_GATE:
@@ -365,7 +315,7 @@ def _distinct(found: Candidates, settings: WallSettings, current: Mask) -> Mask:
 
 
 def _fit(
-    settings: WallSettings, constraints: Sequence[Constraint], observed: Sequence[ObservedLine], best: Candidate
+    settings: WallSettings, constraints: Sequence[Constraint], turns: Sequence[LidarTurn], best: Candidate
 ) -> tuple[Array, Array, Array, tuple[int, ...]]:
     """Fit x, y and yaw to all lines that agree with the candidate.
 
@@ -375,19 +325,21 @@ def _fit(
     room, lidars, k = settings.room, settings.lidars, np.arange(len(constraints))
     prior = np.concatenate([np.zeros(3), [one.bias_sigma for one in lidars], room.distance_sigmas])
     prior[3:] = np.maximum(prior[3:], _MIN_SIGMA) ** -2.0
-    lines, walls = [observed[one.line].line for one in constraints], np.array([one.wall for one in constraints])
-    spread = np.array([line.covariance for line in lines])
+    lines, walls = np.array([(one.line, one.wall) for one in constraints]).T
+    spread = np.concatenate([turn.covariances for turn in turns])[lines]
     spread[:, 0, 0] += room.angle_sigmas[walls] ** 2
     weights = np.linalg.inv(spread)
     turn_gate = settings.yaw_tolerance + 3.0 * np.sqrt(spread[:, 0, 0])
     off_gate = settings.gate + 3.0 * np.sqrt(spread[:, 1, 1] + room.distance_sigmas[walls] ** 2)
     n, yaws = room.normals[walls], np.array([one.yaw for one in constraints])
-    mounts = np.array([observed[one.line].mount for one in constraints])
-    distances = np.array([line.distance for line in lines]) - room.distances[walls]
+    counts = [len(turn) for turn in turns]
+    mounts = np.repeat([turn.mount for turn in turns], counts, axis=0)[lines]
+    units = np.repeat([turn.lidar for turn in turns], counts)[lines]
+    distances = np.concatenate([turn.distances for turn in turns])[lines] - room.distances[walls]
     # Residuals are (yaw, position along the normal); their derivatives but for the position's by yaw:
     J = np.zeros((len(k), 2, len(prior)))
     J[:, 0, 2], J[:, 1, :2] = 1.0, n
-    J[k, :, [3 + observed[one.line].lidar for one in constraints]] = [-line.bias_slopes for line in lines]
+    J[k, :, 3 + units] = -np.concatenate([turn.bias_slopes for turn in turns])[lines]
     J[k, 1, 3 + len(lidars) + walls] = -1.0
     q = np.zeros(len(prior))
     q[:3] = *best.position, best.yaw

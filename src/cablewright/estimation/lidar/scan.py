@@ -1,4 +1,4 @@
-"""One turn of a planar lidar: the model of the unit, and its points, corrected for tilt and motion."""
+"""One turn of a planar lidar: the model of the unit, its points, corrected for tilt and motion, and their clusters."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
+from cablewright.kernels.fitting.scan_lines import SUMS, cut
+
+Index = NDArray[np.int64]
+Levelled = tuple[Array, Array, Array, Array]
+"""The arrays of `Points`."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,23 @@ class LidarModel:
         return np.asarray(self.sigma + self.sigma_per_metre * distance)
 
 
+@dataclass(frozen=True)
+class Clustering:
+    """When points belong to one cluster.
+
+    ``min_incidence``: rad, smallest angle between ray and wall at which the next point of a wall is expected.
+    ``max_missing``: rays without an echo between two points of a cluster. ``reach``: m, distance to the two outer ones
+    of three aligned points: noise hides a corner between successive points of a near wall. ``alignment``: m, distance
+    of the middle point from the line of the outer two, besides three sigma of noise. ``min_points``: of a cluster.
+    """
+
+    min_incidence: float = math.radians(10.0)
+    max_missing: int = 4
+    reach: float = 0.12
+    alignment: float = 4e-3
+    min_points: int = 5
+
+
 class Points(NamedTuple):
     """The points of one turn by rising bearing, beginning after the widest gap; level, in the lidar's frame."""
 
@@ -65,6 +87,16 @@ class Points(NamedTuple):
         return len(self.xy)
 
 
+def drift_of(displacement: Array, yaws: Array, yaw: float) -> Array:
+    """Pose (n, 3), m and rad, of the platform at each ray relative to the end of the turn, along its level axes there.
+
+    ``displacement``: (n, 2) m, from the end, reference frame. ``yaws``: (n,) rad, from any direction; ``yaw``: rad, of
+    the platform at the end, reference frame.
+    """
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.column_stack([displacement @ np.array([[c, -s], [s, c]]), yaws - yaws[-1]])
+
+
 def level_points(
     lidar: LidarModel,
     angles: ArrayLike,
@@ -72,12 +104,23 @@ def level_points(
     tilt: ArrayLike = (0.0, 0.0),
     drift: ArrayLike | None = None,
 ) -> Points:
+    """Return what `levelled` does, by name."""
+    return Points(*levelled(lidar, angles, ranges, tilt, drift))
+
+
+def levelled(
+    lidar: LidarModel,
+    angles: ArrayLike,
+    ranges: ArrayLike,
+    tilt: ArrayLike = (0.0, 0.0),
+    drift: ArrayLike | None = None,
+) -> Levelled:
     """Return the valid points of a scan, corrected to the level frame of the lidar at the end of the turn.
 
     Valid are finite ranges within the unit's range that do not meet the platform. ``angles``: (n,) rad,
     counter-clockwise; ``ranges``: (n,) m, 0 or not finite: no echo. ``tilt``: (2,) or (n, 2) rad, rotation vector
     (x, y) from the level platform frame to the tilted one, at the end or at each ray. ``drift``: (n, 3) m and rad, x, y
-    and yaw of the platform at each ray relative to the end, along its level axes there.
+    and yaw of the platform at each ray relative to the end, along its level axes there, as of `drift_of`.
 
     Raises `InputError` for arrays whose shapes differ.
     """
@@ -109,13 +152,13 @@ def level_points(
     ray, far = _columns(np.cos(bearing), np.sin(bearing)), r[chosen]
     xy = far[:, None] * ray
     if moved is None and not tilts.any():
-        return Points(xy, ray, far, step)
+        return xy, ray, far, step
     xy = _deskewed(
         lidar, xy, tilts[chosen] if tilts.ndim == 2 else tilts, None if moved is None else moved[chosen],
         tilts[-1] if tilts.ndim == 2 and len(tilts) else tilts,
     )  # fmt: skip
     far = np.hypot(xy[:, 0], xy[:, 1])
-    return Points(xy, xy / np.maximum(far, 1e-12)[:, None], far, step)
+    return xy, xy / np.maximum(far, 1e-12)[:, None], far, step
 
 
 def _columns(x: Array, y: Array) -> Array:
@@ -152,3 +195,18 @@ def _tilted(xy: Array, z: float, tilt: Array) -> Array:
     c, s = np.cos(angle), np.sin(angle)
     along = (1.0 - c) * (ax * x + ay * y)
     return _columns(c * x + s * (ay * z) + along * ax, c * y - s * (ax * z) + along * ay)
+
+
+def find_clusters(points: Levelled, sigma: float, settings: Clustering) -> tuple[Index, Index, Index, Array]:
+    """Cut a scan's *points* into k clusters. ``sigma``: m, of one range.
+
+    Returns their members, the first (k,) and the number (k,) of each one's, and their sums (k, SUMS): means, ends and
+    scatters. Points of cluster i are ``members[first[i]:first[i] + size[i]]``.
+    """
+    (xy, _, far, step), c = points, settings
+    n = len(xy)
+    rules = np.array([sigma, c.min_incidence, c.max_missing, c.reach, c.alignment, c.min_points], np.float64)
+    work, marks, sums = np.empty((4, n)), np.empty((5, n), np.int64), np.empty((n // 2, SUMS))
+    members, first, size = marks[2:]
+    k = cut(xy, far, step, rules, work, marks[:2], members, first, size, sums)
+    return members, first[:k], size[:k], sums[:k]
