@@ -35,7 +35,7 @@ from scipy.special import erf
 
 from cablewright.choices import SeverityName
 from cablewright.estimation import dead_reckoning
-from cablewright.estimation.kalman.state import FilterState
+from cablewright.estimation.started_filter import StartedState
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import PARTS, with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -158,8 +158,8 @@ def _judge_radii(into: Found, state: object, off: Array, changed: NDArray[np.boo
     near = np.abs(off) <= NEAR
     into.radii += near.tolist()
     into.layers += near[changed].tolist()
-    if isinstance(state, FilterState) and state.chain is None:
-        share = erf(NEAR / np.sqrt(2.0 * np.diag(state.P)[state.layout.radii]))
+    if isinstance(state, StartedState) and state.chain is None:
+        share = erf(NEAR / np.sqrt(2.0 * np.diag(state.filter.P)[state.filter.layout.radii]))
         into.expected += share.tolist()
         into.expected_layers += share[changed].tolist()
 

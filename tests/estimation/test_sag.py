@@ -16,11 +16,11 @@ from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import solve_with_slack
 from cablewright.solvers.taut import taut_at
-from cablewright.studies.estimator_settings import filter_settings, with_drum_mass
+from cablewright.studies.estimator_settings import started_settings, with_drum_mass
 from twins import SETTINGS
 
 ROBOT = load("merlet2023")
-SENSORS = filter_settings(ROBOT, SETTINGS).chain.slackness
+SENSORS = started_settings(ROBOT, SETTINGS).chain.slackness
 MODEL = Model(with_drum_mass(ROBOT, SETTINGS))
 WEIGHT = (SETTINGS.drum.empty_mass + SETTINGS.drum.powder) * ROBOT.scene.gravity
 PLACES = [(0.1, -0.3, 1.2), (0.8, -1.5, 1.0), (-1.0, 2.0, 1.5), (0.3, 0.4, 0.8)]

@@ -23,7 +23,7 @@ from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
 from cablewright.robot import load
 from cablewright.signals import Distance, Encoders, Inertial, LineAngles, Scan, Tensions
-from cablewright.studies.estimator_settings import filter_settings
+from cablewright.studies.estimator_settings import started_settings
 from twins import SETTINGS, TWIN, changed, machine, perfect, run
 
 Array = NDArray[np.float64]
@@ -139,7 +139,7 @@ def test_without_tolerances_the_machine_is_the_owners() -> None:
 
 def test_no_truth_is_told_to_an_estimator() -> None:
     """Each tolerance and the machine built with it: the estimator's settings stay as they were."""
-    told = pickle.dumps(filter_settings(load("merlet2023"), SETTINGS))
+    told = pickle.dumps(started_settings(load("merlet2023"), SETTINGS))
     keys = Tolerances.model_fields.keys() - {"modulus", "anchor", "sheave_radius"}
     assert keys == SIZES.keys() | {"tension_drift", "home_length", "drum_radius"}
     for key in keys:
@@ -147,7 +147,7 @@ def test_no_truth_is_told_to_an_estimator() -> None:
         usual = machine(plant="quasi-static")
         assert made.settings == usual.settings
         assert made.simulation != usual.simulation
-        assert pickle.dumps(filter_settings(load("merlet2023"), off(**{key: SIZES.get(key, 0.01)}).owner)) == told
+        assert pickle.dumps(started_settings(load("merlet2023"), off(**{key: SIZES.get(key, 0.01)}).owner)) == told
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_no_truth_is_told_to_an_estimator() -> None:
 def test_nobody_is_told_what_the_room_and_the_link_are_like(tables: dict[str, dict[str, Any]]) -> None:
     made = changed(**tables)
     assert made.simulation != TWIN.simulation
-    told = [pickle.dumps(filter_settings(load("merlet2023"), machine(each).settings)) for each in (made, TWIN)]
+    told = [pickle.dumps(started_settings(load("merlet2023"), machine(each).settings)) for each in (made, TWIN)]
     assert told[0] == told[1]
 
 

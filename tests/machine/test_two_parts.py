@@ -16,7 +16,7 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import MachineFile, SimulationSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.studies.estimator_settings import OBSERVERS, filter_settings
+from cablewright.studies.estimator_settings import OBSERVERS, started_settings
 from twins import SETTINGS, SIMULATION, START, TWIN, changed, machine
 
 OWNER, MARK, _ = machine_text("merlet2023").partition("# What only a simulation has")
@@ -157,7 +157,7 @@ def test_a_unit_may_be_off_its_data_sheet() -> None:
     assert made._sensors["north"].bias == 0.0 != usual._sensors["north"].bias
     assert (made._sensors["inertial"].bias[3:] == 0.0).all()
     np.testing.assert_array_equal(made._sensors["inertial"].bias[:3], usual._sensors["inertial"].bias[:3])
-    assert filter_settings(load("merlet2023"), made.settings).height_bias_sigma == 2e-3
+    assert started_settings(load("merlet2023"), made.settings).filter.height_bias_sigma == 2e-3
 
 
 def test_winding_may_be_unlike_what_the_owner_expects() -> None:
@@ -167,7 +167,7 @@ def test_winding_may_be_unlike_what_the_owner_expects() -> None:
     assert first[0].std() > 3.0 * first[1].std()
     unknown = changed(winch={"radius_deviation": 0.0})
     assert unknown.simulation == TWIN.simulation
-    assert filter_settings(load("merlet2023"), unknown.owner).radius_noise > 0.0
+    assert started_settings(load("merlet2023"), unknown.owner).filter.radius_noise > 0.0
 
 
 @pytest.mark.parametrize("name", machine_names())

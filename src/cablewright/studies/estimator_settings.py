@@ -9,18 +9,19 @@ from types import MappingProxyType
 from typing import Any, Final
 
 from cablewright.errors import InputError
+from cablewright.estimation import started_filter
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.drum_radius import RadiusSettings
 from cablewright.estimation.chain.state import ObserverSettings
 from cablewright.estimation.drum_clock import ClockSettings
 from cablewright.estimation.height import HeightSettings
-from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.state import FilterSettings
 from cablewright.estimation.lidar.localisation import WallSettings
 from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
 from cablewright.estimation.lidar.scan import LidarModel
 from cablewright.estimation.slackness import SlacknessSettings
+from cablewright.estimation.started_filter import StartedSettings
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.machine.coils import coil_of
 from cablewright.machine.sensors import LidarSettings
@@ -83,8 +84,8 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     )
 
 
-def filter_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> FilterSettings:
-    """Return the filter's settings, from the same sources as `observer_settings`; raises the same errors."""
+def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> StartedSettings:
+    """Return the settings of the filter and of the chain that starts it; raises errors as `observer_settings`."""
     chain = observer_settings(robot, settings, lasers)
     winch, inertial, vertical = settings.winch, settings.inertial, settings.lidars.get("vertical")
     bare = min(chain.radius.nominal)
@@ -106,7 +107,7 @@ def filter_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[La
         sigmas["zero_sigma"] = settings.line_angles.bias
     coils = [coil_of(line, winch) for line in robot.lines]
     layers = CoilLayers(coils, winch.held, winch.pitch, winch.radius_deviation, winch.radius_turns)
-    return FilterSettings(chain, **sigmas, layers=layers)
+    return StartedSettings(chain, FilterSettings(chain, **sigmas, layers=layers))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +121,7 @@ class Observer:
 
 OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
     "paper": Observer(observer_settings, observer.start, observer.step),
-    "filter": Observer(filter_settings, error_state.start, error_state.step),
+    "filter": Observer(started_settings, started_filter.start, started_filter.step),
 })  # fmt: skip
 """By name: the chain of Merlet and Papegay 2023, and the Kalman filter of all sensors."""
 

@@ -15,8 +15,8 @@ from cablewright.choices import EstimatorName
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
-from cablewright.estimation.kalman.state import FilterSettings
 from cablewright.estimation.lidar.room import Laser
+from cablewright.estimation.started_filter import StartedSettings
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.snapshot import Archive
@@ -69,7 +69,7 @@ def estimator(
         if radii is not None:
             own = _with_radii(own, radii)
         started = _SteppedEstimator(observer.step, own, observer.start(own))
-        return _WithTensions(started, own.chain.model) if isinstance(own, FilterSettings) else started
+        return _WithTensions(started, own.chain.model) if isinstance(own, StartedSettings) else started
     reckoning = reckoning_of(robot, settings)
     return DeadReckoning(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
 
@@ -151,7 +151,7 @@ def _with_radii(settings: Any, radii: Array) -> Any:
     """Return the *settings* of the chain or the filter with initial *radii* (m,), m; unchanged if any is unknown."""
     if not (radii > 0.0).all():
         return settings
-    if isinstance(settings, FilterSettings):
+    if isinstance(settings, StartedSettings):
         return replace(settings, chain=_with_radii(settings.chain, radii))
     inside = np.clip(radii, settings.radius.min_radius, settings.radius.max_radius)
     return replace(settings, radius=replace(settings.radius, nominal=tuple(inside.tolist())))

@@ -3,72 +3,42 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.errors import InputError
 from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
-from cablewright.estimation.drum_clock import ClockSettings
 from cablewright.estimation.fault_monitor import FaultMonitor
-from cablewright.estimation.height import HeightEstimate, HeightSettings
-from cablewright.estimation.lidar.localisation import WallPose, WallSettings, WallState
+from cablewright.estimation.height import HeightEstimate
+from cablewright.estimation.known_machine import KnownMachine
+from cablewright.estimation.lidar.localisation import WallPose, WallState
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.estimation.reading_checks import ReadingChecks
-from cablewright.estimation.slackness import SlacknessSettings, SlacknessState
-from cablewright.estimation.tilt import TiltSettings, TiltState
+from cablewright.estimation.slackness import SlacknessState
+from cablewright.estimation.tilt import TiltState
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.models.statics import Model
 from cablewright.signals import Distance, Scan
 from cablewright.solvers.continuation import Tracker
 from cablewright.solvers.taut import Taut
 
 
-@dataclass(frozen=True, eq=False)
-class ObserverSettings:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ObserverSettings(KnownMachine):
     """The machine as described, and the limits by which readings are accepted.
 
-    ``model``: the robot with the drum's mass. ``lidars``: sources of ``walls.lidars``, in their order.
-    ``counts_per_radian``: encoder counts for a radian of a winch drum. ``max_drum_speed``: rad/s of a winch drum.
-    ``valve_depth``: m, from B down to the distance sensor. ``lasers``: an operator's distances at the start.
-    ``deskew``: correct the rays of a turn for the drum's motion by odometry, not for its tilt alone. ``gather_time``: s
-    to wait for the other lidars' turns. ``gate``: m, by which a lidar's position may differ from the expected one;
-    after ``max_rejections`` in a row it is accepted anyway. ``position_timeout``: s without an accepted lidar position
-    until the estimate is invalid. ``timeouts``: s by source, without a reading, until that is a fault. ``clock``: that
-    of the drum; None: it is the machine's.
+    ``lasers``: an operator's distances at the start. ``deskew``: correct the rays of a turn for the drum's motion by
+    odometry, not for its tilt alone. ``gather_time``: s to wait for the other lidars' turns. ``gate``: m, by which a
+    lidar's position may differ from the expected one.
     """
 
-    model: Model
-    walls: WallSettings
-    lidars: tuple[str, ...]
-    slackness: SlacknessSettings
     radius: RadiusSettings
-    counts_per_radian: float
-    height: HeightSettings | None = None
-    tilt: TiltSettings = field(default_factory=TiltSettings)
-    max_drum_speed: float = math.inf
-    valve_depth: float | None = None
     lasers: tuple[Laser, ...] = ()
     deskew: bool = True
     certify: bool = False
     gather_time: float = 0.1
     gate: float = 0.1
-    max_rejections: int = 4
-    position_timeout: float = 30.0
-    timeouts: Mapping[str, float] = field(default_factory=dict)
-    clock: ClockSettings | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse lidars without a model, platforms with a rotation and counts that are not positive."""
-        if len(self.lidars) != len(self.walls.lidars):
-            raise InputError(f"lidars: {len(self.lidars)} sources for {len(self.walls.lidars)} lidars")
-        if self.model.n != 3:
-            raise InputError(f"robot {self.model.robot.name!r}: only a point platform's state can be observed")
-        if not self.counts_per_radian > 0.0:
-            raise InputError(f"counts_per_radian = {self.counts_per_radian:g}: over 0 is expected")
 
 
 @dataclass(eq=False)

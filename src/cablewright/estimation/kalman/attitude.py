@@ -42,7 +42,7 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     diagonal(state.P)[state.layout.attitude] += settings.gyro_noise**2 * dt
     state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
-    g = settings.chain.tilt.gravity
+    g = settings.machine.tilt.gravity
     state.measured_tilts.append((fy / g, -fx / g))
     if len(state.measured_tilts) >= _READINGS:
         _update_by_gravity(settings, state)
@@ -76,7 +76,7 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     acceleration = smoothed + _SMOOTHING * ((velocity - state.level_velocity) / _INTERVAL - smoothed)
     state.level_velocity, state.level_acceleration = velocity, acceleration
     # an accelerated drum tilts, and its accelerometer does not show that
-    unseen = float(acceleration @ acceleration) / settings.chain.tilt.gravity**2
+    unseen = float(acceleration @ acceleration) / settings.machine.tilt.gravity**2
     H = np.zeros((4, lay.size))
     H[:2, lay.tilt] = H[2:, lay.tilt] = H[:2, lay.accelerometer_bias] = np.eye(2)
     innovation = np.concatenate([measured - state.tilt - state.accelerometer_bias, -state.tilt])

@@ -1,34 +1,33 @@
 """The machine's state by one error-state Kalman filter of all sensors: `step` takes a frame, returns an estimate.
 
 Encoders predict position and lengths, the gyro the attitude. Walls, floor, line angles, gravity and the distance sensor
-update them, and with them the radii of the winch drums and the biases of gyro, accelerometer and lidars. The paper's
-chain finds the first position. docs/estimation.md has the equations.
+update them, and with them the radii of the winch drums and the biases of gyro, accelerometer and lidars. It begins at
+a position that others have found. docs/estimation.md has the equations.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.estimation import slackness
-from cablewright.estimation.chain import observer
-from cablewright.estimation.chain.state import ObserverState
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, diagonal, inflate_position
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     LONG_STEP,
     MAX_LEAP,
+    ReadingChecks,
     accept_imu,
     drum_rotation,
     queue_scan,
     report_line_sensors,
 )
+from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.models.packed_views import PlatformNumbers
@@ -44,7 +43,7 @@ from cablewright.signals import (
     frozen,
 )
 
-_POSITION_SIGMA: Final = 0.01  # m, of the chain's first position
+_POSITION_SIGMA: Final = 0.01  # m, of the first position
 _WALL_RANGE: Final = 5.0  # m, typical, of a wall from a lidar
 _TILT_SIGMA: Final = math.radians(0.15)  # at the start
 _YAW_SIGMA: Final = math.radians(0.5)  # at the start
@@ -65,31 +64,36 @@ _EYE: Final = np.eye(3)
 _MAX_GROUND_REJECTIONS: Final = 5  # readings of the distance sensor in a row, after which the ground has changed
 
 
-def start(settings: FilterSettings) -> FilterState:
-    """Return the state before the first frame."""
-    chain = observer.start(settings.chain)
-    own = settings.chain
+class FirstState(NamedTuple):
+    """What the filter begins with."""
+
+    time: float  # s
+    position: Array  # (3,) m, world, of B
+    velocity: Array  # (3,) m/s
+    yaw: float  # rad
+    lengths: Array  # (m,) m
+    radii: Array  # (m,) m
+    slackness: SlacknessState
+
+
+def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
+    """Return the state before `begin`."""
+    own = settings.machine
     lay = Layout.of(own.model.m, len(own.lidars), len(own.walls.room.walls))
     weight = float(PlatformNumbers(own.model.packed.platform).weight)
     return FilterState(
-        chain.checks,
+        checks,
         lay,
         slackness.start(own.slackness),
         weight / own.model.robot.scene.gravity,
-        chain,
         np.zeros((lay.size, lay.size)),
     )
 
 
 def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Estimate:
     """Return the estimate after one frame; *state* changes in place. No frame raises an error; faults are reported."""
-    if state.chain is not None:
-        estimate = observer.step(settings.chain, state.chain, frame)
-        if not _initialise(settings, state, state.chain, frame.time):
-            return replace(estimate, valid=False)
-        return _estimate(settings, state)
     if not state.checks.has_time(frame):
-        return _estimate(settings, state)
+        return estimate(settings, state)
     dt = _advance_clock(settings, state, frame.time)
     line_angles = []
     for reading in _accepted(state, frame, dt):
@@ -107,14 +111,11 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         _process_scan(settings, state)
     if line_angles and state.taut is not None:
         for reading in line_angles:  # all of them, as lines vibrate
-            state.slackness = slackness.step(settings.chain.slackness, state.slackness, reading, state.taut)
-        report_line_sensors(state.monitor, settings.chain.model.robot.lines, state.slackness)
+            state.slackness = slackness.step(settings.machine.slackness, state.slackness, reading, state.taut)
+        report_line_sensors(state.monitor, settings.machine.model.robot.lines, state.slackness)
         line_update.update(settings, state)
     state.monitor.check_timeouts(state.time)
-    if _is_lost(settings, state):
-        _reinitialise(settings, state)
-        return replace(_estimate(settings, state), valid=False)
-    return _estimate(settings, state)
+    return estimate(settings, state)
 
 
 def _accepted(state: FilterState, frame: SensorFrame, dt: float) -> Iterator[Reading]:
@@ -137,7 +138,7 @@ def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> 
         _restart_clock(state, now)
     dt = now - state.time if math.isfinite(state.time) else 0.0
     state.time, state.max_gap = now, max(_MAX_GAP, 1.5 * dt)
-    if now - state.slackness.time > settings.chain.slackness.timeout:
+    if now - state.slackness.time > settings.machine.slackness.timeout:
         state.slackness = state.slackness._replace(excess=np.full_like(state.slackness.excess, np.nan))
     if state.has_long_steps:  # the gyro, read once a step, does not measure the rotation
         yaw = state.layout.yaw
@@ -145,29 +146,25 @@ def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> 
     return dt
 
 
-def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverState, now: float) -> bool:
-    """Take the state over from the chain once that has a position; return whether it has."""
-    state.time = now
-    if chain.tracker is None or chain.lengths is None or chain.taut is None or chain.drum_angles is None:
-        return False
-    if chain.wall_pose is None or chain.wall_pose.status != "ok":
-        return False
-    lay, m = state.layout, settings.chain.model.m
-    state.position, state.lengths = chain.tracker.pose.copy(), chain.lengths.copy()
-    state.velocity, state.yaw = chain.velocity.copy(), chain.odometry_yaw + chain.yaw_offset
-    state.tilt, state.slackness = np.zeros(2), chain.slackness
+def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bool:
+    """Take the state over from those who found the *first* one; return whether lines have tangents there."""
+    now = state.time = first.time
+    lay, m = state.layout, settings.machine.model.m
+    state.position, state.lengths = first.position.copy(), first.lengths.copy()
+    state.velocity, state.yaw = first.velocity.copy(), first.yaw
+    state.tilt, state.slackness = np.zeros(2), first.slackness
     state.accelerometer_bias, state.gyro_bias, state.angular_rate = np.zeros(2), np.zeros(3), np.zeros(3)
     state.measured_tilts.clear()
-    state.radii, state.range_bias = chain.radius.radii.copy(), np.zeros(len(settings.chain.lidars) + 1)
+    state.radii, state.range_bias = first.radii.copy(), np.zeros(len(settings.machine.lidars) + 1)
     if settings.layers is not None:
         state.layer_radii = settings.layers.radii(state.lengths)
-    state.wall_errors = np.zeros((len(settings.chain.walls.room.walls), 2))
-    state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.chain.lidars), 3)), np.zeros(6)
+    state.wall_errors = np.zeros((len(settings.machine.walls.room.walls), 2))
+    state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.machine.lidars), 3)), np.zeros(6)
     state.zeros, state.clock_error, state.stretch_rates = np.zeros(m), 0.0, np.zeros(m)
     state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
     state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
     state.gyro_yaw, state.coasted, state.stretching = 0.0, np.zeros(4), 0.0
-    checks = state.checks = chain.checks
+    checks = state.checks
     state.last_encoder_time = now if checks.last_encoders is None else checks.last_encoders.time
     state.last_imu_time = now if checks.last_imu is None else checks.last_imu.time
     state.settling_start, state.last_position_time, state.coasting = now, now, False
@@ -175,32 +172,31 @@ def _initialise(settings: FilterSettings, state: FilterState, chain: ObserverSta
     state.shaken_time = state.shaken_since = -math.inf
     state.pending_scans.clear()
     state.rejections.clear()
-    state.last_wall_times = dict.fromkeys({wall.kind for wall in settings.chain.walls.room.walls}, now)
+    state.last_wall_times = dict.fromkeys({wall.kind for wall in settings.machine.walls.room.walls}, now)
     line_update.update_jacobian(settings, state, at_once=True)
     if state.taut is None:
         return False
     state.P = _initial_covariance(settings, state, state.taut.toward)
     state.survey_variances = diagonal(state.P)[lay.surveyed].copy()
-    state.chain = None
     return True
 
 
 def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Array) -> Array:
-    """Covariance of the state that the chain hands over."""
+    """Covariance of the state that it begins with."""
     lay, clock = state.layout, state.checks.clock
     sigma = np.zeros(lay.size)
-    lidars = settings.chain.walls.lidars
-    turn = max(one.turn_sigma for one in lidars)  # of a mount that the chain takes to be exact
+    lidars = settings.machine.walls.lidars
+    turn = max(one.turn_sigma for one in lidars)  # of a mount that was taken to be exact
     sigma[lay.attitude] = _TILT_SIGMA, _TILT_SIGMA, math.hypot(_YAW_SIGMA, turn)
     sigma[lay.lengths], sigma[lay.radii], sigma[lay.ground] = _LENGTH_SIGMA, settings.radius_sigma, _GROUND_SIGMA
     sigma[lay.gyro_bias], sigma[lay.accelerometer_bias] = settings.gyro_bias_sigma, settings.accelerometer_bias_sigma
     sigma[lay.range_bias] = [max(lidar.bias_sigma, 1e-6) for lidar in lidars] + [settings.height_bias_sigma]
     sigma[lay.walls] = [
-        each for wall in settings.chain.walls.room.walls for each in (wall.distance_sigma, wall.angle_sigma)
+        each for wall in settings.machine.walls.room.walls for each in (wall.distance_sigma, wall.angle_sigma)
     ]
     sigma[lay.mounts] = [each for one in lidars for each in (one.place_sigma, one.place_sigma, one.turn_sigma)]
-    if settings.chain.height is not None:
-        own = settings.chain.height
+    if settings.machine.height is not None:
+        own = settings.machine.height
         sigma[lay.vertical_mount] = np.repeat([own.place_sigma, own.turn_sigma], 3)
     sigma[lay.zeros], sigma[lay.stretch] = settings.zero_sigma, settings.stretch_rate_sigma * state.lengths
     sigma[lay.clock] = 0.0 if clock is None else clock.sigma
@@ -211,23 +207,16 @@ def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Ar
     return P
 
 
-def _is_lost(settings: FilterSettings, state: FilterState) -> bool:
+def is_lost(settings: FilterSettings, state: FilterState) -> bool:
     """Whether a lidar's turns have been rejected too often in a row: the position may be wrong."""
-    turns = max((state.rejections.get(source, 0) for source in settings.chain.lidars), default=0)
+    turns = max((state.rejections.get(source, 0) for source in settings.machine.lidars), default=0)
     lost = not math.isfinite(float(state.P.sum()) + float(state.position.sum()))  # no number in it is near overflow
-    return lost or (turns >= settings.chain.max_rejections and state.time - state.settling_start > _MIN_TRACKING_TIME)
+    return lost or (turns >= settings.machine.max_rejections and state.time - state.settling_start > _MIN_TRACKING_TIME)
 
 
 def _is_contradicted(settings: FilterSettings, state: FilterState) -> bool:
     """Whether all horizontal lidars see walls that are elsewhere, turn after turn: B may be where they say."""
-    return all(state.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.chain.lidars)
-
-
-def _reinitialise(settings: FilterSettings, state: FilterState) -> None:
-    """Search the position by the chain again; active faults stay."""
-    state.chain = observer.start(settings.chain)
-    state.chain.checks = state.checks
-    state.rejections.clear()
+    return all(state.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.machine.lidars)
 
 
 def _restart_clock(state: FilterState, now: float) -> None:
@@ -252,7 +241,7 @@ def _restart_clock(state: FilterState, now: float) -> None:
 
 def _process(settings: FilterSettings, state: FilterState, reading: Reading) -> None:
     """Process any reading but line angles."""
-    own, checks = settings.chain, state.checks
+    own, checks = settings.machine, state.checks
     if isinstance(reading, Inertial):
         if accept_imu(checks, own.tilt, reading):
             attitude.predict(settings, state, reading)
@@ -266,7 +255,7 @@ def _process(settings: FilterSettings, state: FilterState, reading: Reading) -> 
 
 def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading: Encoders) -> None:
     """Predict B and the lengths; counts after a gap are not used, because lidars have updated meanwhile."""
-    own = settings.chain
+    own = settings.machine
     rotation, dt = drum_rotation(state.checks, reading, own.counts_per_radian, own.max_drum_speed)
     late = reading.time - state.last_encoder_time > state.max_gap
     state.last_encoder_time = reading.time
@@ -292,7 +281,7 @@ def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading
 
 def _update_ground(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
     """Update by the distance sensor: height of B over the ground under the valve."""
-    depth, lay = settings.chain.valve_depth, state.layout
+    depth, lay = settings.machine.valve_depth, state.layout
     if depth is None or not math.isfinite(reading.distance):
         return
     H = np.zeros((1, lay.size))
@@ -392,7 +381,7 @@ def _is_moving(velocity: Array, variance: float) -> bool:
     return speed > _MIN_SPEED and speed > 2.0 * math.sqrt(variance)
 
 
-def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
+def estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     """Return the state, predicted to the current time, with its covariance."""
     if not state.coasting:
         state.velocity = state.jacobian @ (state.radii * state.drum_rates)
@@ -400,7 +389,7 @@ def _estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     position, paid_out = state.position + dt * state.velocity, dt * state.radii * state.drum_rates
     late, (wx, wy, wz) = min(max(state.time - state.last_imu_time, 0.0), state.max_gap), state.angular_rate.tolist()
     covariance = _covariance(settings, state)
-    own, monitor = settings.chain, state.monitor
+    own, monitor = settings.machine, state.monitor
     sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.max_position_sigma**2
     current = state.time - state.last_position_time <= own.position_timeout
     x, y = state.tilt.tolist()

@@ -40,7 +40,7 @@ Equation = tuple[Array, Array, Array]
 
 def extract(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     """Find the lines in one turn of a horizontal lidar; `update`, in the next time step, uses them."""
-    times, walls, lidar = scan.times, settings.chain.walls, settings.chain.lidars.index(scan.source)
+    times, walls, lidar = scan.times, settings.machine.walls, settings.machine.lidars.index(scan.source)
     attitudes, motion = state.attitude_history.at(times), state.motion_since(times)
     moved = motion.displacement[-1] - motion.displacement  # (n, 3) m, world
     state.turn_yaw = float(attitudes[-1, 0])
@@ -52,7 +52,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     """Update by the lines of the extracted turn, one after another; the most certain match comes first."""
     turn, state.extracted_turn = state.extracted_turn, None
     assert turn is not None
-    walls = settings.chain.walls.room.walls
+    walls = settings.machine.walls.room.walls
     if not len(turn):
         state.monitor.report(turn.source, "walls", "no wall is in sight: no straight line long enough")
         return
@@ -89,7 +89,7 @@ def _most_certain(gates: dict[tuple[int, int], tuple[bool, float]]) -> tuple[int
 
 def _report_walls(settings: FilterSettings, state: FilterState) -> None:
     """Report walls that are elsewhere than their survey's standard deviation can explain."""
-    for j, wall in enumerate(settings.chain.walls.room.walls):
+    for j, wall in enumerate(settings.machine.walls.room.walls):
         error = float(state.wall_errors[j, 0])
         wrong = abs(error) > _DOUBTFUL_WALL * wall.distance_sigma > 0.0
         sentence = f"wall {wall.name!r} is {1e3 * error:+.1f} mm from where it was surveyed"
@@ -104,7 +104,7 @@ def equations(
     Returns equations by line and wall. *changes*: of each line (2, m + 4), `FilterState.change_since` the end of the
     turn, and since the beam passed the line's middle.
     """
-    walls, visible = settings.chain.walls.room.walls, settings.chain.walls.visible[turn.lidar].tolist()
+    walls, visible = settings.machine.walls.room.walls, settings.machine.walls.visible[turn.lidar].tolist()
     yaw = state.yaw - state.gyro_yaw + state.turn_yaw
     sigma = math.sqrt(float(state.P[state.layout.yaw, state.layout.yaw]))
     gate = 5.0 * sigma + math.radians(3.0)
@@ -119,7 +119,7 @@ def equations(
 
 def _equation(settings: FilterSettings, state: FilterState, turn: LidarTurn, change: Array, i: int, j: int) -> Equation:
     """Return the equation of line *i* as wall *j*."""
-    wall, lay, J, lidar = settings.chain.walls.room.walls[j], state.layout, state.jacobian, turn.lidar
+    wall, lay, J, lidar = settings.machine.walls.room.walls[j], state.layout, state.jacobian, turn.lidar
     m, n, (nx, ny) = len(state.radii), np.array(wall.normal), wall.normal
     to_end, along, slope, lidar_offset, angle_per_rate, offset_per_rate = turn.sweeps[i].tolist()
     (wall_off, wall_turn), mount_yaw = state.wall_errors[j].tolist(), float(state.mount_errors[lidar, 2])
@@ -149,7 +149,7 @@ def _equation(settings: FilterSettings, state: FilterState, turn: LidarTurn, cha
         H[1, lay.radii] = along * by_rates - toward * change[1, :m]
         H[1, lay.velocity][:2] = -coasting_time * n
     H[1, lay.stretch] = -(n @ J[:2]) * (state.last_encoder_time - middle_time - coasting_time)
-    height = settings.chain.walls.lidars[lidar].mount[2]
+    height = settings.machine.walls.lidars[lidar].mount[2]
     H[1, lay.attitude] = _attitude_slopes(n, yaw, np.array([ahead, left, height]))
     late = state.last_imu_time - turn.end
     angle = late + angle_per_rate
@@ -219,10 +219,10 @@ def _report(settings: FilterSettings, state: FilterState, turn: LidarTurn, used:
         monitor.report(source, "walls", "no line in sight can be a wall at the estimated yaw")
     if rejected > used:
         state.rejections[source] = state.rejections.get(source, 0) + 1
-        sentence, chain = "its walls contradict the estimated position: not used", settings.chain.walls
-        yaws = state.yaw - chain.yaw_step, state.yaw + chain.yaw_step
-        seen = find_constraints([turn], chain.visible, chain.room, yaws)
-        why = contradicting_walls(seen, chain.room, chain.gate)
+        sentence, walls = "its walls contradict the estimated position: not used", settings.machine.walls
+        yaws = state.yaw - walls.yaw_step, state.yaw + walls.yaw_step
+        seen = find_constraints([turn], walls.visible, walls.room, yaws)
+        why = contradicting_walls(seen, walls.room, walls.gate)
         monitor.report(source, "gate", f"{sentence}; {why}" if why else sentence)
     else:
         state.rejections[source] = 0

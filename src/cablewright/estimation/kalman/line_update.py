@@ -50,7 +50,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     _spread_stretch(settings, state)
     if settings.layers is not None:
         _predict_layers(settings.layers, state)
-    model = settings.chain.model
+    model = settings.machine.model
     taut = taut_at(model, state.position)
     if not np.isfinite(taut.toward).all():
         state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
@@ -58,7 +58,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     state.monitor.clear("encoders", "lost")
     state.taut, state.taut_position, state.taut_time = taut, state.position.copy(), state.time
     lines, c = model.lines, np.cos(taut.angles)
-    state.sag = Sag.at(settings.chain.slackness, taut)
+    state.sag = Sag.at(settings.machine.slackness, taut)
     h = state.sag.forces(excess(state))
     sag = (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
     stiffness = 1.0 / (stretches(lines, taut) + sag + 1e-12)
@@ -85,7 +85,7 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     state.lengths = state.lengths + paid_out + stretched
     state.position = state.position + moved
     if dt > 0.0 and any(rotation.tolist()):
-        gain = min(1.0, dt / settings.chain.slackness.smoothing_time)
+        gain = min(1.0, dt / settings.machine.slackness.smoothing_time)
         state.drum_rates = state.drum_rates + gain * (rotation / dt - state.drum_rates)
     by_radius, rows, columns = J * paid_out, P[lay.radii], P[:, lay.radii]  # of B, per share of each radius
     P[lay.position] += by_radius @ rows
@@ -143,7 +143,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.sag is None:
         return
     state.last_angle_time = state.time
-    sensors, lay, m = settings.chain.slackness, state.layout, len(state.lengths)
+    sensors, lay, m = settings.machine.slackness, state.layout, len(state.lengths)
     lines = np.flatnonzero(np.isfinite(state.slackness.excess))
     if not len(lines):
         return
@@ -155,7 +155,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     known = H @ state.P @ H.T
     angles = (state.slackness.differences - state.zeros)[lines]
     measured = _Angles(lines, angles, state.slackness.variances[lines])
-    weight = state.mass * settings.chain.tilt.gravity
+    weight = state.mass * settings.machine.tilt.gravity
     may_be = balanced(sensors, state.taut, weight, settings.mass_sigma * weight) or each_alone(sag.forces(now))
     found = _mixture(settings, sag, may_be, known, now, measured)
     if state.time - state.shaken_time < _SHAKEN_TIME:

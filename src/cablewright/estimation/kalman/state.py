@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.estimation.chain.state import ObserverSettings, ObserverState
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
 from cablewright.estimation.kalman.sag import Sag
+from cablewright.estimation.known_machine import KnownMachine
 from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.estimation.reading_checks import ReadingChecks
 from cablewright.estimation.slackness import SlacknessState
@@ -32,9 +32,9 @@ _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, ex
 
 @dataclass(frozen=True, eq=False)
 class FilterSettings:
-    """Standard deviations and random walks, beside the settings of the paper's chain.
+    """Standard deviations and random walks, beside what is known of the ``machine``.
 
-    ``chain``: finds the first position. docs/estimation.md gives the source of each number.
+    docs/estimation.md gives the source of each number.
 
     Process noise, as random walks: ``travel_noise`` m per root metre that B moves, of B and of lengths, for errors of
     anchors and moduli; ``drift_noise`` m per root second, likewise; ``radius_noise`` of each radius, a share per root
@@ -56,7 +56,7 @@ class FilterSettings:
     which the estimate is invalid.
     """
 
-    chain: ObserverSettings
+    machine: KnownMachine
     travel_noise: float = 5e-4
     drift_noise: float = 1e-4
     radius_noise: float = 3.6e-3
@@ -94,7 +94,7 @@ class FilterSettings:
             if name == "zero_sigma":
                 if not 0.0 <= value < math.inf:
                     raise InputError(f"{name} = {value:g}: a finite number from 0 on is expected")
-            elif name not in ("chain", "layers") and not 0.0 < value < math.inf:
+            elif name not in ("machine", "layers") and not 0.0 < value < math.inf:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
 
@@ -166,7 +166,6 @@ class FilterState:
     layout: Layout
     slackness: SlacknessState
     mass: float  # kg of the drum; to be set as powder leaves
-    chain: ObserverState | None  # until the first position is found
     P: Array  # (size, size)
     time: float = -math.inf
     position: Array = field(default_factory=lambda: np.full(3, np.nan))
@@ -216,7 +215,7 @@ class FilterState:
     measured_tilts: list[tuple[float, float]] = field(default_factory=list)  # rad, by the accelerometer, not used yet
     last_angle_time: float = -math.inf  # s: of the last update by line angles
     rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
-    settling_start: float = -math.inf  # s: when the chain's result, or encoders after a gap, were first used
+    settling_start: float = -math.inf  # s: when the first state, or encoders after a gap, were first used
     last_position_time: float = -math.inf  # s: of the last update by a wall
     last_wall_times: dict[str, float] = field(default_factory=dict)  # s: of the last update, by kind of wall
     clearance_offset: float = math.nan  # m: fictive height less z of B

@@ -58,7 +58,7 @@ class VerticalTurn(NamedTuple):
 
 def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     """Update by one turn of the vertical lidar."""
-    height = settings.chain.height
+    height = settings.machine.height
     if height is None:
         return
     attitudes, motion = state.attitude_history.at(scan.times), state.motion_since(scan.times)
@@ -165,7 +165,7 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
     lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
     c, s = np.cos(turn.yaw[flat]), np.sin(turn.yaw[flat])
     above = turn.position[flat, 2] + points[:, 2] > height.floor + _WALL_HEIGHT
-    for j, wall in enumerate(settings.chain.walls.room.walls):
+    for j, wall in enumerate(settings.machine.walls.room.walls):
         position = turn.position[flat] + _moved(state, turn)
         n, along = np.array(wall.normal), np.array(wall.along)
         wall_off, wall_turn = state.wall_errors[j].tolist()

@@ -1,0 +1,70 @@
+"""The filter of all sensors with the paper's chain before it, which finds its first position, and again a lost one.
+
+The chain is no part of the filter: it runs until it has a position, hands that over, and is gone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from cablewright.estimation.chain import observer
+from cablewright.estimation.chain.state import ObserverSettings, ObserverState
+from cablewright.estimation.kalman import filter as error_state
+from cablewright.estimation.kalman.filter import FirstState
+from cablewright.estimation.kalman.state import FilterSettings, FilterState
+from cablewright.signals import Estimate, SensorFrame
+from cablewright.solvers.taut import Taut
+
+
+@dataclass(frozen=True, eq=False)
+class StartedSettings:
+    """Those of both."""
+
+    chain: ObserverSettings
+    filter: FilterSettings
+
+
+@dataclass(eq=False)
+class StartedState:
+    """Changed in place by `step`. Both share the checks of their readings, with the faults."""
+
+    filter: FilterState
+    chain: ObserverState | None  # until the first position is found
+
+    @property
+    def taut(self) -> Taut | None:
+        """The taut lines at the last position."""
+        return self.filter.taut
+
+
+def start(settings: StartedSettings) -> StartedState:
+    """Return the state before the first frame."""
+    chain = observer.start(settings.chain)
+    return StartedState(error_state.start(settings.filter, chain.checks), chain)
+
+
+def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> Estimate:
+    """Return the estimate after one frame; *state* changes in place. No frame raises an error; faults are reported."""
+    if state.chain is not None:
+        estimate = observer.step(settings.chain, state.chain, frame)
+        first = _first(state.chain, frame.time)
+        if first is None or not error_state.begin(settings.filter, state.filter, first):
+            return replace(estimate, valid=False)
+        state.chain = None
+        return error_state.estimate(settings.filter, state.filter)
+    estimate = error_state.step(settings.filter, state.filter, frame)
+    if not error_state.is_lost(settings.filter, state.filter):
+        return estimate
+    state.chain = observer.start(settings.chain)
+    state.chain.checks = state.filter.checks  # active faults stay
+    return replace(estimate, valid=False)
+
+
+def _first(chain: ObserverState, now: float) -> FirstState | None:
+    """Return what the *chain* has found by *now*, s; None: nothing yet."""
+    if chain.tracker is None or chain.lengths is None or chain.taut is None or chain.drum_angles is None:
+        return None
+    if chain.wall_pose is None or chain.wall_pose.status != "ok":
+        return None
+    yaw, radii = chain.odometry_yaw + chain.yaw_offset, chain.radius.radii
+    return FirstState(now, chain.tracker.pose, chain.velocity, yaw, chain.lengths, radii, chain.slackness)
