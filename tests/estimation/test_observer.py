@@ -262,3 +262,22 @@ def test_a_ridge_under_the_vertical_lidar_is_no_floor(floor_cone: float | None, 
     for _ in range(60):
         found = observer.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
     assert low < found.position[2] - twin.truth.position[2] < high
+
+
+@pytest.mark.parametrize("seed", [2, 5])
+def test_a_scan_that_comes_late_is_no_first_position(seed: int) -> None:
+    """The link is gone at the start: what it sends afterwards is of where a platform at 3 cm/s has been."""
+    recording, late, held = drive(8.0, seed=seed), [], []
+    for frame, truth in recording:
+        wireless = [each for each in frame.readings if not isinstance(each, Encoders)]
+        held += wireless
+        kept = tuple(each for each in frame.readings if isinstance(each, Encoders))
+        if frame.time >= 2.9:
+            kept, held = (*kept, *held), []
+        late.append((SensorFrame(frame.time, kept), truth))
+    found = observe(late)
+    first = next(k for k, each in enumerate(found) if each.valid)
+    assert late[first][0].time > 2.9
+    moved = np.linalg.norm(late[first][1].position - recording[200][1].position)
+    assert moved > 0.02
+    assert np.linalg.norm(found[first].position - late[first][1].position) < 0.6 * moved

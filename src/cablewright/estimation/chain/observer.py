@@ -52,6 +52,7 @@ _BIAS_GAIN: Final = 0.1  # of the update of the yaw rate's bias by one lidar yaw
 _STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of any drum
 _AROUND: Final = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 _SQUARE_ROOM: Final = 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND)))
+_FRESH: Final = 0.5  # s: oldest end of a turn from which a first position is found
 _STALE_TURNS: Final = 2.5  # turns without a scan after which a lidar's older turns are dropped
 _SAME_POSITION: Final = 0.03  # m from the expected position, for an ambiguous one to be accepted
 _FLOOR_TOLERANCE: Final = 0.02  # m above the expected floor, of floor points, ...
@@ -229,6 +230,8 @@ def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> No
         if settings.height is not None:
             _update_height(settings.height, state, scan, attitudes[:, 1:], float(positions[len(times) // 2, 2]))
         return
+    if state.tracker is None and state.time - float(times[-1]) > _FRESH:
+        return  # nothing tells how far the platform has gone since
     _drop_stale_turns(settings, state, scan)
     end, yaw = positions[-1], float(attitudes[-1, 0])
     offset = state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0
