@@ -8,13 +8,13 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from cablewright.robot import Eyelet, GuideSheave, Line, PlatformSheave, Pulley, Robot, Swivel, load
+from cablewright.robot import Eyelet, GuideSheave, Line, PlatformPulley, PlatformSheave, Pulley, Robot, Swivel, load
 from oracles import guided_paths as oracle
 from oracles import wheel_paths
 
 KINDS = (
     "tilted", "horizontal", "aside", "platform sheaves", "both", "pulleys", "guides", "mixed", "mounts",
-    "pulleys on mounts", "wheels",
+    "pulleys on mounts", "platform pulleys", "wheels",
 )  # fmt: skip
 MIXED = ("tilted", "platform sheaves", "pulleys", "both", "guides", "aside")
 FEED = 2.0  # m of dead span before every other tilted swivel
@@ -61,6 +61,12 @@ def guided(line: Line, kind: str, i: int, rng: np.random.Generator) -> Line:
         own["winch_exit"] = tuple(exit_point + rng.uniform([-0.3, -0.3, -3.0], [0.3, 0.3, -1.5]))
     if kind in ("platform sheaves", "both"):
         own["platform_sheave"] = PlatformSheave(radius=0.05, axis=tuple(rng.normal(size=3)))
+    if kind == "platform pulleys":
+        toward = unit(np.add(line.platform_point, [0.0, 0.0, 1.6]) - exit_point)
+        way = unit(np.cross(toward, [0.0, 0.0, 1.0]) + 0.3 * rng.normal(size=3) + 0.4 * toward)
+        axis = unit(unit(np.cross(toward, way)) + 0.1 * rng.normal(size=3))
+        leaves = way - (way @ axis) * axis
+        own["platform_sheave"] = PlatformPulley(radius=0.05, axis=tuple(axis), leaves=tuple(leaves))
     if kind == "pulleys":
         own["sheave"] = Pulley(radius=0.08, axis=tuple(np.cross([0.0, 0.0, 1.0], inward)))
         own["winch_exit"] = tuple(exit_point - 0.08 * inward - [0.0, 0.0, 3.0])
@@ -136,7 +142,8 @@ def end_of(line: Line) -> oracle.End:
     sheave = line.platform_sheave
     if sheave is None:
         return oracle.End(line.platform_point)
-    return oracle.End(line.platform_point, unit(sheave.axis), sheave.radius)
+    leaves = unit(sheave.leaves) if isinstance(sheave, PlatformPulley) else None
+    return oracle.End(line.platform_point, unit(sheave.axis), sheave.radius, leaves)
 
 
 def dead_length(line: Line) -> float:
@@ -232,6 +239,22 @@ class Aside:
         return float((np.cross(self.leaves, self.force) + np.cross(self.enters, entering)) @ self.axis)
 
 
+def at_platform(
+    line: Line, R: np.ndarray, force: np.ndarray, back: np.ndarray | None = None
+) -> tuple[np.ndarray, float]:
+    """Where a span that arrives with *force* meets the sheave on the platform, from its point, and the contact, m."""
+    sheave = line.platform_sheave
+    if sheave is None:
+        return np.zeros(3), 0.0
+    axis = R @ unit(sheave.axis)
+    if not isinstance(sheave, PlatformPulley):
+        return over_swivel(axis, sheave.radius, 1, -force, back)
+    arm, last = np.cross(force, axis), np.cross(R @ unit(sheave.leaves), axis)
+    arm /= np.linalg.norm(arm)
+    turn = np.arctan2(np.cross(arm, last) @ axis, arm @ last) % (2 * np.pi)
+    return sheave.radius * arm, sheave.radius * turn
+
+
 def over_swivel(
     axis: np.ndarray, radius: float, side: int, force: np.ndarray, away: np.ndarray | None = None
 ) -> tuple[np.ndarray, float]:
@@ -252,10 +275,7 @@ def straight(line: Line, point: np.ndarray, R: np.ndarray, position: np.ndarray)
     for _ in range(200):
         u = u / np.linalg.norm(u)
         left, _ = touched(line, u, point - line.exit_point)
-        end = arm
-        if line.platform_sheave is not None:
-            axis, back = R @ unit(line.platform_sheave.axis), line.exit_point - point
-            end = arm + over_swivel(axis, line.platform_sheave.radius, 1, -u, back)[0]
+        end = arm + at_platform(line, R, u, line.exit_point - point)[0]
         there = position + end - left
         if np.abs(there / np.linalg.norm(there) - u).max() < 1e-15:
             break

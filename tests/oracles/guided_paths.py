@@ -78,11 +78,14 @@ class End:
     """The platform's end of a line, in its frame: a point, or with ``axis`` a sheave that turns about it.
 
     Read from its anchor the cable comes along the axis, travelling towards +axis, and meets the sheave in ``point``.
+    With ``leaves`` it is a grooved wheel about the axis in ``point``: the cable runs round it with a positive rotation
+    about the axis and off in that direction.
     """
 
     point: Triple
     axis: Triple | None = None
     radius: Real = 0.0
+    leaves: Triple | None = None
 
 
 Frame = Eyelet | Swivel | Pulley
@@ -336,7 +339,12 @@ def _finish(end: End, position: Triple, rotation: Matrix) -> _Guide:
     foot = _plus(_vector(position), _turned(rotation, end.point))
     if end.axis is None:
         return _Point(foot, mpf(0))
-    return _Turning(foot, _unit(_turned(rotation, end.axis)), end.radius, mpf(0))
+    axis = _unit(_turned(rotation, end.axis))
+    if end.leaves is None:
+        return _Turning(foot, axis, end.radius, mpf(0))
+    leaves, radius = _unit(_turned(rotation, end.leaves)), mpf(end.radius)
+    anchor = _plus(foot, _times(radius, _plus(_cross(leaves, axis), leaves)))
+    return _Standing(Pulley(foot, _times(-1, axis), radius, anchor))
 
 
 def _by_turns(first: _Guide, last: _Guide) -> tuple[mpf, ...]:

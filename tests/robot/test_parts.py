@@ -232,6 +232,11 @@ def test_a_winch_may_be_unknown_but_not_zero(key: str) -> None:
         ({"sheave": JOINT, "platform_sheave": END}, "platform_sheave: is for lines without a universal joint"),
         ({"platform_sheave": END | {"radius": 0}}, "greater than 0"),
         ({"platform_sheave": END | {"axis": (0, 0)}}, "axis"),
+        (
+            {"platform_sheave": {"radius": 0.1, "axis": (0, 0, 1), "leaves": (1, 0, 0.2)}},
+            "leaves: must be across the axis, in the plane of the wheel; its angle to the axis is 78.69",
+        ),
+        ({"platform_sheave": {"radius": 0.1, "axis": (0, 0, 1), "leaves": (0, 0, 0)}}, "leaves"),
         ({"platform_sheave": END, "advantage": 2, "sheave": {"kind": "eyelet"}}, "advantage: must be 1 over a sheave"),
         ({"dead_length": 1}, "dead_length: is for a dead span that is not modelled"),
         ({"dead_length": -1, "winch_exit": None}, "greater than or equal to 0"),

@@ -18,7 +18,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError, printable
 from cablewright.models.rotation import placed
-from cablewright.robot import Eyelet, Line, Pulley, Robot, Swivel, UniversalJoint
+from cablewright.robot import Eyelet, Line, PlatformPulley, Pulley, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 
 FEED: Final = 1.0
@@ -47,6 +47,8 @@ def require_in_plane(robot: Robot) -> None:
         why = ""
         if isinstance(line.sheave, Pulley) or line.is_aside:
             why = line.out_of_plane_by
+        elif isinstance(line.platform_sheave, PlatformPulley):
+            why = "a pulley on the platform"
         elif line.platform_sheave is not None and not isinstance(line.sheave, Eyelet):
             why = f"a sheave on the platform and a {line.sheave.kind} on the frame"
         if why:
@@ -70,6 +72,7 @@ def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
 def platform_end(line: Line, pose: Array) -> Mounting:
     """Return the platform's end of a line at a *pose*: a site, or a sheave that swivels and its anchor."""
     sheave = line.platform_sheave
+    assert not isinstance(sheave, PlatformPulley)  # by `require_in_plane`
     if sheave is None:
         return Mounting(_site("end", line, line.platform_point, 6), _via("end", line))
     point = np.array(line.platform_point)

@@ -60,10 +60,12 @@ END_AXIS_X, END_AXIS_Y, END_AXIS_Z = 37, 38, 39  # axis through the platform poi
 MOUNT = 40  # 40..45: compliance of the exit mount (m/N, world): xx, yy, zz, xy, xz, yz; of an UPRIGHT line xx = yy = zz
 END_SPRING = 46  # m/N: by how much a spring at the winch end stretches per tension of one cable
 COUNTERWEIGHT = 47  # tension of one cable at the winch end that a counterweight holds, N; 0 for a winch
-COLUMNS = 48
+END_ARRIVAL_X, END_ARRIVAL_Y, END_ARRIVAL_Z = 48, 49, 50  # see GUIDE: a sheave on the platform that does not turn
+COLUMNS = 51
 
 # Values of GUIDE: a swivel may have its winch ASIDE of its axis. ARRIVAL is then, and of an eyelet, the vector (m) from
-# the exit point to where the cable comes from, and of a pulley the unit vector from its centre to where it meets it.
+# the exit point to where the cable comes from, and of a pulley the unit vector from its centre to where it meets it;
+# END_ARRIVAL that of a pulley on the platform to where the cable leaves it to its anchor, in its frame, else zero.
 UPRIGHT, EYELET, SWIVEL, PULLEY, ASIDE = 0, 1, 2, 3, 4
 
 # Unknowns of one line, ordered so that a simpler sheave kind uses the first few of them.

@@ -12,7 +12,7 @@ from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
-from cablewright.robot import Eyelet, Line, Platform, Pulley, RigidPlatform, Robot, Swivel
+from cablewright.robot import Eyelet, Line, Platform, PlatformPulley, Pulley, RigidPlatform, Robot, Swivel
 from cablewright.robot.dead_span import DeadSpan
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.mount import compliance_matrix
@@ -30,6 +30,8 @@ def pack(robot: Robot, fidelity: Fidelity, tension_limits: tuple[float, float] |
         if line.platform_sheave is not None and fidelity.sheave is not SheaveLaw.EYELET:
             own.end_radius = line.platform_sheave.radius
             own.end_axis = unit_vector(line.platform_sheave.axis)
+            if isinstance(line.platform_sheave, PlatformPulley):
+                own.end_arrival = line.platform_sheave.end_of_arc
         _pack_cable(own, line, fidelity.cable, robot.scene.gravity)
         own.counterweight = (line.counterweight or 0.0) * robot.scene.gravity / line.cables
         if line.exit_compliance is not None and fidelity.cable is not CableLaw.RIGID:

@@ -39,7 +39,7 @@ class _Columns:
 
 
 class LineNumbers(_View):
-    """Numbers of lines under one fidelity, (..., 48): `Packed.lines`, that of a batch, or a row of it.
+    """Numbers of lines under one fidelity, (..., 51): `Packed.lines`, that of a batch, or a row of it.
 
     A point is (..., 3), all else (...). What the fidelity leaves out is 0: the weight of a cable, the radius of an
     eyelet, the compliance of a rigid cable.
@@ -80,6 +80,10 @@ class LineNumbers(_View):
         slice(layout.LOW_RISE, layout.HIGH_RISE + 1), "Lowest and highest point of that, likewise, (..., 2)."
     )
     end_radius = _Columns(layout.END_RADIUS, "Radius of its sheave on the platform, m; 0 for none.")
+    end_arrival = _Columns(
+        slice(layout.END_ARRIVAL_X, layout.END_ARRIVAL_Z + 1),
+        "Unit vector to where the cable leaves a pulley on the platform, platform frame, (..., 3); else 0.",
+    )
     end_axis = _Columns(slice(layout.END_AXIS_X, layout.END_AXIS_Z + 1), "Axis of that, platform frame, (..., 3).")
     spring = _Columns(layout.END_SPRING, "Stretch of a spring at the winch end per tension of one cable, m/N.")
     counterweight = _Columns(layout.COUNTERWEIGHT, "Tension of one cable that a counterweight holds, N; 0 for a winch.")

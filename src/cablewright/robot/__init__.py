@@ -11,7 +11,16 @@ from cablewright.robot.plane import Plane
 from cablewright.robot.platform import Box, Load, Platform, PointPlatform, Retraction, RigidPlatform
 from cablewright.robot.robot import Robot
 from cablewright.robot.scene import Beam, Scene
-from cablewright.robot.sheave import Eyelet, GuideSheave, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
+from cablewright.robot.sheave import (
+    Eyelet,
+    GuideSheave,
+    PlatformPulley,
+    PlatformSheave,
+    Pulley,
+    Sheave,
+    Swivel,
+    UniversalJoint,
+)
 from cablewright.robot.uncertainty import (
     Range,
     Uncertain,
@@ -37,6 +46,7 @@ __all__ = [
     "Parameter",
     "Plane",
     "Platform",
+    "PlatformPulley",
     "PlatformSheave",
     "PointPlatform",
     "Pulley",

@@ -13,7 +13,16 @@ from cablewright.robot.cable import Cable
 from cablewright.robot.dead_span import DeadSpan, Guide, dead_span
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.mount import Compliance, compliance_matrix
-from cablewright.robot.sheave import Eyelet, GuideSheave, PlatformSheave, Pulley, Sheave, Swivel, UniversalJoint
+from cablewright.robot.sheave import (
+    Eyelet,
+    GuideSheave,
+    PlatformPulley,
+    PlatformSheave,
+    Pulley,
+    Sheave,
+    Swivel,
+    UniversalJoint,
+)
 from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.units import Force, Length, Mass, NonNegative, Positive, Stiffness, Vec3
 from cablewright.validation import Description, refusal, require_rising
@@ -37,6 +46,17 @@ def _guide_tag(given: object) -> str:
 
 
 _Guide = Annotated[Annotated[Vec3, Tag("[point]")] | Annotated[GuideSheave, Tag("[wheel]")], Discriminator(_guide_tag)]
+
+
+def _end_tag(given: object) -> str:
+    """As `_guide_tag`, of a sheave on the platform."""
+    still = isinstance(given, PlatformPulley) or (isinstance(given, dict) and "leaves" in given)
+    return "[pulley]" if still else "[swivel]"
+
+
+_End = Annotated[
+    Annotated[PlatformSheave, Tag("[swivel]")] | Annotated[PlatformPulley, Tag("[pulley]")], Discriminator(_end_tag)
+]
 
 
 class Line(Description):
@@ -78,7 +98,7 @@ class Line(Description):
     dead_elastic: StrictBool = True
     arc_elastic: StrictBool = False
     platform_point: Vec3 = (0.0, 0.0, 0.0)
-    platform_sheave: PlatformSheave | None = None
+    platform_sheave: _End | None = None
     cable: Cable
     sheave: Sheave
     winch: Winch = Winch()

@@ -1,6 +1,6 @@
 """The sheaves that guide a cable: an eyelet, a swivel, a universal joint or a pulley.
 
-Also a swivel on the platform, and a wheel on the way from the winch.
+Also a swivel or a pulley on the platform, and a wheel on the way from the winch.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from cablewright.validation import Description, refusal, require_rising
 
 Wrap = Literal["over", "under"]
 """``over``: the cable comes from below and passes over the sheave; ``under``: from above and under it."""
+
+_SQUARE = 1e-9  # cosine of an angle that is a right one but for rounding
 
 _HalfTurn = Annotated[float, Ge(-math.pi), Le(math.pi), ANGLE]
 
@@ -98,6 +100,37 @@ class PlatformSheave(Description):
 
     radius: Positive[Length]
     axis: Direction
+
+
+class PlatformPulley(Description):
+    """A wheel that stands still on the platform, with its centre in the line's platform point.
+
+    ``axis``: (3,) the axis that it turns on, platform frame, of any length. The cable comes from the frame, travels
+    around it by the right-hand rule and ``leaves`` to its anchor in that direction, (3,) platform frame, across the
+    axis; the line's length counts up to there. The groove takes what pulls out of the plane, as that of `Pulley`.
+    """
+
+    radius: Positive[Length]
+    axis: Direction
+    leaves: Direction
+
+    @model_validator(mode="after")
+    def _leaves_in_its_plane(self) -> Self:
+        along = sum(a * b for a, b in zip(unit_vector(self.axis), unit_vector(self.leaves), strict=True))
+        if abs(along) > _SQUARE:
+            why = f"must be across the axis, in the plane of the wheel; its angle to the axis is {_degrees(along)} deg"
+            raise refusal("leaves", why)
+        return self
+
+    @property
+    def end_of_arc(self) -> Vec3:
+        """Unit vector, platform frame, from the centre to where the cable leaves the wheel."""
+        (a, b, c), (x, y, z) = unit_vector(self.axis), unit_vector(self.leaves)
+        return (y * c - z * b, z * a - x * c, x * b - y * a)
+
+
+def _degrees(cosine: float) -> str:
+    return f"{math.degrees(math.acos(min(1.0, max(-1.0, cosine)))):.6g}"
 
 
 class UniversalJoint(_TurningSheave):

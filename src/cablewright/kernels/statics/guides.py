@@ -16,6 +16,8 @@ from cablewright.kernels.layout import (
     ASIDE,
     AXIS_X,
     DEAD_SPAN,
+    END_ARRIVAL_X,
+    END_AXIS_X,
     END_RADIUS,
     EYELET,
     GUIDE,
@@ -28,6 +30,7 @@ from cablewright.kernels.layout import (
     SWIVEL,
     UNKNOWNS,
 )
+from cablewright.kernels.rotation import rotate
 
 # What is known of a guide, from `at` on: its contact point and what changes with the force f that leaves it.
 CONTACT_POINT = 0  # 0..2: contact point from the guide's own point, m
@@ -64,7 +67,9 @@ def leave_frame(row, fx, fy, fz, away, out, at):
         return _leave_swivel(axis, row[RADIUS], row[SIDE], (fx, fy, fz), away, out, at)
     if row[GUIDE] == PULLEY:
         out[at + SPAN] = row[DEAD_SPAN]
-        return _leave_pulley(row, (fx, fy, fz), out, at)
+        axis = (row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2])
+        arrival = (row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2])
+        return _leave_pulley(axis, arrival, row[RADIUS], (fx, fy, fz), out, at)
     _clear(out, at)
     out[at + SPAN] = row[DEAD_SPAN]
     return True
@@ -122,16 +127,21 @@ def towards_winch(row):
 
 
 @jit
-def leave_platform(row, ax, ay, az, gx, gy, gz, away, out, at):
-    """As `leave_frame`, of the sheave on the platform: axis (world) and the force (gx, gy, gz) at the span's end.
+def leave_platform(row, rotation, gx, gy, gz, away, out, at):
+    """As `leave_frame`, of the sheave on the platform at its *rotation*, for the force (gx, gy, gz) at the span's end.
 
     Seen from its anchor the cable leaves against that force; derivatives are by the force itself.
     """
     if row[END_RADIUS] == 0.0:
         _clear(out, at)
         return True
-    back = (-away[0], -away[1], -away[2])
-    found = _leave_swivel((ax, ay, az), row[END_RADIUS], 1.0, (-gx, -gy, -gz), back, out, at)
+    axis = rotate(rotation, row[END_AXIS_X], row[END_AXIS_X + 1], row[END_AXIS_X + 2])
+    arrival = rotate(rotation, row[END_ARRIVAL_X], row[END_ARRIVAL_X + 1], row[END_ARRIVAL_X + 2])
+    force, back = (-gx, -gy, -gz), (-away[0], -away[1], -away[2])
+    if _dot(arrival, arrival) > 0.0:
+        found = _leave_pulley((-axis[0], -axis[1], -axis[2]), arrival, row[END_RADIUS], force, out, at)
+    else:
+        found = _leave_swivel(axis, row[END_RADIUS], 1.0, force, back, out, at)
     for k in range(BY_FORCE, ARC):
         out[at + k] = -out[at + k]
     for k in range(ARC_BY_FORCE, SPAN):
@@ -292,10 +302,10 @@ def _cross(a, b):
 
 
 @jit
-def _leave_pulley(row, force, out, at):
-    """A wheel on a fixed axis, about which the cable travels in the positive sense."""
-    n0, n1, n2 = row[AXIS_X], row[AXIS_X + 1], row[AXIS_X + 2]
-    k0, k1, k2 = row[ARRIVAL_X], row[ARRIVAL_X + 1], row[ARRIVAL_X + 2]
+def _leave_pulley(axis, arrival, radius, force, out, at):
+    """A wheel on a fixed *axis*, about which the cable travels in the positive sense from its *arrival* on."""
+    n0, n1, n2 = axis
+    k0, k1, k2 = arrival
     f0, f1, f2 = force
     across = f0 * n0 + f1 * n1 + f2 * n2
     t0, t1, t2 = f0 - across * n0, f1 - across * n1, f2 - across * n2
@@ -311,7 +321,6 @@ def _leave_pulley(row, force, out, at):
         angle += 2.0 * pi
     if angle > UNWOUND:
         angle -= 2.0 * pi
-    radius = row[RADIUS]
     for i in range(3):
         out[at + CONTACT_POINT + i] = radius * radial[i]
         for j in range(3):

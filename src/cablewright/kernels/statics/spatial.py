@@ -24,7 +24,6 @@ from cablewright.kernels.layout import (
     COUNTERWEIGHT,
     DEAD,
     DEAD_COMPLIANCE,
-    END_AXIS_X,
     END_RADIUS,
     END_SPRING,
     EXIT_X,
@@ -42,7 +41,6 @@ from cablewright.kernels.layout import (
     WEIGHT,
 )
 from cablewright.kernels.newton import largest_of_column, solve
-from cablewright.kernels.rotation import rotate
 from cablewright.kernels.statics.catenary import span
 from cablewright.kernels.statics.counterweight import hang_counterweight, shape_hung
 from cablewright.kernels.statics.guides import (
@@ -146,9 +144,8 @@ def place_guides(row, pose, arm, rotation, tension, record):
     The mount of the frame's guide gives under the force there or, above 0 N, under the *tension* in its direction.
     """
     away = (-point_of(row, pose, arm, 0), -point_of(row, pose, arm, 1), -point_of(row, pose, arm, 2))
-    ax, ay, az = rotate(rotation, row[END_AXIS_X], row[END_AXIS_X + 1], row[END_AXIS_X + 2])
     gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
-    found = leave_platform(row, ax, ay, az, gx, gy, gz, away, record, PLATFORM)
+    found = leave_platform(row, rotation, gx, gy, gz, away, record, PLATFORM)
     at = PLATFORM + CONTACT_POINT
     away = (away[0] + record[at], away[1] + record[at + 1], away[2] + record[at + 2])
     fx, fy, fz = record[FORCE], record[FORCE + 1], record[FORCE + 2]
