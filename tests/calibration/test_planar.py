@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import optimize, stats
-from tests import boards
 
+import boards
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import record_of
 from cablewright.calibration.elastic_lines import ElasticProblem
@@ -253,10 +253,11 @@ def test_poses_and_the_guide_stay_in_the_plane(plane: str, body: bool) -> None:
     chosen = calibration_poses(truth, 20, candidates=150)
     assert off_plane(truth, chosen.poses) < 1e-12
     assert chosen.sigma_rms < chosen.random_rms
-    first = guide(truth, rough=0.05)
+    plan = CalibrationPlan(across=5e-3)
+    first = guide(truth, plan=plan, rough=0.05)
     assert off_plane(truth, first.to_measure.guess) < 1e-12
     made = measure(truth, first.to_measure.guess, NOISE, np.random.default_rng(1))
-    then = guide(truth, made.measured, rough=0.05, need=0.05)
+    then = guide(truth, made.measured, plan, rough=0.05, need=0.05)
     assert then.advice == "stop"
     assert then.sigma == then.found.exit_sigma
 
