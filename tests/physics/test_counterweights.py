@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from cablewright.robot import Eyelet, Robot, load
 from cablewright.robot.parameters import Parameter, parameters_of
 from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.solvers.parameters import response
+from cablewright.studies.design.measures import _cost
+from cablewright.studies.design.problem import Prices
 from physics.test_lines_out_of_plane import differences
 
 GRAVITY = 9.81
@@ -279,3 +282,26 @@ def test_what_does_not_cover_it_says_so(tmp_path: Path) -> None:
     shared = first.model_copy(update={"shared_winch": SharedWinch(line="south-east")})
     with pytest.raises(ValueError, match="'south-east' has a counterweight, and no winch"):
         out_of_plane.checked(load("merlet2023").model_copy(update={"lines": (shared, *others)}))
+
+
+def test_a_check_and_costs_know_that_it_has_no_winch(tmp_path: Path) -> None:
+    (tmp_path / "part.gcode").write_text("G21\nG90\nM82\nG1 X0 Y0 Z1 F3000\nG1 X5 Y0 E1 F1200\nG1 X5 Y5 E2\n")
+    job = 'schema = 1\nname = "part"\ngcode = "part.gcode"\norigin = [0.0, 0.0, 1.0]\n[sampling]\nstep = "5 mm"\n'
+    (tmp_path / "part.toml").write_text(job)
+    plain = load("merlet2023")
+    middle = plain.lines[0].model_copy(
+        update={"name": "middle", "exit_point": (0.0, 0.0, 4.0), "winch_exit": None, "sheave": Eyelet()}
+    )
+    robot = hung(plain.model_copy(update={"lines": (*plain.lines, middle)}), 4, 30.0)
+    found = cw.check(robot, tmp_path / "part.toml")
+    assert found.feasible
+    assert "counterweights against what is around them, and the room that they move in" in found.not_checked
+    assert not any("middle" in each for each in found.not_checked if "winch" in each)
+    torques = found.statics.lines.winch_torque
+    assert np.isfinite(torques[:, :4]).all()
+    assert np.isnan(torques[:, 4]).all()
+    of = SimpleNamespace(
+        robot=robot, prices=Prices(winch=7.0, torque=10.0), held=found.statics,
+        lines=SimpleNamespace(winch_torque=[[3.0, 2.0, 1.0, 1.0, np.nan]]),
+    )  # fmt: skip
+    assert _cost(of) == 4 * 7.0 + 10.0 * 7.0  # type: ignore[arg-type]

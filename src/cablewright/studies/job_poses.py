@@ -50,7 +50,7 @@ def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
 def require_lines(robot: Robot, where: str) -> None:
     """Raise `InputError` for a robot with fewer winches than freedoms, which cannot be held *where* (for messages)."""
     if robot.winches < robot.freedoms:
-        holders = f"{robot.m} lines" + (f" on {robot.winches} winches" if robot.sharing else "")
+        holders = f"{robot.m} lines" + (f" on {robot.winches} winches" if robot.winches < robot.m else "")
         raise InputError(f"robot {robot.name}: {holders} cannot hold {robot.freedoms} freedoms {where}")
 
 

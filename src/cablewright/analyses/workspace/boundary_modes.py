@@ -182,7 +182,7 @@ def boundary_modes(
     if holding not in HOLDING:
         raise UnknownName("tensions", holding, HOLDING)
     if model.winches < model.freedoms:
-        kind = "winches" if model.robot.sharing else "lines"
+        kind = "winches" if model.winches < model.m else "lines"
         few = f"{model.winches} {kind} leave some of its {model.freedoms} freedoms to gravity"
         raise InputError(f"robot {model.robot.name!r}: {few}: a grid of positions does not determine its poses")
     if not GRIDS[0] <= grid <= GRIDS[1]:
