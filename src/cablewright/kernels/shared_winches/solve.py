@@ -16,7 +16,6 @@ from cablewright.kernels.layout import (
     OK,
     SINGULAR,
     TENSION_MAX,
-    TENSION_MIN,
     UNSTABLE,
 )
 from cablewright.kernels.newton import copy
@@ -34,7 +33,6 @@ from cablewright.kernels.statics.descent import place_below
 from cablewright.kernels.statics.equilibrium import judge, leaves_backwards
 from cablewright.kernels.statics.forward import turn_to_start
 from cablewright.kernels.statics.inverse import (
-    MIN_PULL,
     NEEDS_PUSH,
     PROGRAMS,
     SOFT_TOLERANCE,
@@ -45,10 +43,10 @@ from cablewright.kernels.statics.inverse import (
     judge_hung,
     mark_slack,
     stays,
+    would_push,
 )
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.statics.underactuated import evaluate_at_pulls, hang, keep
-from cablewright.kernels.statics.wrench import load_scale
 
 ATTEMPTS, PLACED = 5, 2  # starts where the position is free, and where only rotations are
 TAUT = (64.0, 16.0, 4.0, 1.0, 0.25)  # of its own weight: minimum tensions with which limits far below it are approached
@@ -166,7 +164,7 @@ def _solve(packed, shares, pose, states, work, own):
                 return NEEDS_PUSH if proved else code
             if change < SOFT_TOLERANCE and moved < SOFT_TOLERANCE:
                 return INFEASIBLE
-            if _would_push(packed, work, own) or _is_far(packed, own):
+            if would_push(packed, work.pulls, own.required) or _is_far(packed, own):
                 return NEEDS_PUSH
             forget_multipliers(own)
         elif code != OK:
@@ -202,16 +200,6 @@ def _violation(packed, states, own, code):
         elif code == NEEDS_PUSH:
             violation = max(violation, own.low[i] - own.required[i], own.required[i] - own.high[i])
     return violation
-
-
-@jit
-def _would_push(packed, work, own):
-    """Whether some line is required to push although its pull has been reduced to almost nothing."""
-    share = load_scale(packed) / packed.lines.shape[0]
-    for i in range(packed.lines.shape[0]):
-        if own.required[i] <= 0.0 and work.pulls[i] < MIN_PULL * max(share, packed.lines[i, TENSION_MIN]):
-            return True
-    return False
 
 
 @jit

@@ -293,7 +293,7 @@ def _least_violation(packed, pose, states, work):
     relax = 1.0
     for _ in range(SOFT_PROGRAMS):
         code, change, turned = _program(packed, pose, states, work, SOFT, relax)
-        if code != OK or change < SOFT_TOLERANCE or _would_push(packed, work):
+        if code != OK or change < SOFT_TOLERANCE or would_push(packed, work.pulls, work.required):
             break
         relax = 0.6 * relax if turned else min(1.0, 1.3 * relax)
     violation = 0.0
@@ -307,11 +307,11 @@ def _least_violation(packed, pose, states, work):
 
 
 @jit
-def _would_push(packed, work):
-    """Whether some line is required to push although its pull has been reduced to almost nothing."""
+def would_push(packed, pulls, required):
+    """Whether some line is *required* to push although its pull has been reduced to almost nothing."""
     share = load_scale(packed) / packed.lines.shape[0]
     for i in range(packed.lines.shape[0]):
-        if work.required[i] <= 0.0 and work.pulls[i] < MIN_PULL * max(share, packed.lines[i, TENSION_MIN]):
+        if required[i] <= 0.0 and pulls[i] < MIN_PULL * max(share, packed.lines[i, TENSION_MIN]):
             return True
     return False
 
