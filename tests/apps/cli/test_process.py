@@ -127,6 +127,29 @@ def test_a_request_to_end_is_heard_anywhere(asked: signal.Signals, tmp_path: Pat
         assert [each.name for each in tmp_path.iterdir() if each.name != "cache"] == []
 
 
+def test_what_an_interruption_leaves_half_made_is_not_told() -> None:
+    program = """
+import os, signal
+from cablewright.apps.cli import main
+class Half:
+    def __del__(self):
+        raise ValueError("half made")
+def run(_):
+    Half()
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+    except KeyboardInterrupt:
+        pass
+    Half()
+    return main.INTERRUPTED
+main.run = run
+main.main()
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, check=False, text=True)
+    assert ended.returncode == 130
+    assert ended.stderr.count("half made") == 1  # before it was asked
+
+
 @pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
 def test_a_request_after_the_answer_changes_nothing(asked: signal.Signals) -> None:
     program = (

@@ -198,8 +198,8 @@ def _look_later(seconds: float) -> None:
 
 
 def _without_lost_interrupts(lost: Any) -> None:
-    """Say nothing of an interruption that is lost: it comes again."""
-    if lost.exc_type is not KeyboardInterrupt:
+    """Say nothing of an interruption that is lost, which comes again, nor of what it left half made, as in LLVM."""
+    if lost.exc_type is not KeyboardInterrupt and not _Interrupts.asked:
         sys.__unraisablehook__(lost)
 
 
