@@ -56,7 +56,7 @@ def tensions_by_acceleration(held: Equilibrium, linear: Linearisation) -> Array:
 def _effects(held: Equilibrium, linear: Linearisation, accelerations: Array) -> tuple[Array, Array]:
     """Return the motion (N, n, a) of the platform and the changes of tensions (N, m, a), N, by *accelerations*."""
     robot, wrenches = held.model.robot, _wrenches(held, accelerations)
-    hung = [i for i, line in enumerate(robot.lines) if line.counterweight is not None]
+    hung = list(robot.hung)
     if not hung:
         motion = linear.motion_under(wrenches)
         return motion, tension_changes(held).following(motion)

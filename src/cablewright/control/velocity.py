@@ -60,8 +60,7 @@ class VelocitySettings:
             raise InputError(
                 f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid"
             )
-        self.model.robot.require_plain("velocity control")
-        self.model.robot.require_own_winches("velocity control")
+        self.model.robot.require_drivable("velocity control")
         names = ("gain", "max_correction", "internal_gain", "max_drum_speed")
         require_positive(**{name: getattr(self, name) for name in names})
 

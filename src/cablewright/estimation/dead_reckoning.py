@@ -55,8 +55,7 @@ class ReckoningSettings:
         """Refuse platforms with a rotation, and another number of coils than lines."""
         if self.model.n != 3 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are expected")
-        self.model.robot.require_plain("dead reckoning")
-        self.model.robot.require_own_winches("dead reckoning")
+        self.model.robot.require_drivable("dead reckoning")
 
 
 @dataclass(eq=False)

@@ -45,7 +45,7 @@ def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
 
     Each rises by the length that its line gains between its ends, as if the cable did not stretch.
     """
-    hung = [i for i, line in enumerate(robot.lines) if line.counterweight is not None]
+    hung = list(robot.hung)
     masses = np.array([robot.lines[i].counterweight for i in hung], dtype=np.float64)
     spans = np.array([robot.lines[i].advantage for i in hung], dtype=np.float64)
     directions = along_chords(robot.n, parts.chords[..., hung, :], parts.arms[..., hung, :])

@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import Final
 
 from cablewright.errors import InputError
-from cablewright.robot.direction import unit_vector
+from cablewright.robot.direction import cross, unit_vector
 from cablewright.robot.sheave import GuideSheave
 from cablewright.units import Vec3
 
@@ -178,7 +178,7 @@ class _Wheel:
             return None
         outward, share = (x / distance, y / distance, z / distance), self.radius / distance
         beside = way * math.sqrt((1.0 - share) * (1.0 + share))
-        return _combined(share, outward, beside, _cross(self.axis, outward))
+        return _combined(share, outward, beside, cross(self.axis, outward))
 
     def rim(self, arm: Vec3) -> Vec3:
         return _on_rim(self.centre, self.radius, arm)
@@ -211,7 +211,7 @@ def _between(one: _Wheel, two: _Wheel) -> list[Straight]:
     From each point of the first rim there is one tangent to the second; it has to be square to the first one's arm.
     """
     first = _across(one.axis)
-    ahead = _cross(one.axis, first)
+    ahead = cross(one.axis, first)
 
     def piece(angle: float) -> Straight | None:
         start = one.rim(_turned(first, ahead, angle))
@@ -227,7 +227,7 @@ def _between(one: _Wheel, two: _Wheel) -> list[Straight]:
     for (low, before), (high, after) in pairwise(_looked_at(slant)):
         if not math.isnan(before + after) and (before > 0.0) != (after > 0.0):
             angle = _root(slant, low, high, before > 0.0)
-            at, onward = piece(angle), _cross(one.axis, _turned(first, ahead, angle))
+            at, onward = piece(angle), cross(one.axis, _turned(first, ahead, angle))
             if at is not None and _dot(_minus(at.end, at.start), onward) > 0.0:
                 found.append(at)
     return found
@@ -265,7 +265,7 @@ def _root(slant: Callable[[float], float], low: float, high: float, falls: bool)
 def _arc(wheel: _Wheel, name: str, come: Straight, leave: Straight) -> Arc:
     """Return the cable on a wheel between two pieces. Raises `InputError` where it would be less than none."""
     arm, left = (_over(_minus(point, wheel.centre), wheel.radius) for point in (come.end, leave.start))
-    ahead = _cross(wheel.axis, arm)
+    ahead = cross(wheel.axis, arm)
     angle = math.atan2(_dot(left, ahead), _dot(left, arm)) % (2.0 * math.pi)
     if angle > MOST_WOUND:
         unwound = 2.0 * math.pi - angle
@@ -310,10 +310,6 @@ def _dot(one: Vec3, other: Vec3) -> float:
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
-def _cross(a: Vec3, b: Vec3) -> Vec3:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
 def _combined(a: float, one: Vec3, b: float, other: Vec3) -> Vec3:
     return a * one[0] + b * other[0], a * one[1] + b * other[1], a * one[2] + b * other[2]
 
@@ -329,4 +325,4 @@ def _on_rim(centre: Vec3, radius: float, arm: Vec3) -> Vec3:
 def _across(axis: Vec3) -> Vec3:
     """Return a unit vector across a unit vector."""
     least = min(range(3), key=lambda k: abs(axis[k]))
-    return unit_vector(_cross(axis, (float(least == 0), float(least == 1), float(least == 2))))
+    return unit_vector(cross(axis, (float(least == 0), float(least == 1), float(least == 2))))

@@ -23,6 +23,11 @@ Direction = Annotated[tuple[_Number, _Number, _Number], AfterValidator(_not_zero
 """Three numbers, not all zero; their size has no meaning."""
 
 
+def cross(a: Vec3, b: Vec3) -> Vec3:
+    """Return the cross product of two vectors."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
 def unit_vector(direction: tuple[float, float, float]) -> Vec3:
     """Return the unit vector of a *direction*."""
     largest = max(abs(number) for number in direction)  # divided out: nothing under- or overflows

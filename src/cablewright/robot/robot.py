@@ -73,7 +73,7 @@ class Robot(FileDescription):
                 raise refusal("lines", why)
 
     def _check_counterweights(self) -> None:
-        if all(line.counterweight is not None for line in self.lines):
+        if len(self.hung) == self.m:
             raise refusal("lines", "must have at least one with a winch; all have a counterweight")
         for index, line in enumerate(self.lines):
             if line.counterweight is None:
@@ -123,7 +123,12 @@ class Robot(FileDescription):
     @property
     def winches(self) -> int:
         """The number of winches: m, less the lines on the drum of another and those with a counterweight."""
-        return self.m - len(self.sharing) - sum(line.counterweight is not None for line in self.lines)
+        return self.m - len(self.sharing) - len(self.hung)
+
+    @property
+    def hung(self) -> tuple[int, ...]:
+        """The indices of the lines that a counterweight pulls."""
+        return tuple(index for index, line in enumerate(self.lines) if line.counterweight is not None)
 
     @property
     def sharing(self) -> tuple[Line, ...]:
@@ -168,6 +173,11 @@ class Robot(FileDescription):
                 if getattr(line, key) > 1:
                     raise InputError(f"{by}: line {line.name!r} has {key} = {getattr(line, key)}; only 1 is covered")
 
+    def require_drivable(self, by: str) -> None:
+        """As `require_plain`, and for a line on the drum of another: what no machine and no estimator covers."""
+        self.require_plain(by)
+        self.require_own_winches(by)
+
     def require_lines_in_plane(self, by: str) -> None:
         """Raise `InputError` for a line that is not in one vertical plane, which is not covered *by* something."""
         for line in self.lines:
@@ -187,9 +197,8 @@ class Robot(FileDescription):
 
     def require_winches(self, by: str) -> None:
         """Raise `InputError` for a line with a counterweight, which is not covered *by* something."""
-        for line in self.lines:
-            if line.counterweight is not None:
-                raise InputError(f"{by}: line {line.name!r} has a counterweight; it is not covered")
+        for index in self.hung:
+            raise InputError(f"{by}: line {self.lines[index].name!r} has a counterweight; it is not covered")
 
     def require_own_winches(self, by: str) -> None:
         """Raise `InputError` for a line on the drum of another, which is not covered *by* something."""

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
-from cablewright.robot.direction import Direction, unit_vector
+from cablewright.robot.direction import Direction, cross, unit_vector
 from cablewright.units import ANGLE, Angle, Force, Length, NonNegative, Positive, Vec3
 from cablewright.validation import Description, refusal, require_rising
 
@@ -125,8 +125,7 @@ class PlatformPulley(Description):
     @property
     def end_of_arc(self) -> Vec3:
         """Unit vector, platform frame, from the centre to where the cable leaves the wheel."""
-        (a, b, c), (x, y, z) = unit_vector(self.axis), unit_vector(self.leaves)
-        return (y * c - z * b, z * a - x * c, x * b - y * a)
+        return cross(unit_vector(self.leaves), unit_vector(self.axis))
 
 
 def _degrees(cosine: float) -> str:

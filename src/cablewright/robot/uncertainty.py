@@ -234,7 +234,7 @@ def assumed_uncertainty(robot: Robot) -> Uncertainty:
         for lines, factor in ((steel, (0.9, 1.1)), (fibre, (0.7, 1.3)))
         if lines
     ]
-    hung = tuple(line.name for line in robot.lines if line.counterweight is not None)
+    hung = tuple(robot.lines[index].name for index in robot.hung)
     entries = (
         Uncertain(name="exit_point", plus_minus=0.002),
         *moduli,

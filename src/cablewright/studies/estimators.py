@@ -57,8 +57,7 @@ def estimator(
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
-    robot.require_plain("estimation")
-    robot.require_own_winches("estimation")
+    robot.require_drivable("estimation")
     if robot.n == 6:
         if name == "paper":
             raise InputError(f"estimator = {name}: is one of a point platform; that of {robot.name!r} is rigid")

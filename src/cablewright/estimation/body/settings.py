@@ -102,6 +102,5 @@ class BodySettings:
         """Refuse point platforms, and another number of coils than lines."""
         if self.model.n != 6 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a rigid platform and a coil for each line are expected")
-        self.model.robot.require_plain("estimation of a rigid platform")
-        self.model.robot.require_own_winches("estimation of a rigid platform")
+        self.model.robot.require_drivable("estimation of a rigid platform")
         require_positive(interval=self.interval, smoothing_time=self.smoothing_time, max_drum_speed=self.max_drum_speed)

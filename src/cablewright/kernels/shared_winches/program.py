@@ -15,7 +15,7 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import DEAD, FREE, GUIDE, PHI, PREFERRED, PSI, TAU
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.kernels.shared_winches.lengths import LengthWork, length_workspace
-from cablewright.kernels.statics.inverse import MIN_SECANT
+from cablewright.kernels.statics.inverse import curve
 from cablewright.kernels.statics.line import extremes_and_change
 from cablewright.kernels.statics.plane import keep_free
 from cablewright.kernels.statics.pull_limits import extremes_out_of_plane, pull_limits
@@ -200,9 +200,8 @@ def _fill_pull(packed, shares, i, y, work, own):
         own.column[k] = work.column[k]
     for r in range(shares.shape[0]):
         own.column[n + r] = own.scales[r] * _part(shares, r, i) * own.lengths.by_pull[i] / pull
-    _curve(own, i, pull, row[PREFERRED])
+    curve(own, i, pull, row[PREFERRED])
     for k in range(own.column.shape[0]):
-        own.structure[k, i] = own.column[k]
         own.load[k] += own.column[k] * pull
     if row[GUIDE] > 0.0:
         dphi, dtau, dfree, ddead = change_by_pull(row, y, i, work.base.spatial)
@@ -213,19 +212,6 @@ def _fill_pull(packed, shares, i, y, work, own):
             row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
         )
     own.low[i], own.high[i] = pull_limits(row, y, pull, work.slackest[0], low, high, dlow, dhigh)
-
-
-@jit
-def _curve(own, i, pull, preferred):
-    """Store the curvature of the Lagrangian by a pull, from the last program's column, as `inverse._curve`."""
-    step = pull - own.before[i]
-    if abs(step) > MIN_SECANT * pull and own.before[i] > 0.0:
-        bend = 0.0
-        for k in range(own.column.shape[0]):
-            bend += own.multipliers[k] * (own.column[k] - own.structure[k, i])
-        own.curvature[i] = min(max(1.0 - bend / step, 0.5), 1e9)
-    own.before[i] = pull
-    own.bias[i] = (own.curvature[i] - 1.0) * pull + preferred
 
 
 @jit

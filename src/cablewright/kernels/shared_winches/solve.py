@@ -30,7 +30,7 @@ from cablewright.kernels.shared_winches.program import (
 )
 from cablewright.kernels.statics.counterweight import beyond_limits
 from cablewright.kernels.statics.descent import place_below
-from cablewright.kernels.statics.equilibrium import judge, leaves_backwards
+from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.forward import turn_to_start
 from cablewright.kernels.statics.inverse import (
     NEEDS_PUSH,
@@ -40,9 +40,7 @@ from cablewright.kernels.statics.inverse import (
     TENSION_TOLERANCE,
     balances,
     begin,
-    judge_hung,
-    mark_slack,
-    stays,
+    judge_held,
     would_push,
 )
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
@@ -73,12 +71,7 @@ def solve_shared(packed, shares, pose, states, work, own, known):
         if not known and not _guess_pose(packed, attempt, pose, states, work, own):
             continue
         code, violation = _attempt(packed, shares, pose, states, work, own, known)
-        if code == OK and packed.general is not None:
-            code, violation = judge_hung(packed, states)
-        if code == OK and packed.platform[MASSLESS] > 0.0:
-            mark_slack(packed, states, work.pulls)
-        if code == OK and (packed.freedoms == 6 or leaves_backwards(packed, states)):
-            code = stays(packed, pose, states, work)
+        code, violation = judge_held(packed, pose, states, work, code, violation)
         if code not in (NOT_CONVERGED, NEEDS_PUSH, UNSTABLE, SINGULAR, BAD_WRAP, LEVER_UNSTABLE):
             break
     if code not in SOLVED:

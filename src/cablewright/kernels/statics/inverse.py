@@ -110,15 +110,22 @@ def solve_inverse(packed, pose, states, work, known):
     *states* hold the distribution that violates them least; where no state balances the load they are NaN.
     """
     code, violation = _solve(packed, pose, states, work, known)
-    if code == OK and packed.general is not None:
-        code, violation = judge_hung(packed, states)
-    if code == OK and packed.platform[MASSLESS] > 0.0:
-        mark_slack(packed, states, work.pulls)
-    if code == OK and (packed.freedoms == 6 or leaves_backwards(packed, states)):
-        code = stays(packed, pose, states, work)
+    code, violation = judge_held(packed, pose, states, work, code, violation)
     if code not in SOLVED:
         states[:, :] = np.nan
     return (INFEASIBLE if code == NEEDS_PUSH else code), violation
+
+
+@jit
+def judge_held(packed, pose, states, work, code, violation):
+    """Code and violation (N) of what tensions and lengths hold: by counterweights and stability; marks slack lines."""
+    if code == OK and packed.general is not None:
+        code, violation = _judge_hung(packed, states)
+    if code == OK and packed.platform[MASSLESS] > 0.0:
+        _mark_slack(packed, states, work.pulls)
+    if code == OK and (packed.freedoms == 6 or leaves_backwards(packed, states)):
+        code = stays(packed, pose, states, work)
+    return code, violation
 
 
 @jit
@@ -143,7 +150,7 @@ def _solve(packed, pose, states, work, known):
 
 
 @jit
-def judge_hung(packed, states):
+def _judge_hung(packed, states):
     """Code and violation (N) of the limits by lines whose tension a counterweight decides."""
     violation, most = 0.0, 0.0
     for i in range(packed.lines.shape[0]):
@@ -155,7 +162,7 @@ def judge_hung(packed, states):
 
 
 @jit
-def mark_slack(packed, states, pulls):
+def _mark_slack(packed, states, pulls):
     """Mark as slack the massless lines that carry next to nothing, where no tension is asked of them; unstrain them."""
     most = largest(pulls, pulls.shape[0])
     for i in range(packed.lines.shape[0]):
@@ -365,7 +372,7 @@ def _program(packed, pose, states, work, give, relax):
         solved, low, high, dlow, dhigh = _linearise_line(packed, i, pose, y, work)
         if not solved:
             return NOT_CONVERGED, 0.0, False
-        _curve(work, i, pull, row[PREFERRED])
+        curve(work, i, pull, row[PREFERRED])
         work.low[i], work.high[i] = pull_limits(row, y, pull, work.slackest[0], low, high, dlow, dhigh)
     keep_free(packed, work.load)
     program = Program(work.structure, work.load, work.low, work.high, work.curvature, work.bias)
@@ -426,10 +433,11 @@ def _linearise_line(packed, i, pose, y, work):
 
 
 @jit
-def _curve(work, i, pull, preferred):
+def curve(work, i, pull, preferred):
     """Store line *i*'s column of the structure, and the curvature of the Lagrangian from the last program's column.
 
     A line's force depends on its own pull alone, so that the Hessian is diagonal and a secant gives its entries.
+    *work*: scratch of a program, whose column is that of line *i*.
     """
     step = pull - work.before[i]
     if abs(step) > MIN_SECANT * pull and work.before[i] > 0.0:

@@ -396,8 +396,7 @@ def whole_machine(machine: TwinSettings | str | Path) -> TwinSettings:
 
 def require_hanging(robot: Robot) -> None:
     """Raise `InputError` for lines that no plant can hang: of several spans, without weight, or without gravity."""
-    robot.require_plain("the simulated machine")
-    robot.require_own_winches("the simulated machine")
+    robot.require_drivable("the simulated machine")
     origin = f"robot {robot.name!r}"
     if robot.scene.gravity == 0.0:
         raise InputError(f"{origin}: gravity = 0: a drum that hangs, and powder that falls, need some")

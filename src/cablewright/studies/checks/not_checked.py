@@ -52,7 +52,7 @@ def not_checked(
     if singular:
         what = "forces of acceleration" + ("" if "expected-error" in skip else " and expected error")
         found.append(f"{what} at {singular} of {len(statics.displacement)} samples: no regular equilibrium")
-    if any(line.counterweight is not None for line in robot.lines):
+    if robot.hung:
         found.append("counterweights against what is around them, and the room that they move in")
     turning = ("angular acceleration of the platform",) if turns else ()
     return [*found, *_LEFT_OUT, *turning]

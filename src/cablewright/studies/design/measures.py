@@ -147,7 +147,7 @@ def _cost(of: DesignCandidate) -> float:
         assert line.shared_winch is not None  # by what `sharing` is
         own, drum = names.index(line.name), names.index(line.shared_winch.line)
         torques[drum], torques[own] = max(torques[drum], torques[own]), 0.0
-    torques[[line.counterweight is not None for line in of.robot.lines]] = 0.0
+    torques[list(of.robot.hung)] = 0.0
     if not np.isfinite(torques).all():
         raise InputError("cost: torque has a price, but a winch without drum_radius has none")
     return found + prices.torque * float(torques.sum())

@@ -84,7 +84,7 @@ class Unmodelled:
 
     @property
     def strain(self) -> Array | float:
-        """Strain (m,) of cables besides elasticity and heat: creep as described and not, and hysteresis."""
+        """Strain (m,) of cables besides elasticity and heat: creep as described and not, hysteresis, and by load."""
         parts = (*self.creeps.values(), *(each for each in (self.hysteresis, self.load_strain) if each is not None))
         return sum(each.strain for each in parts)
 
@@ -127,6 +127,8 @@ class Unmodelled:
 
     def _push(self, packed: Packed, place: Array) -> None:
         """Push the platform, with its origin at *place* (3,), m, by wind, people and a hose."""
+        if self.wind is None and self.pushes is None and self.hose is None:
+            return
         force = self._given_force.copy()
         if self.wind is not None:
             force[:2] += self.wind.force
