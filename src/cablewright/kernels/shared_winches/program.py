@@ -20,6 +20,7 @@ from cablewright.kernels.statics.line import extremes_and_change
 from cablewright.kernels.statics.plane import keep_free
 from cablewright.kernels.statics.pull_limits import extremes_out_of_plane, pull_limits
 from cablewright.kernels.statics.spatial_pull import change_by_pull
+from cablewright.kernels.statics.tension import Program
 
 # Columns of a table of lines on another's drum: L[LINE] = OFFSET + SENSE * L[OTHER].
 LINE, OTHER, SENSE, OFFSET = 0, 1, 2, 3
@@ -200,7 +201,8 @@ def _fill_pull(packed, shares, i, y, work, own):
         own.column[k] = work.column[k]
     for r in range(shares.shape[0]):
         own.column[n + r] = own.scales[r] * _part(shares, r, i) * own.lengths.by_pull[i] / pull
-    curve(own, i, pull, row[PREFERRED])
+    program = Program(own.structure, own.load, own.low, own.high, own.curvature, own.bias)
+    curve(program, own.multipliers, own.before, own.column, i, pull, row[PREFERRED])
     for k in range(own.column.shape[0]):
         own.load[k] += own.column[k] * pull
     if row[GUIDE] > 0.0:

@@ -366,16 +366,16 @@ def _program(packed, pose, states, work, give, relax):
     m, base = packed.lines.shape[0], work.base
     start_balance(packed, base.rotation, base.wrench, base.stiffness)
     copy(base.wrench, work.load)
+    program = Program(work.structure, work.load, work.low, work.high, work.curvature, work.bias)
     for i in range(m):
         row, y = packed.lines[i], states[i]
         pull = work.pulls[i]
         solved, low, high, dlow, dhigh = _linearise_line(packed, i, pose, y, work)
         if not solved:
             return NOT_CONVERGED, 0.0, False
-        curve(work, i, pull, row[PREFERRED])
+        curve(program, work.multipliers, work.before, work.column, i, pull, row[PREFERRED])
         work.low[i], work.high[i] = pull_limits(row, y, pull, work.slackest[0], low, high, dlow, dhigh)
     keep_free(packed, work.load)
-    program = Program(work.structure, work.load, work.low, work.high, work.curvature, work.bias)
     solved = distribute(program, give, work.required, work.multipliers, base.stiffness, work.step)
     if solved <= 0:
         return (INFEASIBLE if solved == 0 else NOT_CONVERGED), 0.0, False
@@ -433,19 +433,19 @@ def _linearise_line(packed, i, pose, y, work):
 
 
 @jit
-def curve(work, i, pull, preferred):
-    """Store line *i*'s column of the structure, and the curvature of the Lagrangian from the last program's column.
+def curve(program, multipliers, before, column, i, pull, preferred):
+    """Store line *i*'s *column* of the structure, and the curvature of the Lagrangian from the last program's column.
 
     A line's force depends on its own pull alone, so that the Hessian is diagonal and a secant gives its entries.
-    *work*: scratch of a program, whose column is that of line *i*.
+    *multipliers* and the pulls *before* (m,), N, are those of the last program.
     """
-    step = pull - work.before[i]
-    if abs(step) > MIN_SECANT * pull and work.before[i] > 0.0:
+    step = pull - before[i]
+    if abs(step) > MIN_SECANT * pull and before[i] > 0.0:
         bend = 0.0
-        for k in range(work.column.shape[0]):
-            bend += work.multipliers[k] * (work.column[k] - work.structure[k, i])
-        work.curvature[i] = min(max(1.0 - bend / step, 0.5), 1e9)
-    for k in range(work.column.shape[0]):
-        work.structure[k, i] = work.column[k]
-    work.before[i] = pull
-    work.bias[i] = (work.curvature[i] - 1.0) * pull + preferred
+        for k in range(column.shape[0]):
+            bend += multipliers[k] * (column[k] - program.structure[k, i])
+        program.curvature[i] = min(max(1.0 - bend / step, 0.5), 1e9)
+    for k in range(column.shape[0]):
+        program.structure[k, i] = column[k]
+    before[i] = pull
+    program.bias[i] = (program.curvature[i] - 1.0) * pull + preferred
