@@ -13,6 +13,7 @@ from cablewright.machine.drives.settings import DriveSettings
 from cablewright.machine.drives.virtual.rig import Disturb, VirtualPort, VirtualRig
 from cablewright.machine.sensors import Encoder, TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot, load
@@ -88,10 +89,12 @@ def bench(
     disturb: Disturb | None = None,
     rig: dict[str, Any] | None = None,
     begin: tuple[float, ...] | None = None,
+    brakes: WinchBrakes | None = None,
     **changes: Any,
 ) -> Bench:
     """A machine, not yet open."""
     robot, twin = load(name), virtual_twin(name, **changes)
+    twin = twin.with_simulation(brakes=brakes or twin.simulation.brakes)
     behind = VirtualRig(robot, twin, begin or RING_BEGIN[name], **(rig or {}))
     port = VirtualPort(behind, disturb)
     machine = DriveMachine(CanopenDrives(robot, twin.owner, lambda: port), twin.owner)

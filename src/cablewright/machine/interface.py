@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 import numpy as np
 
 from cablewright.errors import InputError
 from cablewright.signals import Command, SensorFrame, Truth, WinchMode
+
+RESET: Final = "reset"
+"""Output by which a person's order to reset reaches drives and brakes."""
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ import pytest
 
 from cablewright.control.guide import TimedPath
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError
-from cablewright.machine.drives.drive_machine import RESET, DriveMachine
+from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.ethercat.ethercat_drives import EthercatDrives
+from cablewright.machine.interface import RESET
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Motion

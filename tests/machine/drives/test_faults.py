@@ -11,7 +11,7 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import Frame
 from cablewright.machine.drives.cia402 import PowerState
-from cablewright.machine.drives.drive_machine import RESET
+from cablewright.machine.interface import RESET
 from cablewright.signals import Condition, Drives, DriveState, Encoders, SensorFrame, Tensions, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, moving
 

@@ -11,7 +11,8 @@ from cablewright.errors import InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import Frame
 from cablewright.machine.drives.cia402 import PowerState
-from cablewright.machine.drives.drive_machine import RESET
+from cablewright.machine.interface import RESET
+from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.signals import Condition, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 
@@ -158,6 +159,22 @@ def test_a_brake_that_slips_under_a_load_is_said() -> None:
     assert all(drive.state is PowerState.READY for drive in found.rig.drives)
     found.step(outputs={RESET: 1.0})
     assert not found.machine.tripped
+
+
+def test_brakes_of_the_plant_that_give_are_seen_by_the_counts() -> None:
+    """What the drives' own encoders count is what the drums have paid out; with brakes that hold it is nothing."""
+    for torque, slips in ((0.0, False), (1e4, False), (15.0, True)):
+        found = moving(brakes=WinchBrakes(torque=torque))
+        found.step(WinchMode.HOLD, steps=10)
+        rest = found.rig.plant.truth.lengths
+        notices = [n for _ in range(300) for n in found.step(WinchMode.OFF).notices]
+        assert braked(found)
+        told = [n.subject for n in notices if n.condition is Condition.BRAKE]
+        away = found.rig.plant.truth.lengths.max() - rest.max()
+        assert bool(told) == slips == (away > 0.02) == bool(found.machine.tripped)
+        if slips:
+            assert "its winch is 2" in told[0]
+            assert "which its brake should hold: secure the load" in told[0]
 
 
 def test_two_that_begin_at_the_same_time_both_refuse() -> None:

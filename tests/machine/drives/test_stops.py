@@ -12,7 +12,8 @@ from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import BusError, Frame
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
-from cablewright.machine.drives.drive_machine import RESET, DriveMachine
+from cablewright.machine.drives.drive_machine import DriveMachine
+from cablewright.machine.interface import RESET
 from cablewright.signals import Condition, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 

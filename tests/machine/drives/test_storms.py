@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import Frame
-from cablewright.machine.drives.drive_machine import RESET
+from cablewright.machine.interface import RESET
 from cablewright.signals import WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked
 

@@ -11,10 +11,11 @@ import pytest
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Archive
+from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
-from cablewright.signals import PrintState
+from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.estimators import estimator
 from cablewright.studies.prints.attendant import Attendant
 from cablewright.studies.prints.loop import Printer, Step
@@ -177,3 +178,37 @@ def test_what_cannot_be_printed_is_said_at_once() -> None:
         plan_print(twin(estimator="encoders", height="structure"))
     with pytest.raises(UnknownName, match="estimator"):
         Print(twin(estimator="crystal ball"))
+
+
+def test_brakes_that_give_are_a_cause_that_a_person_has_to_reset_twice() -> None:
+    """As on real drives: the reset that is refused takes note of where the winches are, and encoders know it."""
+    weak = twin(estimator="encoders", plant="quasi-static", seed=3)
+    law = WinchBrakes(torque=10.0)  # N m; a line pulls up to 20
+    made = Print(replace(weak, settings=weak.settings.with_simulation(brakes=law)))
+    for _ in made.steps(50):
+        pass
+    printer, machine = made.printer, made.machine
+    assert printer.supervisor.state is PrintState.PRINTING
+
+    def ordered(*kinds: OrderKind) -> Step:
+        return printer.step(tuple(Order(kind, "person", machine.time) for kind in kinds))
+
+    before, known = machine.truth.lengths, ordered(OrderKind.EMERGENCY).estimate.lengths
+    for _ in range(60):
+        step = printer.step()
+    assert step.progress.state is PrintState.FAULT
+    assert step.progress.reason == "emergency stop"
+    slipped = machine.truth.lengths - before
+    assert slipped.max() > 0.03
+    assert step.estimate.lengths - known == pytest.approx(slipped, rel=0.1, abs=3e-3)  # as regular coils would say
+    refusal = ordered(OrderKind.RESET).orders[0].refusal
+    assert refusal.startswith("reset: a brake is not as it was commanded: ")
+    assert refusal.endswith("which its brake should hold: secure the load")
+    printer.step()  # a reset is an edge
+    assert ordered(OrderKind.RESET).orders[0].refusal == ""
+    assert ordered(OrderKind.ENABLE).orders[0].refusal == ""
+    printer.step()
+    held = machine.truth.lengths
+    for _ in range(20):
+        printer.step()
+    assert machine.truth.lengths == pytest.approx(held, abs=1e-4)  # by motors

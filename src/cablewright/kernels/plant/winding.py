@@ -14,7 +14,12 @@ MIDDLE = 4  # m: radius at which the dead span is upright
 STRAIN = 5  # of the cable, but for elasticity
 OFFSET = 6  # m: length that is out besides
 RATIO = 7  # of the tension at the winch to that of *tensions*
-WINCH = 8
+BRAKE = 8  # N m: what its closed brake holds; 0: it is open, or never gives
+SOFT = 9  # m/N: by which its line stretches; of a closed brake
+SLIPPED = 10  # rad: paid out against its brake
+PULL = 11  # N: at the winch half way through the last step of a closed brake; 0: none known
+SLIP, SLIP_BEFORE = 12, 13  # m: paid out against it in that step, and in the one before
+WINCH = 14
 
 # Entries of a motor, at its drum.
 MAX_SPEED, LAG, MAX_TORQUE = 0, 1, 2  # rad/s, s, N m
@@ -41,6 +46,10 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
         turned = target * dt + (own[SPEED] - target) * motor[LAG] * (1.0 - keep)
         own[SPEED] = target + (own[SPEED] - target) * keep
         angle = own[ANGLE] - turned
+        if own[BRAKE] > 0.0:
+            slip = min(slip_of(own, radius_at(radii[i], own[ANGLE]), tensions[i] * own[RATIO]), max(angle, 0.0))
+            own[SLIPPED] += slip
+            angle -= slip
         last = TURN * (radii.shape[1] - 1)
         if angle < 0.0 or angle > last:
             angle = min(max(angle, 0.0), last)
@@ -48,6 +57,24 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
             flags[i] |= DRUM_END
         own[ANGLE] = angle
         lengths[i] = length_out(own, radii[i], wound[i], sideways[i])
+
+
+@jit
+def slip_of(own, radius, pull):
+    """Angle (rad) by which a drum slips in its closed brake under a *pull* (N), so that the brake holds it after that.
+
+    Coulomb friction of a drum without inertia, which a line can only pay out: as much as stretches the line beyond what
+    the brake holds, and as its ends go apart. Where a last one is known a pull is that half way through a step
+    (`dynamics.midpoint_step`): two of them, and what was paid out, tell how the ends move, and the pull of now.
+    """
+    apart, over = 0.0, own[SOFT] * (pull - own[BRAKE] / radius)
+    if own[PULL] > 0.0:
+        apart = own[SOFT] * (pull - own[PULL]) + 0.5 * (own[SLIP] + own[SLIP_BEFORE])
+        over += 0.5 * (apart - own[SLIP])
+    own[PULL] = pull
+    own[SLIP_BEFORE] = own[SLIP]
+    own[SLIP] = max(over + apart, 0.0) if over > 0.0 else 0.0
+    return own[SLIP] / radius
 
 
 @jit

@@ -20,8 +20,8 @@ from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.off_watch import OffWatch
 from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import DriveSettings
-from cablewright.machine.drives.strays import StrayWatch
-from cablewright.machine.interface import Abilities, check_command
+from cablewright.machine.drives.strays import StrayWatch, slipping
+from cablewright.machine.interface import RESET, Abilities, check_command
 from cablewright.machine.settings import MachineSettings
 from cablewright.signals import (
     Barrier,
@@ -39,9 +39,6 @@ from cablewright.signals import (
 )
 
 _STOP_IT: Final = "it has to stop by its own watch over this computer; press the emergency stop"
-
-RESET: Final = "reset"
-"""Output by which a person's order to reset reaches the drives."""
 
 _OPENS: Final = 0.5  # of a valve that is open or shut: while speeds change evenly it lays as much as one that is not
 
@@ -304,7 +301,7 @@ class DriveMachine:
         why = self._lost() if self._on else ""
         stray = self._strays.judge(self._drives.axes, self._setpoints, self._measured)
         if stray and not self._on:
-            self._slips = stray = f"{stray}, which its brake should hold: secure the load"
+            self._slips = stray = slipping(stray)
         if why or stray:
             self._trip(why or stray)
         return None

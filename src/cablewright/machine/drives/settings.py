@@ -16,6 +16,9 @@ _GENTLE: Final = 1.0  # m/s^2
 ACKNOWLEDGED: Final = "tested on virtual drives only"
 """What whoever uses a real bus has to write into the machine file."""
 
+FOLLOWING_ERROR: Final = 0.02
+"""How far a winch may be from where it was commanded if no file says, m of cable."""
+
 LOOPBACK: Final = "loopback"
 """The interface of virtual drives."""
 
@@ -86,7 +89,7 @@ class DriveSettings(Description):
     heartbeat_timeout: _Brief = 0.2
     command_timeout: _Brief = 0.1
     answer_timeout: _Brief = 0.05
-    following_error: Annotated[Length, Field(ge=1e-4, le=0.1)] = 0.02
+    following_error: Annotated[Length, Field(ge=1e-4, le=0.1)] = FOLLOWING_ERROR
     following_time: _Brief = 0.05
     deceleration: Annotated[float, Field(ge=0.01, le=10.0)] = 1.0
     brake_time: Annotated[Duration, Field(ge=0.02, le=10.0)] = 0.2

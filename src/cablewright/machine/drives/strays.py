@@ -59,7 +59,18 @@ class StrayWatch:
         worst = int(np.argmax(lengths / most))
         if lengths[worst] <= most[worst]:
             return ""
-        name, size = axes[worst].name, f"{1e3 * lengths[worst]:.0f} mm"
+        name = axes[worst].name
         if under_torque[worst]:
+            size = f"{1e3 * lengths[worst]:.0f} mm"
             return f"{name}: its winch went {size} beyond its speed limit under torque, {self._own.tension_speed:g} m/s"
-        return f"{name}: its winch is {size} from where it was commanded"
+        return astray(name, lengths[worst])
+
+
+def astray(name: str, length: float) -> str:
+    """Say that the winch of the line called *name* is off by a *length*, m."""
+    return f"{name}: its winch is {1e3 * length:.0f} mm from where it was commanded"
+
+
+def slipping(stray: str) -> str:
+    """Say of a *stray*, one by `astray`, that it is behind a closed brake."""
+    return f"{stray}, which its brake should hold: secure the load"

@@ -118,6 +118,8 @@ class QuasiStaticPlant:
         """As `Plant`."""
         rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
+        if rig.brakes is not None:
+            rig.brakes.yield_by_secants(winches, rig.tensions * rig.unmodelled.ratio)
         winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
         if rig.robot.m - len(rig.line_faults.broken()) < len(self._kept):
             self._fit()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from cablewright.errors import InputError
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
+from cablewright.machine.drives.settings import FOLLOWING_ERROR
 from cablewright.machine.simulated.as_built_parts import home_errors
 from cablewright.machine.simulated.motion.line_faults import LineFaults
 from cablewright.machine.simulated.motion.masses import Masses
@@ -20,12 +22,13 @@ from cablewright.machine.simulated.motion.retraction import RetractionAxis
 from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings, require_hanging
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
-from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled
+from cablewright.machine.simulated.unmodelled.brakes import Brakes
+from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled, softness
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Model
 from cablewright.robot import RigidPlatform, Robot
-from cablewright.signals import Condition, Notice, Truth, frozen
+from cablewright.signals import Condition, Notice, Truth, WinchMode, frozen
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 
@@ -83,6 +86,7 @@ class Rig:
         self.work, self.swing = dynamics.moving_workspace(robot.n, robot.m)
         evaluate(self.packed, self.lengths, pose, self.states, self.work)  # for the lines' planes
         self.unmodelled = Unmodelled(robot, simulation, self.packed, self.states, pose[:3], self.winches, seed)
+        self.brakes = _brakes_of(robot, settings, seed)
         self._let_exits_give(pose)
         self.tensions = hung.tensions.copy() if self.unmodelled.exits is None else LineStates(self.states).tension
         self.motion = np.zeros(dynamics.MOTION)
@@ -161,9 +165,20 @@ class Rig:
         place = self.motion[:3]
         self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period)
 
+    def brake(self, modes: Sequence[WinchMode], reset: bool) -> None:
+        """Close the brakes of winches whose *modes* are off, and open others; *reset*: what has slipped is known."""
+        if self.brakes is None:
+            return
+        if reset:
+            self.brakes.forget(self.winches)
+        closed = np.array([mode is WinchMode.OFF for mode in modes] or [False] * self.robot.m)
+        self.brakes.close(closed, self.winches, softness(self.packed, self.states))
+
     def take_notices(self) -> list[Notice]:
-        """Return and clear the notices of winches and retraction since the last call."""
+        """Return the notices of winches, brakes and retraction since the last call."""
         notices = self.retraction.take_notices()
+        if self.brakes is not None:
+            notices += self.brakes.notices(self.winches)
         if not self.winch_flags.any():
             return notices
         notices += [
@@ -262,6 +277,8 @@ class Rig:
         archive.scratch("swing", self.swing)
         archive.random("random", self._random)
         self.winches.archive_state(archive.section("winches"))
+        if self.brakes is not None:
+            self.brakes.archive_state(archive.section("brakes"))
         self.ground.archive_state(archive.section("ground"))
 
     def fill(self, powder: float) -> None:
@@ -302,6 +319,13 @@ def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
     """Return temperature (degrees Celsius) and relative humidity at *time*, s; both begin at their means."""
     wave = math.sin(2.0 * math.pi * time / _DAY)
     return law.temperature + law.swing * wave, min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))
+
+
+def _brakes_of(robot: Robot, settings: TwinSettings, seed: int) -> Brakes | None:
+    """The brakes of a machine; None where they hold whatever pulls."""
+    law, drives = settings.simulation.brakes, settings.owner.drives
+    limit = FOLLOWING_ERROR if drives is None else drives.following_error
+    return Brakes(law, tuple(line.name for line in robot.lines), seed, limit) if law.give else None
 
 
 def _check(robot: Robot) -> None:

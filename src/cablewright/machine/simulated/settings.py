@@ -26,6 +26,7 @@ from cablewright.machine.simulated.unmodelled.laws import (
     HangingHose,
     PeoplePushing,
     SheaveFriction,
+    WinchBrakes,
     WinchGears,
     Wind,
 )
@@ -301,6 +302,7 @@ class SimulationSettings(Description):
     sheaves: SheaveFriction = SheaveFriction()
     exits: ExitMounts = ExitMounts()
     gears: WinchGears = WinchGears()
+    brakes: WinchBrakes = WinchBrakes()
     wind: Wind = Wind()
     hose: HangingHose | None = None
     pushes: PeoplePushing = PeoplePushing()

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.arrays import Array
 from cablewright.choices import PlantName
 from cablewright.errors import InputError, UnknownName
-from cablewright.machine.interface import Abilities, check_command
+from cablewright.machine.interface import RESET, Abilities, check_command
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.as_built_parts import as_built_machine, line_sensors, mass_factors, mounting
@@ -198,6 +198,7 @@ class SimulatedMachine:
         """As `Machine`."""
         speeds = self._checked(command)
         self.rig.retraction.command(command.outputs.get(OUTPUT, 0.0))
+        self.rig.brake(command.modes, command.outputs.get(RESET, 0.0) > 0.0)
         notices = self.rig.advance_slowly(self.time, self.period, command.valve)
         notices += self._plant.advance(speeds)
         self.rig.advance_unmodelled(self.period)
@@ -271,11 +272,13 @@ class SimulatedMachine:
         return np.array(command.winch_speeds, dtype=np.float64)
 
     def _able(self) -> Abilities:
+        brakes = self.rig.brakes is not None
         return Abilities(
             self.rig.robot.m,
             frozenset(self._sensors),
             frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY}),
-            frozenset({OUTPUT} if self.rig.retraction.has_drive else ()),
+            frozenset({OUTPUT} if self.rig.retraction.has_drive else ()) | ({RESET} if brakes else set()),
+            brakes=brakes,
             real_time=False,
             truth=lambda: self.truth,
             snapshot=self.snapshot,

@@ -97,6 +97,17 @@ class Winches:
         """Set the strains (m,) of the cables besides elasticity."""
         self.state[:, winding.STRAIN] = strains
 
+    @property
+    def slipped(self) -> Array:
+        """Angle (m,), rad, that drums have paid out against closed brakes; a view."""
+        return self.state[:, winding.SLIPPED]
+
+    def set_brakes(self, torques: Array, softness: Array) -> None:
+        """Close brakes that hold *torques* (m,), N m, 0: open; *softness* (m,): m/N, by which the lines stretch."""
+        self.state[:, winding.BRAKE] = torques
+        self.state[:, winding.SOFT] = softness
+        self.state[torques == 0.0, winding.PULL : winding.SLIP_BEFORE + 1] = 0.0
+
     def set_unmodelled(self, ratio: Array, stretch: Array | float, lag: Array | float) -> None:
         """Set the tension at each winch over that at the platform, *ratio* (m,), and what changes the length out.
 

@@ -28,7 +28,7 @@ from cablewright.control.stop import StopKind, StopState, advance
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import InputError
-from cablewright.machine.interface import Machine, check_command, require_abilities
+from cablewright.machine.interface import RESET, Machine, check_command, require_abilities
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.signals import (
     Command,
@@ -344,8 +344,8 @@ class Printer:
         It reaches them even where it was refused, as their own faults are a cause for that: it is ordered again then.
         """
         asked = any(order.kind is OrderKind.RESET and not self._is_late(order) for order in verdict.orders)
-        able = _RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes
-        return replace(command, outputs={_RESET: 1.0}) if asked and able else command
+        able = RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes
+        return replace(command, outputs={RESET: 1.0}) if asked and able else command
 
     def _is_late(self, order: Order) -> bool:
         """Whether an order is from before the fault."""
@@ -383,7 +383,6 @@ class Printer:
         return Progress(estimate.time, verdict.state, target.layer, target.distance, place, error, verdict.reason)
 
 
-_RESET: Final = "reset"  # output of machines whose drives are to be reset too
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 
 

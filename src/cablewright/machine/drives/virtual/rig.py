@@ -21,7 +21,7 @@ from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import Robot
-from cablewright.signals import Command
+from cablewright.signals import Command, WinchMode
 
 _TICKS: Final = 5  # of the drives, in a step of the plant
 MADE_UP: Final = 0.5
@@ -99,7 +99,11 @@ class VirtualRig:
         if self.ticks % _TICKS == (self._phase or 0):
             speeds = self.signs * self._turned / self.per_radian
             self._turned[:] = 0.0
-            self.plant.step(Command(self.plant.time, speeds, float(self.valve_open)))
+            modes = tuple(
+                WinchMode.OFF if drive.brake_closed and speed == 0.0 else WinchMode.VELOCITY
+                for drive, speed in zip(self.drives, speeds, strict=True)
+            )
+            self.plant.step(Command(self.plant.time, speeds, float(self.valve_open), modes))
             self._load()
         return self._said()
 

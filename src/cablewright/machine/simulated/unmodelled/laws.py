@@ -11,7 +11,7 @@ from pydantic import Field
 from cablewright.arrays import Array
 from cablewright.machine.quantities import Factor, Share, Size, Time
 from cablewright.robot.mount import Compliance, compliance_matrix
-from cablewright.units import Angle, Length, LinearDensity, NonNegative, Positive, Vec3
+from cablewright.units import Angle, Length, LinearDensity, NonNegative, Positive, Torque, Vec3
 from cablewright.validation import Description
 
 
@@ -61,6 +61,22 @@ class WinchGears(Description):
     torsion: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
     ripple: Annotated[NonNegative[Angle], Field(le=0.1)] = 0.0
     ripple_periods: Factor = 1.0
+
+
+class WinchBrakes(Description):
+    """``torque``: N m at the drum, up to which a closed brake holds; 0: it never gives. ``by_line``: of some lines.
+
+    Each is off by a uniform share of at most ``spread``.
+    """
+
+    torque: Annotated[NonNegative[Torque], Field(le=1e6)] = 0.0
+    by_line: dict[str, Annotated[NonNegative[Torque], Field(le=1e6)]] = Field(default_factory=dict)
+    spread: Annotated[Share, Field(lt=1.0)] = 0.0
+
+    @property
+    def give(self) -> bool:
+        """Whether any does."""
+        return any((self.torque, *self.by_line.values()))
 
 
 class Wind(Description):

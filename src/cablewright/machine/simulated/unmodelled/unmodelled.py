@@ -118,9 +118,7 @@ class Unmodelled:
         if self.gears is not None:
             self.gears.turn(winches.angles, pulls)
         if self.drive is not None:
-            own = LineStates(states)
-            softness = LineNumbers(packed.lines).free_compliance * (own.free_length + own.dead_length)
-            self.drive.turn(winches.angles, pulls, winches.leaving_radii, softness)
+            self.drive.turn(winches.angles, pulls, winches.leaving_radii, softness(packed, states))
         lags = [each.lag for each in (self.gears, self.drive) if each is not None]
         if self.sheaves is not None or lags:
             winches.set_unmodelled(self.ratio, 0.0 if self.sheaves is None else self.sheaves.stretch, sum(lags))
@@ -149,3 +147,9 @@ class Unmodelled:
                 part.archive_state(archive)
         if self.exits is not None:
             self.exits.archive_state(archive, packed.lines)
+
+
+def softness(packed: Packed, states: Array) -> Array:
+    """Return by how much straight lines with *states* (m, 6) stretch between fixed ends, (m,) m/N."""
+    own = LineStates(states)
+    return np.asarray(LineNumbers(packed.lines).free_compliance * (own.free_length + own.dead_length))

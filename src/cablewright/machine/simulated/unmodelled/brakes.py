@@ -1,0 +1,75 @@
+"""Brakes that give: a closed one holds its drum up to a torque, and slips beyond it until its line pulls no more.
+
+Coulomb friction, at rest as in motion, of a drum without inertia: the kernel pays out what a line between fixed ends
+would need to be held, and as far as the platform goes away besides. In the quasi-static plant, where it goes as far as
+lines let it, a line is as soft as its last slip has shown. A brake only takes energy. The drum turns its motor, so that
+encoders count the way.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array, Mask
+from cablewright.errors import UnknownName
+from cablewright.kernels.plant import winding
+from cablewright.machine.drives.strays import astray, slipping
+from cablewright.machine.simulated.as_built_parts import BRAKES, drawn
+from cablewright.machine.simulated.snapshot import Archive
+from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
+from cablewright.machine.simulated.winches import Winches
+from cablewright.signals import Condition, Notice
+
+_GROWS: Final = 4.0  # in a step, of how much softer a line is taken for
+_MOST: Final = 0.02  # m that a line may be let out in a step, if its brake held nothing
+
+
+class Brakes:
+    """The brakes of m winches, open at first."""
+
+    def __init__(self, law: WinchBrakes, names: tuple[str, ...], seed: int, limit: float) -> None:
+        """*names* (m,) of the lines; *limit*: m of cable by which one may slip until that is told.
+
+        Raises `UnknownName` for a line.
+        """
+        for name in law.by_line:
+            if name not in names:
+                raise UnknownName("line", name, names)
+        uneven = 1.0 + law.spread * drawn(seed, BRAKES).uniform(-1.0, 1.0, len(names))
+        self.torques = np.array([law.by_line.get(name, law.torque) for name in names]) * uneven
+        """What each holds, (m,) N m; 0: it holds whatever pulls."""
+        self._names, self._limit = names, limit
+        self._softer = np.ones(len(names))  # than between fixed ends
+
+    def close(self, closed: Mask, winches: Winches, softness: Array) -> None:
+        """Close those that are *closed* (m,), open the others; *softness* (m,): m/N, by which the lines stretch."""
+        winches.set_brakes(np.where(closed, self.torques, 0.0), softness)
+
+    def yield_by_secants(self, winches: Winches, pulls: Array) -> None:
+        """Take lines for as soft as they were when they last slipped, by the *pulls* (m,), N, at the winches since."""
+        was = winches.state
+        slipped, fell = was[:, winding.SLIP], was[:, winding.PULL] - pulls
+        soft = np.maximum(was[:, winding.SOFT], 1e-12)
+        seen = np.where(fell > 0.0, slipped / np.maximum(fell, 1e-9), np.inf) / soft
+        most = np.minimum(_GROWS * self._softer, _MOST / np.maximum(pulls, 1.0) / soft)
+        self._softer = np.where(slipped > 0.0, np.maximum(np.minimum(seen, most), 1.0), 1.0)
+        was[:, winding.SOFT] *= self._softer
+        was[:, winding.PULL] = 0.0  # nothing has a speed
+
+    def forget(self, winches: Winches) -> None:
+        """Take the place at which drums are for where they should be, by a person's order to reset."""
+        winches.slipped[:] = 0.0
+
+    def notices(self, winches: Winches) -> list[Notice]:
+        """Tell which winch has slipped too far since the last reset, as a machine with drives does."""
+        lengths = winches.slipped * winches.leaving_radii
+        worst = int(np.argmax(lengths))
+        if lengths[worst] <= self._limit:
+            return []
+        return [Notice(Condition.BRAKE, slipping(astray(self._names[worst], lengths[worst])))]
+
+    def archive_state(self, archive: Archive) -> None:
+        """Save or load the state, but that of the drums."""
+        archive.array("softer", self._softer)
