@@ -23,6 +23,7 @@ from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings, req
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.unmodelled.brakes import Brakes
+from cablewright.machine.simulated.unmodelled.stuck_material import StuckMaterial
 from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled, softness
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
@@ -73,7 +74,9 @@ class Rig:
         self.settings, self.seed, self.powder = settings, seed, owner.carrier.powder
         _check(robot)
         self.masses, self.retraction = Masses(robot, settings), RetractionAxis(robot, owner.retraction)
-        self.body = self.masses.numbers(self.powder, self.retraction.length)
+        law = simulation.sticking
+        self.stuck = StuckMaterial(law) if law.share else None
+        self.body = self.masses.numbers(self.powder, 0.0, self.retraction.length)
         self.robot = self._filled(robot)
         model, place = Model(self.robot), start_pose(robot, start)
         held = solve_inverse(model, place).checked()
@@ -248,9 +251,11 @@ class Rig:
             return [Notice(Condition.POWDER_OUT)] if valve > 0.0 and carrier.flow > 0.0 else []
         if not self.falling_mass:
             self._fall_start = here
-        self.falling_mass += released
+        self.falling_mass += released if self.stuck is None else self.stuck.passed(released)
         if carrier.capacity:
             self.fill(self.powder - released)
+        elif self.stuck is not None:
+            self._weigh()
         return []
 
     def _over_ground(self) -> tuple[float, float]:
@@ -279,6 +284,8 @@ class Rig:
         self.winches.archive_state(archive.section("winches"))
         if self.brakes is not None:
             self.brakes.archive_state(archive.section("brakes"))
+        if self.stuck is not None:
+            self.stuck.archive_state(archive)
         self.ground.archive_state(archive.section("ground"))
 
     def fill(self, powder: float) -> None:
@@ -288,11 +295,11 @@ class Rig:
 
     def _weigh(self) -> None:
         """Set mass, centre and inertia by what is in the platform and how long it is."""
-        kept = self.body[[dynamics.YAW_REST]]
-        self.body = self.masses.numbers(self.powder, self.retraction.length)
+        kept, stuck = self.body[[dynamics.YAW_REST]], 0.0 if self.stuck is None else self.stuck.mass
+        self.body = self.masses.numbers(self.powder, stuck, self.retraction.length)
         self.body[[dynamics.YAW_REST]] = kept
         numbers = PlatformNumbers(self.packed.platform)
-        numbers.weight = self.masses.total(self.powder) * self.robot.scene.gravity
+        numbers.weight = self.masses.total(self.powder, stuck) * self.robot.scene.gravity
         if self.robot.n == 6:
             numbers.centre_of_mass = self.body[dynamics.CENTRE : dynamics.CENTRE + 3]
 

@@ -26,6 +26,7 @@ from cablewright.machine.simulated.unmodelled.laws import (
     HangingHose,
     PeoplePushing,
     SheaveFriction,
+    StickingMaterial,
     WinchBrakes,
     WinchGears,
     Wind,
@@ -303,6 +304,7 @@ class SimulationSettings(Description):
     exits: ExitMounts = ExitMounts()
     gears: WinchGears = WinchGears()
     brakes: WinchBrakes = WinchBrakes()
+    sticking: StickingMaterial = StickingMaterial()
     wind: Wind = Wind()
     hose: HangingHose | None = None
     pushes: PeoplePushing = PeoplePushing()

@@ -32,28 +32,28 @@ class Masses:
         else:
             self.nozzle = np.array([0.0, 0.0, -owner.point_drum.valve])
 
-    def total(self, powder: float) -> float:
-        """Mass, kg, with so much *powder*, kg."""
-        return self._settings.owner.carrier.empty_mass + powder
+    def total(self, powder: float, stuck: float) -> float:
+        """Mass, kg, with so much *powder* in it, and *stuck* to its nozzle, kg."""
+        return self._settings.owner.carrier.empty_mass + powder + stuck
 
-    def numbers(self, powder: float, length: float) -> Array:
-        """Return the kernel's numbers (BODY,) with so much *powder*, kg, at the *length*, m, of a retraction."""
+    def numbers(self, powder: float, stuck: float, length: float) -> Array:
+        """Return the kernel's numbers (BODY,) with so much as in `total`, at the *length*, m, of a retraction."""
         simulation, numbers = self._settings.simulation, np.zeros(dynamics.BODY)
         if simulation.drum is not None:
-            _put_drum(self._settings.owner.point_drum, powder, numbers)
+            _put_drum(self._settings.owner.point_drum, powder, stuck, numbers)
             numbers[dynamics.DRAG] = simulation.drum.drag
             numbers[dynamics.SWING_DAMPING] = simulation.drum.swing_damping
             numbers[dynamics.YAW_DAMPING] = simulation.drum.yaw_damping
             numbers[dynamics.YAW_STIFFNESS] = simulation.drum.yaw_stiffness
         else:
-            self._put_body(powder, length, numbers)
+            self._put_body(powder, stuck, length, numbers)
             assert simulation.body is not None  # as validated
             numbers[dynamics.DRAG] = simulation.body.drag
             numbers[dynamics.SWING_DAMPING] = numbers[dynamics.YAW_DAMPING] = simulation.body.turn_damping
         numbers[dynamics.RELAXATION] = simulation.line.relaxation
         return numbers
 
-    def _put_body(self, powder: float, length: float, numbers: Array) -> None:
+    def _put_body(self, powder: float, stuck: float, length: float, numbers: Array) -> None:
         """Write mass, centre and inertia of a rigid platform with what is in it."""
         owner, platform = self._settings.owner, self._platform
         assert isinstance(platform, RigidPlatform)
@@ -73,21 +73,24 @@ class Masses:
             across = powder * (body.radius**2 / 4.0 + fill**2 / 12.0)
             about += np.diag([across, across, 0.5 * powder * body.radius**2]) + powder * _spread(centre)
             moment += powder * centre
-        mass = self.total(powder)
+        if stuck:
+            about += stuck * _spread(self.nozzle)
+            moment += stuck * self.nozzle
+        mass = self.total(powder, stuck)
         numbers[dynamics.MASS] = mass
         numbers[dynamics.CENTRE : dynamics.CENTRE + 3] = moment / mass
         numbers[dynamics.INERTIA : dynamics.INERTIA + 9] = about.ravel()
 
 
-def _put_drum(drum: Drum, powder: float, numbers: Array) -> None:
-    """Write mass, centre and inertia of a drum with *powder*, kg, in it."""
+def _put_drum(drum: Drum, powder: float, stuck: float, numbers: Array) -> None:
+    """Write mass, centre and inertia of a drum with *powder*, kg, in it, and *stuck*, kg, to its valve."""
     fill = drum.fill_height(powder)  # m, of a cylinder
     depth = drum.powder_bottom - 0.5 * fill
-    mass = drum.empty_mass + powder
+    mass = drum.empty_mass + powder + stuck
     numbers[dynamics.MASS] = mass
-    numbers[dynamics.CENTRE + 2] = -((drum.empty_mass * drum.empty_centre + powder * depth) / mass)
+    numbers[dynamics.CENTRE + 2] = -((drum.empty_mass * drum.empty_centre + powder * depth + stuck * drum.valve) / mass)
     x, y, z = drum.empty_gyration
-    about = powder * (drum.radius**2 / 4.0 + fill**2 / 12.0 + depth**2)
+    about = powder * (drum.radius**2 / 4.0 + fill**2 / 12.0 + depth**2) + stuck * drum.valve**2
     numbers[dynamics.INERTIA] = drum.empty_mass * (x**2 + drum.empty_centre**2) + about
     numbers[dynamics.INERTIA + 4] = drum.empty_mass * (y**2 + drum.empty_centre**2) + about
     numbers[dynamics.INERTIA + 8] = drum.empty_mass * z**2 + 0.5 * powder * drum.radius**2

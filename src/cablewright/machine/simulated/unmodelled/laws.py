@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from cablewright.arrays import Array
-from cablewright.machine.quantities import Factor, Share, Size, Time
+from cablewright.machine.quantities import Factor, Heavy, Share, Size, Time
 from cablewright.robot.mount import Compliance, compliance_matrix
 from cablewright.units import Angle, Length, LinearDensity, NonNegative, Positive, Torque, Vec3
 from cablewright.validation import Description
@@ -87,6 +87,16 @@ class Wind(Description):
 
     force: Size = 0.0
     correlation: Time = 2.0
+
+
+class StickingMaterial(Description):
+    """Material that sticks to a clean nozzle: the ``share`` of what leaves the valve; ``most``: kg that stay on it.
+
+    None: without limit.
+    """
+
+    share: Share = 0.0
+    most: Heavy | None = None
 
 
 class HangingHose(Description):

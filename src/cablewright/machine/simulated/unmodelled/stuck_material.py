@@ -1,0 +1,34 @@
+"""Material that sticks to the nozzle: the platform grows heavier than its owner believes, and less is laid than is fed.
+
+A share of what leaves the valve sticks, less and less as the crust nears the most that stays on: dm = s (1 - m / M) df
+with f what has left the valve, so that m = M (1 - exp(-s f / M)), exact for any step. None of it falls off.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cablewright.machine.simulated.snapshot import Archive
+from cablewright.machine.simulated.unmodelled.laws import StickingMaterial
+
+
+class StuckMaterial:
+    """What sticks to a nozzle."""
+
+    def __init__(self, law: StickingMaterial) -> None:
+        """Begin with a clean one."""
+        self._law = law
+        self.mass = 0.0  # kg
+
+    def passed(self, released: float) -> float:
+        """Return how much of what is *released*, kg, falls; the rest sticks."""
+        share, most = self._law.share, self._law.most
+        sticks = share * released
+        if most is not None:
+            sticks = (self.mass - most) * math.expm1(-share * released / most)
+        self.mass += sticks
+        return released - sticks
+
+    def archive_state(self, archive: Archive) -> None:
+        """Save or load the state."""
+        self.mass = archive.number("stuck", self.mass)
