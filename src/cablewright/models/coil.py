@@ -71,7 +71,7 @@ def wind(
     *sideways_walk* with a correlation length of *memory* turns. Raises `InputError` for a drum too narrow for one turn,
     a *radius_walk* over a sixth of the radius, or too many turns.
     """
-    per_layer = int(width / diameter + 1e-9)
+    per_layer = turns_per_layer(width, diameter)
     if per_layer < 1:
         raise InputError(f"width = {width:g} m: too narrow for one turn of a cable of {diameter:g} m")
     if not core > 6.0 * radius_walk:
@@ -91,6 +91,11 @@ def wind(
     for column in (radii, wound, sideways):
         column.flags.writeable = False
     return Coil(np.asarray(radii), wound, np.asarray(sideways))
+
+
+def turns_per_layer(width: float, diameter: float) -> int:
+    """Return how many turns of a cable of that *diameter* fit side by side on a drum of that *width*, m."""
+    return int(width / diameter + 1e-9)
 
 
 def _walk(count: int, memory: float, random: np.random.Generator) -> Array:

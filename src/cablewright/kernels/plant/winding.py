@@ -1,6 +1,6 @@
 """Winches: a motor that follows a commanded speed, and a drum on which each turn of cable has its own radius."""
 
-from math import exp, sqrt
+from math import cos, exp, pi, sin, sqrt
 
 from cablewright.kernels import jit
 
@@ -19,7 +19,10 @@ SOFT = 9  # m/N: by which its line stretches; of a closed brake
 SLIPPED = 10  # rad: paid out against its brake
 PULL = 11  # N: at the winch half way through the last step of a closed brake; 0: none known
 SLIP, SLIP_BEFORE = 12, 13  # m: paid out against it in that step, and in the one before
-WINCH = 14
+CROSSING = 14  # m: height of the bump where a cable crosses the turn below it, once a turn; 0: none
+CROSSING_FROM = 15  # turns wound, from which turns cross others
+CROSSING_AT, CROSSING_SPAN = 16, 17  # share of a turn at which a bump begins, and that it takes
+WINCH = 18
 
 # Entries of a motor, at its drum.
 MAX_SPEED, LAG, MAX_TORQUE = 0, 1, 2  # rad/s, s, N m
@@ -40,14 +43,14 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
         target = min(max(speeds[i], -motor[MAX_SPEED]), motor[MAX_SPEED])
         if target != speeds[i]:
             flags[i] |= LIMITED
-        if target < 0.0 and tensions[i] * own[RATIO] * radius_at(radii[i], own[ANGLE]) > motor[MAX_TORQUE]:
+        if target < 0.0 and tensions[i] * own[RATIO] * radius_at(own, radii[i]) > motor[MAX_TORQUE]:
             target = 0.0
             flags[i] |= STALLED
         turned = target * dt + (own[SPEED] - target) * motor[LAG] * (1.0 - keep)
         own[SPEED] = target + (own[SPEED] - target) * keep
         angle = own[ANGLE] - turned
         if own[BRAKE] > 0.0:
-            slip = min(slip_of(own, radius_at(radii[i], own[ANGLE]), tensions[i] * own[RATIO]), max(angle, 0.0))
+            slip = min(slip_of(own, radius_at(own, radii[i]), tensions[i] * own[RATIO]), max(angle, 0.0))
             own[SLIPPED] += slip
             angle -= slip
         last = TURN * (radii.shape[1] - 1)
@@ -78,11 +81,25 @@ def slip_of(own, radius, pull):
 
 
 @jit
-def radius_at(radii, angle):
-    """Radius (m) at which cable leaves a drum with *angle* (rad) wound."""
-    turn = min(int(angle / TURN), radii.shape[0] - 2)
-    share = angle / TURN - turn
-    return radii[turn] + share * (radii[turn + 1] - radii[turn])
+def radius_at(own, radii):
+    """Radius (m) at which cable leaves a drum."""
+    turn = min(int(own[ANGLE] / TURN), radii.shape[0] - 2)
+    share = own[ANGLE] / TURN - turn
+    return radii[turn] + share * (radii[turn + 1] - radii[turn]) + crossing(own, turn, share)[0]
+
+
+@jit
+def crossing(own, turn, share):
+    """Height (m) at a *share* of a *turn* by which its cable lies on the one below, and length (m) wound by that.
+
+    A bump in each turn, a raised cosine, whose integral over a turn is half its height times the angle that it takes.
+    """
+    if own[CROSSING] == 0.0 or turn < own[CROSSING_FROM]:
+        return 0.0, 0.0
+    u = min(max((share - own[CROSSING_AT]) / own[CROSSING_SPAN], 0.0), 1.0)
+    passed = turn - own[CROSSING_FROM] + u - sin(2.0 * pi * u) / (2.0 * pi)
+    half = 0.5 * own[CROSSING]
+    return half * (1.0 - cos(2.0 * pi * u)), half * own[CROSSING_SPAN] * TURN * passed
 
 
 @jit
@@ -93,8 +110,9 @@ def length_out(own, radii, wound, sideways):
     """
     turn = min(int(own[ANGLE] / TURN), radii.shape[0] - 2)
     share = own[ANGLE] / TURN - turn
-    radius = radii[turn] + share * (radii[turn + 1] - radii[turn])
-    on_drum = wound[turn] + TURN * share * (radii[turn] + 0.5 * share * (radii[turn + 1] - radii[turn]))
+    over, more = crossing(own, turn, share)
+    radius = radii[turn] + share * (radii[turn + 1] - radii[turn]) + over
+    on_drum = wound[turn] + TURN * share * (radii[turn] + 0.5 * share * (radii[turn + 1] - radii[turn])) + more
     aside = sideways[turn] + share * (sideways[turn + 1] - sideways[turn])
     off = radius - own[MIDDLE]
     detour = 0.0

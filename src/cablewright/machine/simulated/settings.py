@@ -6,6 +6,7 @@ is for estimation, control or plans, which see `cablewright.machine.settings` al
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -32,7 +33,7 @@ from cablewright.machine.simulated.unmodelled.laws import (
     Wind,
 )
 from cablewright.robot import Robot
-from cablewright.units import Angle, Duration, Length, NonNegative
+from cablewright.units import Angle, Duration, Length, NonNegative, Positive
 from cablewright.validation import Description, refusal, validated
 
 MAX_FAULTS: Final = 1000
@@ -111,13 +112,17 @@ class BodyMotion(Description):
 class Winding(Description):
     """How irregularly the cable lies on the winches' drums.
 
-    ``slide``: share of what a drum winds or pays out by which cable slides out, at the reference load.
+    ``slide``: share of what a drum winds or pays out by which cable slides out, at the reference load. ``crossing``: of
+    the cable's diameter, by which it is lifted where it crosses the turn below it, once a turn of each layer but the
+    first, within ``crossing_angle`` of the drum.
     """
 
     radius_walk: Width
     walk_turns: Factor
     sideways_walk: Width
     slide: Annotated[Share, Field(le=0.1)] = 0.0
+    crossing: Share = 0.0
+    crossing_angle: Annotated[Positive[Angle], Field(le=math.tau)] = math.radians(60.0)
 
 
 class LineMotion(Description):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,9 +12,13 @@ from cablewright.errors import InputError
 from cablewright.kernels.plant import winding
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import WinchSettings
+from cablewright.machine.simulated.as_built_parts import CROSSINGS, drawn
 from cablewright.machine.simulated.settings import Winding
 from cablewright.machine.simulated.snapshot import Archive
+from cablewright.models.coil import turns_per_layer
 from cablewright.robot import Robot
+
+_TRIES: Final = 12  # each leaves of an error what a crossing is of the radius
 
 
 class Winches:
@@ -47,14 +53,28 @@ class Winches:
         for own, line, coil in zip(self.state, robot.lines, self.coils, strict=True):
             own[winding.HEIGHT] = 0.0 if line.winch_exit is None else abs(line.exit_point[2] - line.winch_exit[2])
             own[winding.MIDDLE] = line.winch.drum_radius or coil.radii[0]
+        self._cross(robot, walk, seed)
         self._pay_out(robot, lengths)
         self.start_angles = self.angles
 
+    def _cross(self, robot: Robot, walk: Winding, seed: int) -> None:
+        """Let upper layers cross the turns below them, each drum's at a place of its own by *seed*.
+
+        They begin with the turn in which the cable climbs to the second layer.
+        """
+        span = walk.crossing_angle / winding.TURN
+        places = (1.0 - span) * drawn(seed, CROSSINGS).uniform(0.0, 1.0, robot.m)
+        for own, line, place in zip(self.state, robot.lines, places, strict=True):
+            diameter = line.cable.diameter or 0.0
+            own[winding.CROSSING] = walk.crossing * diameter
+            own[winding.CROSSING_FROM] = turns_per_layer(self.settings.width, diameter) - 1
+            own[winding.CROSSING_AT], own[winding.CROSSING_SPAN] = place, span
+
     def _pay_out(self, robot: Robot, lengths: Array) -> None:
-        """Turn the drums until *lengths* are paid out; iterates, because the detour depends on the drum's angle."""
+        """Turn the drums until *lengths* are paid out; iterates, as detour and crossings depend on the drum's angle."""
         for i, (own, coil, line) in enumerate(zip(self.state, self.coils, robot.lines, strict=True)):
             out = float(lengths[i])
-            for _ in range(4):
+            for _ in range(_TRIES if own[winding.CROSSING] else 4):
                 if not self.settings.held >= out:
                     raise InputError(
                         f"winch.held = {self.settings.held:g} m: line {line.name!r} begins with {lengths[i]:g} m out"
@@ -75,9 +95,7 @@ class Winches:
     @property
     def leaving_radii(self) -> Array:
         """Radius at which cable leaves each drum, (m,) m."""
-        return np.array(
-            [winding.radius_at(radii, own[winding.ANGLE]) for radii, own in zip(self.radii, self.state, strict=True)]
-        )
+        return np.array([winding.radius_at(own, radii) for radii, own in zip(self.radii, self.state, strict=True)])
 
     @property
     def counts(self) -> NDArray[np.int64]:
