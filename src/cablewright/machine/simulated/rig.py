@@ -26,7 +26,7 @@ from cablewright.machine.simulated.unmodelled.brakes import Brakes
 from cablewright.machine.simulated.unmodelled.stuck_material import StuckMaterial
 from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled, softness
 from cablewright.machine.simulated.winches import Winches
-from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
+from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Model
 from cablewright.robot import RigidPlatform, Robot
 from cablewright.signals import Condition, Notice, Truth, WinchMode, frozen
@@ -175,7 +175,8 @@ class Rig:
         if reset:
             self.brakes.forget(self.winches)
         closed = np.array([mode is WinchMode.OFF for mode in modes] or [False] * self.robot.m)
-        self.brakes.close(closed, self.winches, softness(self.packed, self.states))
+        spring = LineNumbers(self.packed.lines).spring
+        self.brakes.close(closed, self.winches, softness(self.packed, self.states) + spring)
 
     def take_notices(self) -> list[Notice]:
         """Return the notices of winches, brakes and retraction since the last call."""
