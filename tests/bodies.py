@@ -103,14 +103,21 @@ class BodyPlant:
 
 
 def told(robot: Robot, *, cells: bool = True, tilt: bool = True) -> BodySettings:
-    """What an estimator of it is told: the description and sigmas."""
+    """What an estimator of it is told: the description and sigmas, and that nothing creeps or gives."""
     return BodySettings(
         Model(robot),
         COUNTS,
         (COIL,) * robot.m,
         HELD,
         30.0,
-        Deviations(home_length=3e-3 / math.sqrt(3.0), drum_radius=5e-3 / math.sqrt(3.0), exit_point=1e-3),
+        Deviations(
+            home_length=3e-3 / math.sqrt(3.0),
+            drum_radius=5e-3 / math.sqrt(3.0),
+            exit_point=1e-3,
+            creep=1e-6,
+            hysteresis=1e-6,
+            exit_compliance=1e-9,
+        ),
         CELLS if cells else None,
         TILT if tilt else None,
     )

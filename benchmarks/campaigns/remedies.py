@@ -24,11 +24,9 @@ from cablewright.arrays import Array
 from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import SEVERITIES, with_severity
-from cablewright.machine.simulated.unmodelled.cable_creep import LOG_SHARE, VOIGT_SHARES
-from cablewright.models.creep import RETARDATIONS
+from cablewright.models.creep import usual_creep
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
-from cablewright.robot.cable import Creep
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.campaigns.true_errors import TrueErrors
 from cablewright.studies.prints.attendant import attendant_of
@@ -79,9 +77,7 @@ def creeping(robot: Robot, twin: TwinSettings, begin: Array) -> tuple[Robot, Twi
     """The robot with the creep of the least line in its file, and the machine with what is more, as before in all."""
     cable = twin.simulation.cable
     least = (1.0 - UNEVEN) * cable.creep / float(inverse(robot, begin).tensions.mean())
-    law = Creep(
-        retardations=RETARDATIONS, compliances=[least * each for each in VOIGT_SHARES], logarithmic=least * LOG_SHARE
-    )
+    law = usual_creep(least)
     lines = (line.model_copy(update={"cable": line.cable.model_copy(update={"creep": law})}) for line in robot.lines)
     more = cable.model_copy(update={"creep": UNEVEN * cable.creep, "creep_spread": 1.0 - 1e-9})
     return robot.model_copy(update={"lines": tuple(lines)}), twin.with_simulation(cable=more)

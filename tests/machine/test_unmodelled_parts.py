@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from cablewright.kernels.layout import COLUMNS, STATE
-from cablewright.machine.simulated.unmodelled.cable_creep import LOG_SHARE, VOIGT_SHARES, CableCreep, step_response
+from cablewright.machine.simulated.unmodelled.cable_creep import CableCreep, step_response
 from cablewright.machine.simulated.unmodelled.cable_hysteresis import CableHysteresis
 from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState
 from cablewright.machine.simulated.unmodelled.gear_backlash import GearBacklash
 from cablewright.machine.simulated.unmodelled.gusts import Gusts
 from cablewright.machine.simulated.unmodelled.sheave_slip import STICKS, SheaveSlip
-from cablewright.models.creep import HOUR, LOG_BEGIN, RETARDATIONS
+from cablewright.models.creep import HOUR, LOG_BEGIN, LOG_SHARE, RETARDATIONS, VOIGT_SHARES
 from cablewright.models.packed_views import LineNumbers, LineStates
 
 COMPLIANCES = np.array([1e-6, 2e-6, 0.5e-6])  # 1/N after an hour

@@ -19,6 +19,10 @@ class Accuracy(Description):
     ``home_length``: m, of each line's length where the machine was homed. ``drum_radius``: share of each winch drum's.
     ``exit_point``: m, of each coordinate. ``mass``: share of the platform's; ``centre``: m, of each coordinate of its
     centre of mass. ``model``: N, of tensions that a perfect description would predict.
+    ``creep``: strain of the cables after an hour under the mean tension at home, besides what the robot file describes;
+    None: 30 % of that, or 2e-4 where nothing is described. ``hysteresis``: strain between the ways up and down of a
+    large cycle of loads. ``exit_compliance``: m/N, of the mounts of exits besides what is described; None: 30 % of
+    that, or 1e-6.
     """
 
     home_length: _Small = 2e-3
@@ -27,3 +31,6 @@ class Accuracy(Description):
     mass: Annotated[Share, Field(gt=0.0)] = 5e-3
     centre: _Small = 2e-3
     model: Annotated[float, Field(gt=0.0, le=1e6)] = 0.5
+    creep: Annotated[Share, Field(gt=0.0, le=0.1)] | None = None
+    hysteresis: Annotated[Share, Field(gt=0.0, le=0.1)] = 2e-4
+    exit_compliance: Annotated[float, Field(gt=0.0, le=1e-2)] | None = None

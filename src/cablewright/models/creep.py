@@ -24,6 +24,8 @@ from cablewright.robot.cable import Creep
 HOUR: Final = 3600.0  # s
 RETARDATIONS: Final = (60.0, 1200.0)  # s, assumed
 LOG_BEGIN: Final = 1.0  # s, assumed: t0
+VOIGT_SHARES: Final = (0.2, 0.2)  # assumed: of the strain after an hour, by the elements of `RETARDATIONS`
+LOG_SHARE: Final = 0.6
 _GRID: Final = np.arange(-19.0, 3.5, 1.0)  # of v
 _SMALL: Final = 1e-4  # steps per retardation time, below which series are more exact
 
@@ -47,6 +49,29 @@ def log_elements() -> tuple[Array, Array]:
 def voigt_size(retardation: float) -> float:
     """Return the strain of a Voigt element at the end of all time over that of an hour."""
     return float(1.0 / -np.expm1(-HOUR / retardation))
+
+
+def usual_creep(compliance: float) -> Creep:
+    """Return the assumed law of a cable with a strain of any size per tension after an hour, 1/N."""
+    return Creep.model_construct(
+        retardations=RETARDATIONS,
+        compliances=tuple(share * compliance for share in VOIGT_SHARES),
+        logarithmic=LOG_SHARE * compliance,
+    )
+
+
+def scaled_creep(law: Creep, factor: float) -> Creep:
+    """Return a *law* of so many times the strain, beyond what a robot file may say too."""
+    return Creep.model_construct(
+        retardations=law.retardations,
+        compliances=tuple(factor * each for each in law.compliances),
+        logarithmic=factor * law.logarithmic,
+    )
+
+
+def hour_compliance(law: Creep) -> float:
+    """Return the strain per tension, 1/N, after an hour under it."""
+    return sum(law.compliances) + law.logarithmic
 
 
 def gains(steps: Array) -> tuple[Array, Array]:

@@ -49,8 +49,13 @@ def given(lines: LineNumbers, taut: Taut) -> Array:
 
     It is pulled along the free span and, where it is modelled, along a dead span below or above it.
     """
+    return np.asarray(lines.mount[:, 0] * mount_share(lines, taut))
+
+
+def mount_share(lines: LineNumbers, taut: Taut) -> Array:
+    """Return the way that a mount of the compliance 1 shortens so, per tension: 1 without a dead span, up to 4."""
     rise = np.sin(taut.angles)
-    return np.asarray(lines.mount[:, 0] * np.where(lines.has_dead_span, 2.0 - 2.0 * np.sign(lines.side) * rise, 1.0))
+    return np.where(lines.has_dead_span, 2.0 - 2.0 * np.sign(lines.side) * rise, 1.0)
 
 
 def taut_of_body(lines: Array, pose: Array) -> Taut:

@@ -10,6 +10,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.body import filter as of_body
+from cablewright.estimation.body.creep import LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Swivelling, Tilt
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.machine.coils import coil_of
@@ -137,6 +138,7 @@ def _archive_state(settings: BodySettings, state: BodyState, archive: Archive) -
     known = archive.count("homed", int(state.home_counts is not None))
     counts = np.zeros(state.layout.m, dtype=np.int64) if state.home_counts is None else state.home_counts
     archive.array("home_counts", counts)
+    _archive_creep(settings, state, archive)
     used = state.cells_used.astype(np.float64)
     archive.array("cells_used", used)
     pose, states = state.tracker.pose.copy(), state.tracker.states.copy()
@@ -151,3 +153,16 @@ def _archive_state(settings: BodySettings, state: BodyState, archive: Archive) -
         state.tracker.pose, state.tracker.states = pose, states
         set_load(state, settings.model)
         state.tracker.restart(state.lengths)
+
+
+def _archive_creep(settings: BodySettings, state: BodyState, archive: Archive) -> None:
+    """Save or load what cables have crept, and where their loads were at home and went since."""
+    home = state.load_path.home
+    archive.array("home_loads", home)
+    if archive.loading:
+        state.load_path = LoadPath(home)
+        state.creep = creep_of(settings.model.robot, home, settings.deviations.creep)
+    archive.array("load_path", state.load_path.places)
+    for name, memory in (("creep", state.creep.described), ("creep_doubt", state.creep.doubt)):
+        if memory is not None:
+            archive.array(name, memory.stretched)

@@ -15,7 +15,7 @@ from cablewright.estimation.body import diagnosis, measurement
 from cablewright.estimation.body.measurement import Slopes
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
-from cablewright.estimation.body.unknowns import wind
+from cablewright.estimation.body.unknowns import load, wind
 
 _ROUNDS: Final = 8
 _SAME: Final = 3e-5  # m: by less than this no length moves any more
@@ -28,6 +28,7 @@ def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Sl
     *acceleration*: m/s^2, of the platform. Returns the slopes at the corrected lengths; None where there are none.
     """
     wind(settings, state.layout, state.unknowns, state.covariance, state.paid - state.measured_at)
+    load(settings, state.layout, state.unknowns, state.covariance, state.load_path.follow(state.tensions))
     state.measured_at = state.paid
     measurement.set_gradients(state)
     slopes = measurement.slopes_of(state)

@@ -44,6 +44,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     state.gradients[_by_radius(state)] = state.paid
     state.lengths = corrected(state)
     found = follow(state)
+    state.creep.advance(state.tensions, frame.time, settings.interval)
     _smooth_velocity(settings, state, before, dt)
     _read_forces(settings, state, frame)
     slopes = None
@@ -51,6 +52,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         slopes = _measure(settings, state)
     elif math.isnan(state.window.begin):
         state.window.begin, state.window.velocity = frame.time, state.velocity.copy()
+        measurement.set_gradients(state)
         slopes = measurement.slopes_of(state)
     diagnosis.give_up(state)
     state.monitor.check_timeouts(frame.time)

@@ -19,6 +19,7 @@ from cablewright.estimation.body.unknowns import length_gradients
 from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import matrix_of
 from cablewright.solvers.linearise import linearise_where_regular, tension_changes
+from cablewright.solvers.taut import mount_share
 
 _Rows = NDArray[np.int64]
 _OF_MEDIAN: Final = 1.6  # variance of a median over that of a mean, of normal numbers
@@ -66,7 +67,12 @@ def set_gradients(state: BodyState) -> None:
     """Compute anew what the unknowns do to the lengths."""
     toward = state.taut.toward
     if np.isfinite(toward).all():
-        state.gradients = length_gradients(state.layout, state.paid, toward, state.home_toward)
+        lines, crept = LineNumbers(state.tracker.packed.lines), state.creep.doubt.strain
+        changed = (state.tensions - state.load_path.home) / state.load_path.mean
+        given = state.tensions * mount_share(lines, state.taut)
+        state.gradients = length_gradients(
+            state.layout, state.paid, toward, state.home_toward, state.lengths, crept, changed, given
+        )
 
 
 def predicted_tilt(pose: Array) -> Array:

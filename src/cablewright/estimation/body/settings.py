@@ -16,7 +16,10 @@ class Deviations:
     ``home_length``: m, of each line's length where the machine was homed. ``drum_radius``: share of each drum's.
     ``exit_point``: m, of each coordinate. ``mass``: share of the platform's; ``centre``: m, of each coordinate of its
     centre of mass. ``uneven``: m, of a length for how the cable lies on its drum, which changes over ``uneven_length``,
-    m, of cable. ``model``: N, of a tension that a perfect description would predict, for what no model has.
+    m, of cable. ``model``: N, of a tension that a perfect description would predict, for what no model has. ``creep``:
+    strain of each cable after an hour under the mean tension at home, besides what the robot file describes; None: see
+    `creep_of`. ``hysteresis``: strain between the ways up and down of a large cycle of loads. ``exit_compliance``: m/N,
+    by which the mount of each exit gives besides what is described; None: see `prior`.
     """
 
     home_length: float = 2e-3
@@ -27,10 +30,13 @@ class Deviations:
     uneven: float = 2e-4
     uneven_length: float = 2.0
     model: float = 0.5
+    creep: float | None = None
+    hysteresis: float = 2e-4
+    exit_compliance: float | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for numbers that are not positive and finite."""
-        require_positive(**vars(self))
+        require_positive(**{name: value for name, value in vars(self).items() if value is not None})
 
 
 @dataclass(frozen=True)

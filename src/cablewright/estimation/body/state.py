@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import Status
+from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.unknowns import Layout, prior
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.kernels.layout import Packed
-from cablewright.models.packed_views import PlatformNumbers
+from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Model
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import Taut, taut_of_body
+from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of_body
 
 
 @dataclass(eq=False)
@@ -68,6 +69,8 @@ class BodyState:
     home_toward: Array  # (m, 3)
     taut: Taut
     monitor: FaultMonitor
+    creep: BodyCreep
+    load_path: LoadPath
     gradients: Array  # (m, size) of the lengths by the unknowns
     cells_used: Mask  # (m,)
     paid: Array  # (m,) m since home, by the encoders
@@ -116,17 +119,18 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
         coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
     ]
     taut = taut_of_body(model.packed.lines, tracker.pose)
-    variances = prior(settings, layout)
     return BodyState(
         layout,
         tracker,
         np.zeros(layout.size),
-        np.diag(variances),
+        prior(settings, layout),
         lengths.copy(),
         np.array(wound),
         taut.toward,
         taut,
         FaultMonitor(dict(settings.timeouts)),
+        creep_of(model.robot, tracker.tensions, settings.deviations.creep),
+        LoadPath(tracker.tensions),
         np.eye(model.m, layout.size),
         np.ones(model.m, dtype=bool),
         np.zeros(model.m),
@@ -149,8 +153,14 @@ def _tracker_near(model: Model, lengths: Array, pose: Array) -> Tracker:
 
 
 def corrected(state: BodyState) -> Array:
-    """Return the lengths (m,), m, by the encoders and what is known of the unknowns."""
-    return np.asarray(state.home_lengths + state.paid + state.gradients @ state.unknowns)
+    """Return the lengths (m,), m, by the encoders, creep as described, and what is known of the unknowns."""
+    counted, of_lengths, described = state.home_lengths + state.paid, state.layout.softness.start, state.creep.described
+    if described is not None:
+        counted = counted * (1.0 + described.strain)
+    stretched_at_home = state.unknowns[state.layout.softness] * state.load_path.home / state.load_path.mean
+    return np.asarray(
+        counted * (1.0 - stretched_at_home) + state.gradients[:, :of_lengths] @ state.unknowns[:of_lengths]
+    )
 
 
 def follow(state: BodyState) -> bool:
@@ -165,10 +175,17 @@ def follow(state: BodyState) -> bool:
 
 
 def set_load(state: BodyState, model: Model) -> None:
-    """Give the tracker the model's numbers at the present retraction and the estimated load."""
+    """Give the tracker the model's numbers at the present retraction, the estimated load, and how soft lines are.
+
+    A line is at least half as soft as it is described.
+    """
     packed: Packed = model.packed
     retraction = None if math.isnan(state.retraction) else np.array([state.retraction])
     rows = model.rows(retraction=retraction)
     platform = PlatformNumbers(packed.platform.copy())
     platform.wrench = platform.wrench + state.unknowns[state.layout.load]
-    state.tracker.change(packed._replace(lines=rows.lines[0], platform=platform.array))
+    lines = LineNumbers(rows.lines[0].copy())
+    softer = state.unknowns[state.layout.softness] * state.lengths / state.load_path.mean
+    softer = softer + mount_share(lines, state.taut) * state.unknowns[state.layout.mount]
+    lines.spring = lines.spring + np.maximum(softer, -0.5 * stretches(lines, state.taut))
+    state.tracker.change(packed._replace(lines=lines.array, platform=platform.array))

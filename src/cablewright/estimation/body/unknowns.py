@@ -1,34 +1,50 @@
 """The unknown numbers of the machine, and what they do to the lengths of its lines.
 
 Of each line: error of its home length, share of its drum's radius, error of its exit point, gain and zero of its load
-cell, zero of its swivel. Of all: turn of the inertial unit, and a wrench for a platform of another mass and centre. All
-are constant, so that the filter has no motion to predict: the pose is that of the equilibrium of the corrected lengths.
-Only the length by which cable lies unevenly on a drum changes, with the cable that is wound.
+cell, zero of its swivel, creep, and how far the mount of its exit gives. Of all: turn of the inertial unit, and a
+wrench for a platform of another mass and centre. All are constant, so that the filter has no motion to predict: the
+pose is that of the equilibrium of the corrected lengths. What creep does to a length grows with the memory of its
+loads. Only the length by which cable lies unevenly on a drum changes, with the cable that is wound, and the strain by
+hysteresis, with the load.
 """
 
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.estimation.body.creep import UNSURE
 from cablewright.estimation.body.settings import BodySettings
+
+_COMPLIANCE: Final = 1e-6  # m/N, of a mount that nobody describes, assumed: what the severity `typical` has
+_SAME_CABLE: Final = 0.9  # assumed: correlation of how far the creep of two lines, of one kind of cable, is off ...
+_SAME_FRAME: Final = 0.5  # ... of two mounts, and of the hysteresis of two lines whose loads went the same way
 
 
 class Layout:
     """Places of the unknowns in the state, for *m* lines: slices."""
 
     def __init__(self, m: int) -> None:
-        """Home lengths first, then radii, exit points by line, uneven lengths, gains, zeros, tilt, load, swivels."""
-        bounds = np.cumsum([0, m, m, 3 * m, m, m, m, 2, 6, m]).tolist()
+        """Home lengths first, then radii, exit points by line, uneven lengths, gains, zeros, tilt, load, swivels.
+
+        Then creep and hysteresis. What softens lines comes last, softness of cables and mounts: that is in the
+        equilibrium, and no part of the lengths.
+        """
+        bounds = np.cumsum([0, m, m, 3 * m, m, m, m, 2, 6, m, m, m, m, m]).tolist()
         parts = [slice(low, high) for low, high in pairwise(bounds)]
-        self.home, self.radius, self.exit, self.uneven, self.gain, self.zero, self.tilt, self.load, self.swivel = parts
+        self.home, self.radius, self.exit, self.uneven, self.gain, self.zero = parts[:6]
+        self.tilt, self.load, self.swivel, self.creep, self.hysteresis, self.softness, self.mount = parts[6:]
         self.m, self.size = m, bounds[-1]
 
 
 def prior(settings: BodySettings, layout: Layout) -> Array:
-    """Return the variances (size,) of the unknowns before any measurement."""
+    """Return the covariance (size, size) of the unknowns before any measurement.
+
+    Mounts, where nothing is told of them, are off by `UNSURE` of what the robot file describes, or by 1 um/N.
+    """
     told, platform = settings.deviations, settings.model.robot.platform
     weight = platform.mass * settings.model.robot.scene.gravity
     variances = np.zeros(layout.size)
@@ -44,14 +60,34 @@ def prior(settings: BodySettings, layout: Layout) -> Array:
         gravity = settings.model.robot.scene.gravity
         variances[layout.tilt] = settings.tilt.turn**2 + (settings.tilt.bias / gravity) ** 2
     variances[layout.load] = np.array([0.0, 0.0, told.mass, told.centre, told.centre, 0.0]) ** 2 * weight**2
-    return variances
+    variances[layout.creep] = 1.0
+    variances[layout.softness] = told.hysteresis**2  # as wide as the loop after a change by the mean load
+    given = settings.model.lines.mount[:, 0]
+    assumed = np.where(given > 0.0, UNSURE * given, _COMPLIANCE)
+    variances[layout.mount] = assumed**2 if told.exit_compliance is None else told.exit_compliance**2
+    covariance = np.diag(variances)
+    for part, alike in ((layout.creep, _SAME_CABLE), (layout.softness, _SAME_CABLE), (layout.mount, _SAME_FRAME)):
+        sigmas = np.sqrt(variances[part])
+        covariance[part, part] = np.outer(sigmas, sigmas) * (alike + (1.0 - alike) * np.eye(layout.m))
+    return covariance
 
 
-def length_gradients(layout: Layout, paid: Array, toward: Array, toward_home: Array) -> Array:
+def length_gradients(
+    layout: Layout,
+    paid: Array,
+    toward: Array,
+    toward_home: Array,
+    lengths: Array,
+    crept: Array,
+    changed: Array,
+    given: Array,
+) -> Array:
     """Return what the unknowns do to the lengths: (m, size), m per unit.
 
     *paid* (m,): m of cable since home. *toward*, *toward_home* (m, 3): directions of the lines now and at home, where
-    an exit point's error was part of the home length.
+    an exit point's error was part of the home length. *lengths* (m,): m, now. *crept* (m,): strain by one standard
+    deviation of creep. *changed* (m,): change of each load since home over their mean there. *given* (m,), N: by which
+    a mount that gives more moves the platform as that much more length would.
     """
     m = layout.m
     found, lines = np.zeros((m, layout.size)), np.arange(m)
@@ -60,6 +96,10 @@ def length_gradients(layout: Layout, paid: Array, toward: Array, toward_home: Ar
     found[lines, layout.uneven.start + lines] = 1.0
     columns = layout.exit.start + 3 * lines[:, None] + np.arange(3)
     found[lines[:, None], columns] = toward - toward_home
+    found[lines, layout.creep.start + lines] = lengths * crept
+    found[lines, layout.softness.start + lines] = lengths * changed
+    found[lines, layout.hysteresis.start + lines] = lengths
+    found[lines, layout.mount.start + lines] = given
     return found
 
 
@@ -67,9 +107,24 @@ def wind(settings: BodySettings, layout: Layout, unknowns: Array, covariance: Ar
     """Let the uneven lengths change by the cable (m,), m, that was *wound*; the two arrays change in place."""
     told = settings.deviations
     keep = np.exp(-np.abs(wound) / told.uneven_length)
-    own = layout.uneven
+    _forget(unknowns, covariance, layout.uneven, keep, np.diag((1.0 - keep * keep) * told.uneven**2))
+
+
+def load(settings: BodySettings, layout: Layout, unknowns: Array, covariance: Array, ways: Array) -> None:
+    """Let the strains by hysteresis change by the *ways* (m,) of the loads, see `LoadPath`; as `wind`.
+
+    Those of lines that are loaded, or unloaded, together are of the same sign rather than not.
+    """
+    keep = np.exp(-np.abs(ways))
+    sizes = 0.5 * settings.deviations.hysteresis * np.sqrt(1.0 - keep * keep)
+    alike = np.outer(sizes * np.sign(ways), sizes * np.sign(ways))
+    new = _SAME_FRAME * alike + (1.0 - _SAME_FRAME) * np.diag(sizes**2)
+    _forget(unknowns, covariance, layout.hysteresis, keep, new)
+
+
+def _forget(unknowns: Array, covariance: Array, own: slice, keep: Array, new: Array) -> None:
+    """*keep* (m,) of the *own* unknowns, and add what is *new*, a covariance (m, m)."""
     unknowns[own] *= keep
     covariance[own] *= keep[:, None]
     covariance[:, own] *= keep
-    places = np.arange(own.start, own.stop)
-    covariance[places, places] += (1.0 - keep * keep) * told.uneven**2
+    covariance[own, own] += new

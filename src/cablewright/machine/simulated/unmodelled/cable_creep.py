@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.models.creep import (
+    LOG_SHARE,
     RETARDATIONS,
+    VOIGT_SHARES,
     CreepMemory,
     log_elements,
     log_response,
     voigt_response,
     voigt_size,
 )
-
-VOIGT_SHARES: Final = (0.2, 0.2)  # of the strain after an hour, by the elements of `RETARDATIONS`
-LOG_SHARE: Final = 0.6
 
 
 def step_response(times: Array) -> Array:

@@ -1,0 +1,87 @@
+"""Creep and hysteresis of a rigid platform's cables, which no encoder sees, by each line's tension as estimated.
+
+Creep as it is described lengthens the lines; how far it is off that is one unknown for each line, in standard
+deviations of its law. Hysteresis is nowhere described: a strain that is another one after each change of load.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.models.creep import CreepMemory, hour_compliance, memory_of, scaled_creep, usual_creep
+from cablewright.robot import Robot
+from cablewright.robot.cable import Creep
+
+ASSUMED: Final = 2e-4
+"""Standard deviation of a strain after an hour under the mean tension at home that nobody describes, assumed: what
+the severity `typical` of a simulated machine has, and the same law."""
+
+UNSURE: Final = 0.3
+"""Standard deviation of creep and mounts that are described, as a share of them, assumed."""
+
+_HELD: Final = 0.05  # of the mean tension at home, assumed: by so little a load may go back and forth without effect
+_RENEWED: Final = 0.4  # of it, assumed: after such a change of load the strain by hysteresis is mostly another
+
+
+@dataclass(eq=False)
+class BodyCreep:
+    """Changed in place by `advance`."""
+
+    described: CreepMemory | None  # None: of no cable
+    doubt: CreepMemory  # strain of one standard deviation
+    loads: Array  # (m,) N, at the last time
+    time: float = math.nan  # s
+
+    def advance(self, loads: Array, now: float, interval: float) -> None:
+        """Advance to *now*, s, where lines pull by *loads* (m,), N, if that is an *interval*, s, after the last time.
+
+        A clock that was set back begins anew from there.
+        """
+        passed = now - self.time
+        if 0.0 <= passed < interval - 1e-9:
+            return
+        for memory in (self.described, self.doubt):
+            if memory is not None and passed > 0.0:
+                memory.advance(self.loads, loads, passed)
+        self.loads, self.time = loads.copy(), now
+
+
+class LoadPath:
+    """How far the loads of m lines have gone, back and forth, but for small ways (a play operator)."""
+
+    def __init__(self, loads: Array) -> None:
+        """*loads* (m,), N, at home."""
+        self.home, self.mean = loads.copy(), float(loads.mean())  # N
+        self.places, self._play, self._whole = loads.copy(), _HELD * self.mean, _RENEWED * self.mean  # N
+
+    def follow(self, loads: Array) -> Array:
+        """Follow to *loads* (m,), N; return the ways (m,) with their signs, 1 for one that renews hysteresis."""
+        before = self.places
+        self.places = np.clip(before, loads - self._play, loads + self._play)
+        return np.asarray((self.places - before) / self._whole)
+
+
+def creep_of(robot: Robot, loads: Array, told: float | None) -> BodyCreep:
+    """Return the creep of cables that rest, of lines that pull by *loads* (m,), N, at home.
+
+    *told*: standard deviation of the strain after an hour under their mean, besides what *robot* describes; None:
+    `UNSURE` of that, or `ASSUMED` where nothing is described.
+    """
+    laws = [line.cable.creep for line in robot.lines]
+    mean = float(loads.mean())
+    doubt = memory_of([_doubt(law, mean, told) for law in laws])
+    assert doubt is not None  # a law of each line
+    return BodyCreep(memory_of(laws), doubt, loads.copy())
+
+
+def _doubt(law: Creep | None, mean: float, told: float | None) -> Creep:
+    """The law of one standard deviation of what is not known of a cable's creep."""
+    if law is None or hour_compliance(law) == 0.0:
+        share = told if told is not None else ASSUMED if law is None else 0.0
+        return usual_creep(share / mean)
+    return scaled_creep(law, UNSURE if told is None else told / mean / hour_compliance(law))
