@@ -23,6 +23,7 @@ from cablewright.models.drum import Drum
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
+from cablewright.robot.cable import Creep
 from cablewright.solvers.inverse import solve_inverse
 
 WANG = load("wang2021")
@@ -43,6 +44,17 @@ def errors(
     """Of exit points (4, 3), home lengths (4,) and poses (N, 3), m, after aligning translation and yaw."""
     exits, places = aligned(values[:12].reshape(4, 3), TRUE, poses)
     return exits - TRUE, values[12:] - made.home_lengths, places - made.poses
+
+
+def test_creep_that_is_described_is_said_not_to_count() -> None:
+    rng = np.random.default_rng(3)
+    made = measure(WANG, random_poses(WANG, 16, rng), 0.0, rng)
+    law = Creep(logarithmic=1e-7)
+    lines = (line.model_copy(update={"cable": line.cable.model_copy(update={"creep": law})}) for line in WANG.lines)
+    for robot, said in ((WANG, False), (WANG.model_copy(update={"lines": tuple(lines)}), True)):
+        assert (
+            any("creep of the cables is not counted" in note for note in calibrate(robot, made.measured).notes) == said
+        )
 
 
 @pytest.mark.parametrize("count", [12, 16, 24, 40])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.errors import AnswerError, InputError
+from cablewright.robot.cable import Creep
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.drives import actions
 from cablewright.studies.drives.session import RealMachine, SessionOperator, Watching, still_path
@@ -129,6 +130,11 @@ def test_a_measured_place_replaces_saved_lengths_and_says_what_they_said(tmp_pat
     again = actions.home(found.robot, found.twin.owner, tmp_path / "machine", None, lambda: found.port)
     assert again.status == "done", again.reason
     assert again.notes[-1].startswith("not tested: lengths that are wrong together")
+    law = Creep(logarithmic=1e-7)
+    lines = (ln.model_copy(update={"cable": ln.cable.model_copy(update={"creep": law})}) for ln in found.robot.lines)
+    crept = found.robot.model_copy(update={"lines": tuple(lines)})
+    third = actions.home(crept, found.twin.owner, tmp_path / "machine", None, lambda: found.port)
+    assert third.notes[-1].startswith("not counted: creep of cables")
 
 
 def test_a_loss_of_power_is_lived_through_and_told(tmp_path: Path) -> None:

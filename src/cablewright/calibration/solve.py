@@ -114,7 +114,7 @@ def calibrate(
     scale, chi = _scale(problem, found, posterior)
     rms = _rms(problem, found)
     status, reason = status_of(problem, found, posterior, rms, chi)
-    notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found))
+    notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found), *_of_cables(robot))
     made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
     verdict, reasons = judged(made, need, rough)
     return replace(made, verdict=verdict, reasons=reasons)
@@ -169,6 +169,12 @@ def _notes(
         yield f"residuals are {chi:.3g} times what the given sigmas predict"
     if rejected:
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
+
+
+def _of_cables(robot: Robot) -> Iterator[str]:
+    """Yield what the robot file says of cables that no calibration counts."""
+    if any(line.cable.creep is not None for line in robot.lines):
+        yield "creep of the cables is not counted: measure all poses within minutes, long after the last large change"
 
 
 def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:

@@ -202,12 +202,14 @@ class Homing:
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
         """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not.
 
-        Where springs or mounts of exits give there is no proof, and a note says so.
+        Where springs or mounts of exits give there is no proof, and a note says so; so does one of described creep.
         """
         own = self.settings
         gives = own.model.robot.ends_give
         if gives:
             self.notes.append("not proved to be the only equilibrium there: springs or mounts of exits give")
+        if any(line.cable.creep is not None for line in own.model.robot.lines):
+            self.notes.append("not counted: creep of cables, as nobody knows what they have crept by now")
         try:
             tracker = Tracker(own.model, lengths, TrackerSettings(certify=not gives))
             status = tracker.step(lengths)

@@ -12,6 +12,7 @@ from cablewright.estimation.chain.state import ObserverSettings, ObserverState
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import FilterSettings, FilterState
+from cablewright.estimation.known_creep import KnownCreep
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.taut import Taut
 
@@ -32,6 +33,11 @@ class StartedState:
     chain: ObserverState | None  # until the first position is found
 
     @property
+    def creep(self) -> KnownCreep | None:
+        """Of cables that creep as described, which both know."""
+        return self.filter.creep
+
+    @property
     def taut(self) -> Taut | None:
         """The taut lines at the last position."""
         return self.filter.taut
@@ -40,7 +46,9 @@ class StartedState:
 def start(settings: StartedSettings) -> StartedState:
     """Return the state before the first frame."""
     chain = observer.start(settings.chain)
-    return StartedState(error_state.start(settings.filter, chain.checks), chain)
+    begun = error_state.start(settings.filter, chain.checks)
+    begun.creep = chain.creep  # both know what has crept
+    return StartedState(begun, chain)
 
 
 def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> Estimate:
@@ -56,7 +64,7 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
     if not error_state.is_lost(settings.filter, state.filter):
         return estimate
     state.chain = observer.start(settings.chain)
-    state.chain.checks = state.filter.checks  # active faults stay
+    state.chain.checks, state.chain.creep = state.filter.checks, state.filter.creep  # active faults stay
     return replace(estimate, valid=False)
 
 

@@ -106,6 +106,11 @@ class CreepMemory:
         load = gone * before[:, None] + late * (after - before)[:, None]
         self.stretched += self._sizes * load - gone * self.stretched
 
+    def gain(self, loads: Array, period: float) -> Array:
+        """Return the strain (m,) that comes in a *period*, s, under *loads* (m,), N, which stay as they are."""
+        gone = -np.expm1(-period / self._times)
+        return np.asarray((gone * (self._sizes * loads[:, None] - self.stretched)).sum(axis=1))
+
 
 def memory_of(laws: Sequence[Creep | None]) -> CreepMemory | None:
     """Return the memory of lines whose cables creep by these *laws*; None where none creeps."""

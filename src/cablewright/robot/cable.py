@@ -65,7 +65,7 @@ class Cable(Description):
     definition while its EA is measured, or as ``young_modulus`` and the section that it refers to: ``section``; or
     ``diameter`` with ``fill_factor``, the share of its circle that is filled, or with ``construction``, one of
     `CONSTRUCTIONS`. ``thermal_expansion`` (1/K): strain per degree, negative for aramid and Dyneema; None: unknown.
-    ``creep``: None: not known. Dead reckoning and the estimator of rigid platforms count it, and the simulated machine.
+    ``creep``: None: not known. All estimators count it but those of real drives, and the simulated machine creeps so.
     """
 
     young_modulus: Positive[Pressure] | None = None

@@ -15,6 +15,7 @@ from cablewright.choices import EstimatorName
 from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
+from cablewright.estimation.known_creep import KnownCreep
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.machine.coils import coil_of
@@ -25,7 +26,7 @@ from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.studies.body_estimator import BodyEstimator, body_settings, cells_of
-from cablewright.studies.estimator_settings import OBSERVERS, with_drum_mass
+from cablewright.studies.estimator_settings import OBSERVERS, Observer, with_drum_mass
 
 ESTIMATORS: Final = get_args(EstimatorName)
 
@@ -67,8 +68,10 @@ def estimator(
         own = observer.settings(robot, settings, lasers)
         if radii is not None:
             own = _with_radii(own, radii)
-        started = _SteppedEstimator(observer.step, own, observer.start(own))
-        return _WithTensions(started, own.chain.model) if isinstance(own, StartedSettings) else started
+        state = observer.start(own)
+        if state.creep is not None:
+            return CreepingEstimator(_observed(observer, own, state), state.creep)
+        return _observed(observer, own, state)
     reckoning = reckoning_of(robot, settings)
     return DeadReckoning(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
 
@@ -97,6 +100,35 @@ class _SteppedEstimator:
     @property
     def tensions(self) -> Array | None:
         return _tensions(self._state.tracker)
+
+
+def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
+    """Return the chain, or the filter with the tensions at its lengths."""
+    stepped = _SteppedEstimator(observer.step, settings, state)
+    return _WithTensions(stepped, settings.chain.model) if isinstance(settings, StartedSettings) else stepped
+
+
+class CreepingEstimator:
+    """An estimator by lidars. What its cables have crept, as described, is saved with a print; all else begins anew."""
+
+    danger, searches = "", False
+
+    def __init__(self, observed: Estimator, creep: KnownCreep) -> None:
+        """*creep* is what the *observed* one counts."""
+        self._observed, self._creep = observed, creep
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        """As `Estimator`."""
+        return self._observed.step(frame)
+
+    @property
+    def tensions(self) -> Array | None:
+        """As `Estimator`."""
+        return self._observed.tensions
+
+    def archive_state(self, archive: Archive) -> None:
+        """Save or load what cables have crept."""
+        archive.array("creep", self._creep.stretched)
 
 
 class DeadReckoning(_SteppedEstimator):

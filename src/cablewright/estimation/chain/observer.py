@@ -1,7 +1,8 @@
 """The machine's state by the chain of Merlet and Papegay 2023, section III: `step` takes a frame, returns an estimate.
 
 About once a second lidars give the drum's pose and line accelerometers the slack line; from both follow the lengths
-(update). At every step in between encoders predict the lengths, and a forward solve the drum's position.
+(update). At every step in between encoders, and creep as described, predict the lengths, and a forward solve the
+drum's position.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from cablewright.estimation.chain.state import ObserverSettings, ObserverState
 from cablewright.estimation.drum_clock import DrumClock
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
+from cablewright.estimation.known_creep import KnownCreep, known_creep
 from cablewright.estimation.lidar import localisation
 from cablewright.estimation.lidar.localisation import WallPose, WallState
 from cablewright.estimation.lidar.wall_lines import LidarTurn, scanned, turn_of
@@ -83,6 +85,7 @@ def start(settings: ObserverSettings) -> ObserverState:
         tilt.start(),
         TimeBuffer(3, HISTORY_LENGTH),
         TimeBuffer(3, HISTORY_LENGTH),
+        creep=known_creep(settings.model.robot),
     )
 
 
@@ -202,6 +205,8 @@ def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: 
 
 def _predict_position(settings: ObserverSettings, state: ObserverState, dt: float) -> None:
     """Follow the equilibrium from the last lengths to the current ones; *dt*: s since the last step."""
+    if state.creep is not None:
+        _creep(state, state.creep, dt)
     tracker, paid_out = state.tracker, state.lengths
     if tracker is None or paid_out is None:
         return
@@ -219,6 +224,18 @@ def _predict_position(settings: ObserverSettings, state: ObserverState, dt: floa
     if dt > 0.0:
         gain = min(1.0, dt / settings.slackness.smoothing_time)
         state.velocity = state.velocity + gain * (moved / dt - state.velocity)
+
+
+def _creep(state: ObserverState, creep: KnownCreep, dt: float) -> None:
+    """Let cables creep for *dt*, s: lengths, and those by which radii are found from the next lidar state."""
+    if state.tracker is None or state.lengths is None:
+        return
+    creep.follow(state.tracker.tensions, state.time)
+    grown = 1.0 + dt * creep.rates
+    state.lengths = state.lengths * grown
+    last = state.radius.last_lengths
+    if last is not None:
+        state.radius = state.radius._replace(last_lengths=last * grown)
 
 
 def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:

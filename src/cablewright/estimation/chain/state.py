@@ -11,6 +11,7 @@ from cablewright.arrays import Array
 from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightEstimate
+from cablewright.estimation.known_creep import KnownCreep
 from cablewright.estimation.known_machine import KnownMachine
 from cablewright.estimation.lidar.localisation import WallPose, WallState
 from cablewright.estimation.lidar.room import Laser
@@ -62,6 +63,7 @@ class ObserverState:
     last_yaw_time: float = -math.inf  # s: of the last lidar yaw
     drum_angles: Array | None = None  # (m,) rad, paid out
     lengths: Array | None = None
+    creep: KnownCreep | None = None  # of cables that creep as described
     tracker: Tracker | None = None
     velocity: Array = field(default_factory=lambda: np.zeros(3))
     taut: Taut | None = None

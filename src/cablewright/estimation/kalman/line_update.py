@@ -1,8 +1,9 @@
 """Prediction by encoders, and update by line angles.
 
-Encoders: changes of the lengths move B, each line weighted by its stiffness; that of a sagging line is reduced by its
-sag (Ernst 1965), so a slack line hardly counts. Angles: a sagging line's excess is measured; a taut line is shorter
-than its taut length by its stretch, which balance gives if one line is slack, else it is known only within bounds.
+Encoders: changes of the lengths, and creep as it is described, move B, each line weighted by its stiffness; that of a
+sagging line is reduced by its sag (Ernst 1965), so a slack line hardly counts. Angles: a sagging line's excess is
+measured; a taut line is shorter than its taut length by its stretch, which balance gives if one line is slack, else it
+is known only within bounds.
 """
 
 from __future__ import annotations
@@ -78,6 +79,8 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     lay, P, J = state.layout, state.P, state.jacobian
     paid_out = state.radii * rotation
     stretched = dt * state.stretch_rates
+    if state.creep is not None:
+        stretched = stretched + dt * state.creep.rates * state.lengths
     state.stretching += dt
     unseen = J @ stretched
     moved = J @ paid_out + unseen
@@ -158,6 +161,8 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     weight = state.mass * settings.machine.tilt.gravity
     may_be = balanced(sensors, state.taut, weight, settings.mass_sigma * weight) or each_alone(sag.forces(now))
     found = _mixture(settings, sag, may_be, known, now, measured)
+    if state.creep is not None:
+        state.creep.follow(found.forces / np.cos(state.taut.angles), state.time)
     if state.time - state.shaken_time < _SHAKEN_TIME:
         return
     count = 0 if found.nis <= _CHI2_OF_LINES else state.rejections.get("line_angles", 0) + 1
@@ -203,6 +208,7 @@ class _Mixture(NamedTuple):
     noise: Array  # (m + j, m + j)
     spread: Array  # (m + j, m + j)
     nis: float  # normalised square of the likeliest innovation
+    forces: Array  # (m,) N, horizontal
 
 
 def _mixture(
@@ -231,7 +237,8 @@ def _mixture(
     weights = np.exp(-0.5 * (cost - cost.min()))
     weights /= weights.sum()
     mean = weights @ off
-    return _Mixture(mean, np.tensordot(weights, noise, 1), (weights * (off - mean).T) @ (off - mean), float(nis.min()))
+    spread = (weights * (off - mean).T) @ (off - mean)
+    return _Mixture(mean, np.tensordot(weights, noise, 1), spread, float(nis.min()), weights @ forces)
 
 
 def _noise(settings: FilterSettings, sag: Sag, forces: Array, unsure: Array, measured: _Angles) -> Array:

@@ -15,6 +15,7 @@ from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
 from cablewright.estimation.kalman.sag import Sag
+from cablewright.estimation.known_creep import KnownCreep
 from cablewright.estimation.known_machine import KnownMachine
 from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.estimation.reading_checks import ReadingChecks
@@ -181,6 +182,7 @@ class FilterState:
     layer_radii: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m, expected by the layers of the coils
     stretching: float = 0.0  # s since the covariance had what the rates of stretch did
     stretch_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m/s, of unstrained lengths
+    creep: KnownCreep | None = None  # of cables that creep as described
     wall_errors: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (w, 2) m, and rad
     mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
     vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
