@@ -8,14 +8,20 @@ import numpy as np
 import pytest
 
 from cablewright.arrays import Array
+from cablewright.estimation import slackness, started_filter
+from cablewright.estimation.kalman import filter as error_state
+from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.known_creep import KnownCreep, known_creep
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.creep import log_response, memory_of, usual_creep, voigt_response
+from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.signals import Command, Scan, SensorFrame
-from cablewright.studies.estimator_settings import OBSERVERS
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.linearise import linearise
+from cablewright.studies.estimator_settings import OBSERVERS, started_settings
 from cablewright.studies.estimators import CreepingEstimator, estimator
 
 ROBOT, TWIN = load("merlet2023"), load_twin("merlet2023")
@@ -127,3 +133,25 @@ def test_what_crept_is_saved_with_a_print(name: str) -> None:
     resumed._creep.follow(loads, 0.0)
     np.testing.assert_allclose(resumed._creep.rates, resumed._creep._memory.gain(loads, 1.0))
     assert not isinstance(estimator(name, ROBOT, TWIN.owner, PLACE), CreepingEstimator)
+
+
+def test_the_filter_moves_by_lengths_as_a_robot_whose_mounts_give() -> None:
+    """Its J = (u'Ku)^-1 u'K against the statics' own; without mounts in K it would be farther off."""
+    soft = (2e-5, 0.0, 1e-5, 0.0)  # of each mount, m/N: not alike, or J would hardly change
+    lines = tuple(
+        line.model_copy(update={"exit_compliance": each}) for line, each in zip(ROBOT.lines, soft, strict=True)
+    )
+    robot, off = ROBOT.model_copy(update={"lines": lines}), []
+    held = solve_inverse(Model(robot), PLACE).checked()
+    exact = linearise(held).per_length
+    for described in (robot, ROBOT):
+        settings = started_settings(described, TWIN.owner)
+        state = started_filter.start(settings).filter
+        own = held if described is robot else solve_inverse(Model(ROBOT), PLACE).checked()
+        begun = FirstState(
+            0.0, PLACE, np.zeros(3), 0.0, own.lengths, np.full(4, 0.05), slackness.start(settings.chain.slackness)
+        )
+        assert error_state.begin(settings.filter, state, begun)
+        off.append(float(np.abs(state.jacobian - exact).max()))
+    assert off[0] < 0.1 * float(np.abs(exact).max())
+    assert off[0] < 0.3 * off[1]
