@@ -12,7 +12,7 @@ from tests.bodies import BodyPlant, told
 from cablewright.arrays import Array
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.creep import ASSUMED, LoadPath
-from cablewright.estimation.body.measurement import slopes_of
+from cablewright.estimation.body.measurement import pose_covariance, slopes_of
 from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.estimation.body.unknowns import load
@@ -200,6 +200,22 @@ def test_hysteresis_is_forgotten_by_the_way_of_the_loads() -> None:
         for load_now in (400.0, 50.0):
             load(settings, layout, unknowns, covariance, path.follow(np.full(8, load_now)))
     assert np.diag(covariance[layout.hysteresis, layout.hysteresis]) == pytest.approx((0.5e-3) ** 2)
+
+
+def test_what_is_learnt_of_a_law_is_not_all_believed() -> None:
+    """Where all is learnt, 30 % of the first standard deviation are left; by encoders alone nothing is added."""
+    state = start(told(ROBOT), HOME)
+    of_body.step(told(ROBOT), state, SensorFrame(0.0, (Encoders(0.0, STILL),)))
+    slopes, laws = slopes_of(state), state.layout.laws
+    assert slopes is not None
+    state.gradients[:, laws] = np.hstack([np.eye(8), np.eye(8), np.eye(8)])
+    by = slopes.pose @ state.gradients[:, laws]
+    state.covariance = np.zeros_like(state.covariance)
+    state.covariance[laws, laws] = state.untold
+    whole = by @ state.untold @ by.T
+    np.testing.assert_allclose(pose_covariance(state, slopes), whole, rtol=1e-9, atol=1e-15)
+    state.covariance[laws, laws] = 0.0
+    np.testing.assert_allclose(pose_covariance(state, slopes), 0.09 * whole, rtol=1e-9, atol=1e-15)
 
 
 @pytest.mark.parametrize("cells", [True, False])

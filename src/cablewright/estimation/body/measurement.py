@@ -23,6 +23,7 @@ from cablewright.solvers.taut import mount_share
 
 _Rows = NDArray[np.int64]
 _OF_MEDIAN: Final = 1.6  # variance of a median over that of a mean, of normal numbers
+_NO_LAW: Final = 0.3  # assumed
 _ARM: Final = 0.3  # m: arm of the moment that goes with a platform's acceleration
 _UPWARD: Final = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 """What a turn in space does to the upward unit vector as the platform sees it, in world axes."""
@@ -200,7 +201,11 @@ def gain_of(covariance: Array, measured: Measurement) -> tuple[Array, Array]:
 
 
 def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
-    """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad."""
-    gradients = slopes.pose @ state.gradients
+    """Return the covariance (6, 6) of the pose: translation, m, and rotation in space, rad.
+
+    Creep, softness and mounts follow no law exactly: of what measurements seem to tell of them a share is not believed.
+    """
+    gradients, laws = slopes.pose @ state.gradients, state.layout.laws
     gradients[:, state.layout.load] = slopes.pose_by_wrench
-    return np.asarray(gradients @ state.covariance @ gradients.T)
+    told = gradients[:, laws] @ (state.untold - state.covariance[laws, laws]) @ gradients[:, laws].T
+    return np.asarray(gradients @ state.covariance @ gradients.T + _NO_LAW**2 * told)

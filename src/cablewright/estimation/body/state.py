@@ -84,6 +84,7 @@ class BodyState:
     time: float = -math.inf
     retraction: float = math.nan  # m
     window: Window = field(default_factory=Window)
+    untold: Array = field(default_factory=lambda: np.zeros((0, 0)))  # covariance of `Layout.laws` before a measurement
     pose_covariance: Array = field(default_factory=lambda: np.zeros((6, 6)))
     consistency: dict[str, float] = field(default_factory=dict)
     silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
@@ -119,11 +120,12 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
         coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
     ]
     taut = taut_of_body(model.packed.lines, tracker.pose)
+    covariance = prior(settings, layout)
     return BodyState(
         layout,
         tracker,
         np.zeros(layout.size),
-        prior(settings, layout),
+        covariance,
         lengths.copy(),
         np.array(wound),
         taut.toward,
@@ -137,6 +139,7 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
         np.array(wound),
         lengths.copy(),
         np.zeros(model.m),
+        untold=covariance[layout.laws, layout.laws].copy(),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
     )
 

@@ -30,13 +30,14 @@ class Layout:
     def __init__(self, m: int) -> None:
         """Home lengths first, then radii, exit points by line, uneven lengths, gains, zeros, tilt, load, swivels.
 
-        Then creep and hysteresis. What softens lines comes last, softness of cables and mounts: that is in the
+        Then hysteresis and creep. What softens lines comes last, softness of cables and mounts: that is in the
         equilibrium, and no part of the lengths.
         """
         bounds = np.cumsum([0, m, m, 3 * m, m, m, m, 2, 6, m, m, m, m, m]).tolist()
         parts = [slice(low, high) for low, high in pairwise(bounds)]
         self.home, self.radius, self.exit, self.uneven, self.gain, self.zero = parts[:6]
-        self.tilt, self.load, self.swivel, self.creep, self.hysteresis, self.softness, self.mount = parts[6:]
+        self.tilt, self.load, self.swivel, self.hysteresis, self.creep, self.softness, self.mount = parts[6:]
+        self.laws = slice(self.creep.start, self.mount.stop)
         self.m, self.size = m, bounds[-1]
 
 
