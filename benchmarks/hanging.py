@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row
-from cablewright.calibration.elastic_lines import ElasticProblem
+from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.pose_fit import NEAR, fit
 from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.elastic_lines import ElasticProblem
+from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas

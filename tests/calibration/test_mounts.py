@@ -12,7 +12,7 @@ import pytest
 from cablewright.calibration.data import write_measured
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import CalibrationRecord, load_record, record_of, record_text
-from cablewright.calibration.elastic_lines import ElasticProblem
+from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.kinds import leverages
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas
@@ -63,10 +63,10 @@ def found_of(found: Calibration) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize(
     ("name", "cable", "exact"),
-    [("paty2021", "catenary", 0.08), ("merlet2023", "catenary", 0.05), ("cogiro", "elastic", 0.01)],
+    [("paty2021", "catenary", 0.01), ("merlet2023", "catenary", 1e-4), ("cogiro", "elastic", 1e-4)],
 )
 def test_mounts_of_the_plant_are_found(name: str, cable: str, exact: float) -> None:
-    """With noise within 4 sigmas; without any but for what is of second order in what they give, some mm here."""
+    """With noise within 4 sigmas; without any but for how dead spans go aside, of second order in some mm."""
     robot, rng = load(name), np.random.default_rng(1)
     soft = soft_of(robot, rng)
     lengths, poses, tensions = plant(robot, cable, random_poses(robot, 30, rng, cable), soft)
@@ -172,7 +172,8 @@ def test_counts_are_those_that_leave_no_residual(robot: Robot, cable: str) -> No
     counted = first.counts_at(theta, states, first.given(theta, states))
     left = problem(counted).derivatives(theta, states).residual[:, : robot.m] * first.encoder_sigma
     assert left == pytest.approx(np.zeros_like(left), abs=1e-9)
-    assert np.abs(counted - first.counts_at(theta, states)).min() > 1e-5
+    if cable == "rigid":  # else equilibria count mounts
+        assert np.abs(counted - first.counts_at(theta, states)).min() > 1e-5
 
 
 @pytest.mark.parametrize("cable", ["rigid", "catenary"])

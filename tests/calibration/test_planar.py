@@ -13,7 +13,7 @@ from scipy import optimize, stats
 import boards
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import record_of
-from cablewright.calibration.elastic_lines import ElasticProblem
+from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.guidance.guide import guide
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import information

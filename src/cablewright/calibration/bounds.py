@@ -16,6 +16,7 @@ from cablewright.calibration.unknowns import Unknown
 from cablewright.errors import InputError
 from cablewright.models.parameters import lines_of
 from cablewright.robot import Robot
+from cablewright.robot.mount import MOST
 
 SHARES: Final = {
     "length_scale": (0.9, 1.1),
@@ -30,7 +31,7 @@ OF_NOTHING: Final = {
     "build_up": (0.0, 0.2),  # 1/m: cable wound on a spool makes it thicker, never thinner
     "exit_compliance": (0.0, 1e-3),  # m/N: a mount that gives more bends in the hand
 }
-"""Range of these, which a robot file does not have."""
+"""Range of these, which most robot files do not have; of a compliance up to twice that of a file that has more."""
 
 AWAY: Final = 3.0  # frame diagonals: max distance of a coordinate from the file's, and a third of the longest line
 AZIMUTH: Final = 2.0 * math.pi  # rad: the zero of a sensor of azimuths may be anywhere
@@ -51,7 +52,8 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
         if each.name in SHARES:
             found[:, at] = np.array(SHARES[each.name]) * start[at]
         elif each.name in OF_NOTHING:
-            found[:, at] = np.array(OF_NOTHING[each.name]) / each.size
+            low, high = OF_NOTHING[each.name]
+            found[:, at] = low / each.size, max(high / each.size, min(2.0 * start[at], MOST / each.size))
         elif each.name == "length_offset":
             found[:, at] = -measured.counted[:, lines_of(robot, each)].min(), _farthest(robot, each, diagonal)
         elif each.entry.role == "sensor":
@@ -96,7 +98,7 @@ def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:
 def at_bound(values: Array, limits: Array, start: Array) -> tuple[Mask, Mask]:
     """Return which *values* (k,) are at their min and at their max in *limits* (2, k), if that is not their *start*.
 
-    Build-up or compliance of nothing is where the file has it: the data then ask for no other. NaN: there is no start.
+    Build-up of nothing is where the file has it: the data then ask for no other. NaN: there is no start.
     """
     room = _AT * np.maximum(limits[1] - limits[0], 1e-300)
     at_start = np.abs(start - limits) <= room

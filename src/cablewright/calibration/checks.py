@@ -10,6 +10,7 @@ from cablewright.arrays import Array
 from cablewright.calibration.measured import SENSORS, Measured
 from cablewright.calibration.planar import check_plane
 from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.soft_ends import require_tensions
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
 
@@ -115,8 +116,10 @@ def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
 
 
 def check(problem: CalibrationProblem) -> None:
-    """Raise `InputError` for too few poses, too few different ones, and for an unknown of a sensor without data."""
+    """Raise `InputError` for too few poses, too few different ones, and for what only a sensor without data tells."""
     _check_sensors(problem)
+    if not problem.elastic:
+        require_tensions(problem.robot, problem.measured)
     measured, needed, count = problem.measured, min_poses(problem), problem.poses
     why = (
         f"each pose gives {_measurements_per_pose(problem)} numbers and has {problem.unknowns_per_pose} unknowns, and "

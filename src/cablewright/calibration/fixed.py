@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import chain
+from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array, Mask
+from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import INNER, CalibrationPlan
 from cablewright.calibration.unknowns import Unknown, coordinates_of
 from cablewright.errors import InputError, UnknownName
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES
+
+
+_YAW: Final = 1e-5  # rad: how well the frame's own yaw is known, where only mounts would tell it
 
 
 def line_index(robot: Robot, name: str, where: str) -> int:
@@ -54,10 +59,34 @@ def across_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
     return rows
 
 
+def yaw_row(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
+    """Return the row (k,) of how far all exit points together turn about the vertical, rad."""
+    points = np.array([line.exit_point for line in robot.lines])
+    arms = (points - points.mean(axis=0))[:, :2]
+    which, coordinates = coordinates_of(robot, unknowns)
+    around = np.column_stack([-arms[:, 1], arms[:, 0], np.zeros(robot.m)]) / np.sum(arms**2)
+    row = np.zeros(len(unknowns))
+    row[which] = around.ravel()[coordinates]
+    return row
+
+
+def mounts_tell_yaw(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, measured: Measured) -> bool:
+    """Whether nothing but matrices of mounts tells the yaw: badly, and these are in the frame of the file."""
+    if not any(line.mount_gives and not isinstance(line.exit_compliance, float) for line in robot.lines):
+        return False
+    if plan.points or measured.positioned or robot.platform.plane is not None:
+        return False
+    told = any(measured.has(each) and f"{each}_offset" not in plan.unknowns for each in ("swivel", "yaw"))
+    return not told and sum(each.name == "exit_point" for each in unknowns) == 3 * robot.m
+
+
 def linear_rows(
-    robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array
+    robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, start: Array, keep_yaw: bool = False
 ) -> tuple[Array, Array, Mask]:
-    """Return weighted rows (q, k) that are linear in the unknowns, their values (q,), and which are prior knowledge."""
+    """Return weighted rows (q, k) that are linear in the unknowns, their values (q,), and which are prior knowledge.
+
+    *keep_yaw*: whether the exit points together keep the yaw of the file.
+    """
     rows: list[Array] = []
     values: list[float] = []
     for at, point in enumerate(plan.points):
@@ -74,6 +103,9 @@ def linear_rows(
     measured = len(rows)
     for row in [] if plan.across is None else across_rows(robot, unknowns):
         rows.append(row / plan.across)
+        values.append(float(rows[-1] @ start))
+    if keep_yaw:
+        rows.append(yaw_row(robot, unknowns) / _YAW)
         values.append(float(rows[-1] @ start))
     for at, prior in enumerate(plan.priors):
         if prior.name.partition(".")[0] not in plan.unknowns:

@@ -7,6 +7,7 @@ tell. Beside it stands the covariance by the scatter of poses and of surveyed po
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
@@ -18,10 +19,11 @@ from cablewright.calibration.measured import SENSORS, Measured
 from cablewright.calibration.observability import Information, projected
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.pose_fit import PoseFit
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.soft_ends import creep_share
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
-from cablewright.robot import Eyelet, Robot
+from cablewright.robot import Eyelet, Line, Robot
 from cablewright.solvers.inverse import solve_inverse
 
 RADIUS: Final = 0.03  # of a sheave's radius: the cable's own radius may be in it or not
@@ -29,6 +31,7 @@ BUILD_UP: Final = 2e-3  # 1/m: a layer of 4 mm cable on a drum of 0.1 m, every 2
 STRETCH: Final = 1.0  # of that by the file's stiffness, where lines count as stiff
 MODULUS: Final = 0.2  # of the file's, where lines stretch
 CELL: Final = 0.01  # of a load cell's scale: the class of ordinary ones
+MOUNT: Final = 0.2  # of the compliance in the file, where mounts give
 STRETCH_NAME: Final = "stretch"
 _STRETCH_WORDS: Final = "stretch of all lines over that by the file"
 _LEAST: Final = 0.05  # of the information: min that is left without a pose
@@ -73,10 +76,9 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
         return ModelDoubt(nothing, (), nothing)
     if not (np.isfinite(found.cost) and 0.0 < scale < np.inf):
         return ModelDoubt(noise, (), np.zeros_like(noise))
-    wider, extra, numbers = _considered(problem, found)
-    rows = wider.derivatives(_theta(wider, problem, found), found.poses, found.weights)
+    rows, by_numbers, numbers = _considered(problem, found)
     k = len(found.theta)
-    by_all = np.concatenate([rows.by_unknown, extra], axis=2)
+    by_all = np.concatenate([rows.by_unknown[..., :k], by_numbers], axis=2)
     off, reduced, _ = projected(replace(rows, by_unknown=by_all))
     known, other = reduced[..., :k].reshape(-1, k), reduced[..., k:].reshape(-1, len(numbers))
     others = here.others_by_unknown
@@ -144,8 +146,8 @@ def _by_scatter(clusters: Sequence[_Clusters], others: Array, posterior: Informa
     return np.asarray(root @ found @ root.T)
 
 
-def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[CalibrationProblem, Array, list[Considered]]:
-    """Return the problem with more unknowns, the derivatives (N, e, q) of its rows by others, and what they all are."""
+def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivatives, Array, list[Considered]]:
+    """Return the rows with more unknowns, their derivatives (N, e, q) by what is considered, and what that is."""
     robot, plan, names = problem.robot, problem.plan, []
     if "sheave_radius" not in plan.unknowns and any(not isinstance(line.sheave, Eyelet) for line in robot.lines):
         names.append("sheave_radius")
@@ -153,21 +155,35 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Calibratio
         names.append("build_up")
     if problem.elastic and "modulus" not in plan.unknowns:
         names.append("modulus")
-    shared = tuple(name for name in names if name != "sheave_radius")
+    if "exit_compliance" not in plan.unknowns and any(_gives(line) for line in robot.lines):
+        names.append("exit_compliance")
+    shared = tuple(name for name in names if name not in ("sheave_radius", "exit_compliance"))
     sensors = believed_of_sensors(problem.measured, plan.sigma)
     names += [name for name in sensors if name not in plan.unknowns]
     wider = problem.with_plan(_with_unknowns(plan, tuple(names), shared))
-    numbers = []
-    for each in wider.free_unknowns[len(found.theta) :]:
-        believed = ({"build_up": BUILD_UP, "modulus": MODULUS} | sensors).get(each.name)
-        sigma = RADIUS * float(wider.start[wider.unknowns.index(each)]) if believed is None else believed
-        numbers.append(Considered(each.kind, each.line, each.label, each.unit, 0.0, sigma, 0.0))
+    rows = wider.derivatives(_theta(wider, problem, found), found.poses, found.weights)
+    share = max(creep_share(line) for line in robot.lines)
+    sigmas = {"build_up": BUILD_UP, "modulus": math.hypot(MODULUS, share)} | sensors
+    numbers, columns = [], []
+    for at, each in enumerate(wider.free_unknowns[len(found.theta) :], len(found.theta)):
+        start = float(wider.start[wider.unknowns.index(each)]) * each.size
+        sigma = sigmas.get(each.name, (MOUNT if each.name == "exit_compliance" else RADIUS) * start)
+        if sigma > 0.0:
+            numbers.append(Considered(each.kind, each.line, each.label, each.unit, 0.0, sigma, 0.0))
+            columns.append(rows.by_unknown[..., at] / each.size)
     stretch = None if problem.elastic else stretch_of(problem, found.theta, found.poses)
-    if stretch is None:
-        return wider, np.zeros((problem.poses, problem.per_pose, 0)), numbers
-    extra = np.zeros((problem.poses, problem.per_pose, 1))
-    extra[:, : robot.m, 0] = problem.of_poses(found.weights)[:, : robot.m] * stretch
-    return wider, extra, [*numbers, Considered(STRETCH_NAME, None, _STRETCH_WORDS, "1", 0.0, STRETCH, 0.0)]
+    if stretch is not None:
+        columns.append(np.zeros((problem.poses, problem.per_pose)))
+        columns[-1][:, : robot.m] = problem.of_poses(found.weights)[:, : robot.m] * stretch
+        sigma = math.hypot(STRETCH, share)
+        numbers.append(Considered(STRETCH_NAME, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
+    nothing = np.zeros((problem.poses, problem.per_pose, 0))
+    return rows, np.stack(columns, axis=2) if columns else nothing, numbers
+
+
+def _gives(line: Line) -> bool:
+    """Whether the mount of a line gives by one number."""
+    return isinstance(line.exit_compliance, float) and line.exit_compliance > 0.0
 
 
 def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
@@ -187,14 +203,14 @@ def _theta(wider: CalibrationProblem, problem: CalibrationProblem, found: PoseFi
 
 
 def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
-    """Return by how much each line (N, m) stretches by the file's stiffness, m; None if nothing loads the lines.
+    """Return by how much each line (N, m) stretches by the file's stiffness, m; None if nothing says what loads them.
 
-    With measured tensions, or the least that hold the pose.
+    With the tensions of equilibria, measured ones, or the least that hold the pose.
     """
     robot = problem.robot
     lengths = problem.lengths(theta, poses)
     compliance = 1.0 / np.array([line.cable.stiffness for line in robot.lines])
-    tensions = None if problem.measured.tensions is None else problem.tensions(theta)
+    tensions = problem.known_tensions(theta, poses)
     if tensions is None:
         if not _is_loaded(robot):
             return None

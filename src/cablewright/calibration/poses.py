@@ -24,6 +24,7 @@ from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
+from cablewright.solvers.inverse import solve_inverse
 
 CRITERIA: Final = get_args(PoseCriterion)
 
@@ -124,6 +125,8 @@ def calibration_poses(
     random = [search.sigmas(rng.choice(candidates, count, replace=False)) for _ in range(_DRAWS)]
     random_rms, random_worst = np.median(random, axis=0).tolist()
     lengths = problem.lengths(problem.start, path)
+    if problem.is_soft:
+        lengths -= solve_inverse(model, path).tensions * problem.given_per_tension(problem.start, path)
     changes, travels = lengths - lengths[0], (_travel(path), _travel(places[chosen]))
     return CalibrationPoses(robot, criterion, path, changes, *search.sigmas(chosen), random_rms, random_worst, *travels)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.bounds import ranges
-from cablewright.calibration.fixed import held_by_datum, linear_rows
+from cablewright.calibration.fixed import held_by_datum, linear_rows, mounts_tell_yaw
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.planar import free_directions
@@ -73,7 +73,7 @@ class CalibrationProblem:
 
     `held`: the unknowns that the datum holds at their value in `start`; theta and `rows` have the free ones only.
     `frame`: rows (d, k) and values (d,) that hold what the data leave open, in fits only. Lines are straight and rigid,
-    and the state of a pose is the pose; `elastic_lines.ElasticProblem` is for elastic lines.
+    and the state of a pose is the pose; `elastic.elastic_lines.ElasticProblem` is for elastic lines.
     """
 
     robot: Robot
@@ -219,7 +219,7 @@ class CalibrationProblem:
     def counts_at(self, theta: Array, states: Array, given: Array | float = 0.0) -> Array:
         """Return what the encoders (N, m) should read at these states of the poses, m.
 
-        *given* (N, m): how much less cable lies beyond the winches as mounts of exits give, m.
+        *given* (N, m): how much less cable lies beyond the winches as mounts of exits and springs give, m.
         """
         lines = self.line_numbers(theta)
         out = self.lengths(theta, states) - lines[:, straight_line.OFFSET] - given
@@ -259,13 +259,13 @@ class CalibrationProblem:
         return found
 
     def given(self, theta: Array, states: Array) -> Array:
-        """Return how much less cable (N, m) lies beyond the winches as mounts of exits give, m, at all N poses."""
+        """Return how much less cable (N, m) lies beyond the winches as mounts and springs give, m, at all N poses."""
         return self.tensions(theta) * self.given_per_tension(theta, states) if self.is_soft else np.zeros(1)
 
     @property
     def is_soft(self) -> bool:
-        """Whether mounts of exits give, or may give."""
-        unknown, known = (each[:, straight_line.COMPLIANCE] for each in (self.rows.target >= 0, self.rows.lines))
+        """Whether mounts of exits or springs give, or may give, besides what an equilibrium counts."""
+        unknown, known = (each[:, straight_line.GIVING] for each in (self.rows.target >= 0, self.rows.lines))
         return bool(unknown.any() or known.any())
 
     def given_per_tension(self, theta: Array, states: Array) -> Array:
@@ -280,6 +280,11 @@ class CalibrationProblem:
         lines = self.line_numbers(theta)
         scale, offset = lines[:, straight_line.TENSION_SCALE], lines[:, straight_line.TENSION_OFFSET]
         return np.asarray(scale * self.rows.tensions + offset)
+
+    def known_tensions(self, theta: Array, states: Array) -> Array | None:
+        """Return the tensions (N, m) that are measured, N, or those of equilibria at *states*; None for neither."""
+        del states
+        return None if self.measured.tensions is None else self.tensions(theta)
 
     def exit_points(self, theta: Array) -> Array:
         """Return the exit points (m, 3), m, with free unknowns *theta*."""
@@ -342,13 +347,16 @@ def equations(
     lines, target = numbers_of_lines(robot), targets(robot, unknowns)
     start = np.array([each.entry.nominal or 0.0 for each in unknowns])
     start[target[target >= 0]] = lines[target >= 0]
+    if elastic:  # equilibria count what gives
+        lines[:, straight_line.GIVING], target[:, straight_line.GIVING] = 0.0, -1
     held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
     if held.all():
         raise InputError("datum: holds every unknown; nothing is left to calibrate")
     count, distances = len(measured.counted), distance_rows(robot, plan)
     blocks = list(sensor_rows(robot, measured, plan, elastic))
     per_pose = sum(block.values.shape[1] for block in blocks)
-    linear, wanted, prior = linear_rows(robot, unknowns, plan, start)
+    keep_yaw = not held.any() and mounts_tell_yaw(robot, unknowns, plan, measured)
+    linear, wanted, prior = linear_rows(robot, unknowns, plan, start, keep_yaw)
     limits = np.ascontiguousarray(ranges(robot, unknowns, plan, start, measured)[:, ~held])
 
     def of_rows(name: str, dtype: type, *shape: int) -> Any:

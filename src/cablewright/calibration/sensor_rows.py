@@ -104,12 +104,17 @@ def _positions(robot: Robot, measured: Measured) -> SensorRows:
 
 
 def _require_azimuths(robot: Robot, measured: Measured) -> None:
-    """Raise `InputError` for a swivel whose angle is no azimuth."""
+    """Raise `InputError` for a swivel whose angle is no azimuth, or not that from where its exit is without load."""
     for index, line in enumerate(robot.lines):
         if isinstance(line.sheave, Swivel) and abs(unit_vector(line.sheave.axis)[2]) < 1.0:
             raise InputError(
                 f"{measured.origin}: swivel_{index + 1}: line {line.name!r} has an axis that is not vertical, so the "
                 "angle is no azimuth; leave these columns out"
+            )
+        if line.mount_out_of_plane_by:
+            raise InputError(
+                f"{measured.origin}: swivel_{index + 1}: line {line.name!r} has {line.mount_out_of_plane_by}, which "
+                "turns its azimuth by as much as it goes aside; leave these columns out"
             )
 
 

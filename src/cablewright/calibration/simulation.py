@@ -9,7 +9,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.data import MAX_POSES
-from cablewright.calibration.elastic_lines import FREED, ElasticProblem
+from cablewright.calibration.elastic.elastic_lines import FREED, ElasticProblem
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.pose_fit import yaw_between
@@ -125,7 +125,9 @@ def measure(
     )
     if model.fidelity.cable is CableLaw.RIGID:
         problem, states = CalibrationProblem.of(robot, blank, hold=False), poses
-        held = None if sensors.tension is None else solve_inverse(model, poses).checked()
+        held = None if sensors.tension is None and not problem.is_soft else solve_inverse(model, poses).checked()
+        if held is not None:
+            problem = replace(problem, rows=problem.rows._replace(tensions=held.tensions))
     else:
         problem = elastic = ElasticProblem.under(model, blank, CalibrationPlan(), hold=False)
         held = solve_inverse(model, _given(robot, poses)).checked()

@@ -15,16 +15,18 @@ import numpy as np
 
 from cablewright.calibration.checks import check, check_lengths
 from cablewright.calibration.data import read_measured
-from cablewright.calibration.elastic_lines import ElasticProblem
-from cablewright.calibration.elastic_start import elastic_fit
+from cablewright.calibration.elastic.elastic_lines import ElasticProblem
+from cablewright.calibration.elastic.elastic_start import elastic_fit
 from cablewright.calibration.gross_errors.outliers import Rejected, without_outliers
 from cablewright.calibration.kinds import kind_fits, kind_of
 from cablewright.calibration.measured import Measured
+from cablewright.calibration.model_doubt import stretch_of
 from cablewright.calibration.observability import Information, information
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, framed, to_file_frame
 from cablewright.calibration.problem import SURVEY, CalibrationProblem
 from cablewright.calibration.result import Calibration
+from cablewright.calibration.soft_ends import of_creep
 from cablewright.calibration.status import status_of
 from cablewright.calibration.verdict import NEED, judged
 from cablewright.calibration.weights import ENOUGH, resisting, roughly_weighed, weighed
@@ -114,7 +116,7 @@ def calibrate(
     scale, chi = _scale(problem, found, posterior)
     rms = _rms(problem, found)
     status, reason = status_of(problem, found, posterior, rms, chi)
-    notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found), *_of_cables(robot))
+    notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found), *_of_creep(problem, found))
     made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
     verdict, reasons = judged(made, need, rough)
     return replace(made, verdict=verdict, reasons=reasons)
@@ -171,10 +173,12 @@ def _notes(
         yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
 
 
-def _of_cables(robot: Robot) -> Iterator[str]:
-    """Yield what the robot file says of cables that no calibration counts."""
-    if any(line.cable.creep is not None for line in robot.lines):
-        yield "creep of the cables is not counted: measure all poses within minutes, long after the last large change"
+def _of_creep(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
+    """Yield a sentence on creep that the robot file has and no row counts."""
+    stretch = None
+    if found.code == 0:
+        stretch = stretch_of(problem, found.theta, found.poses)
+    yield from of_creep(problem.robot, stretch)
 
 
 def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:

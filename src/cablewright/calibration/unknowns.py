@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Indices
+from cablewright.calibration.soft_ends import on_stiff_mounts
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import straight_line
 from cablewright.models.parameters import lines_of
@@ -86,8 +87,8 @@ class Unknown(Parameter):
 
     @property
     def of_equilibrium(self) -> bool:
-        """Whether equilibria depend on it: it is a number of the line, not of the winch."""
-        return self.entry.role == "hardware"
+        """Whether equilibria depend on it: it is a number of the line or its mount, not of the winch."""
+        return self.entry.role == "hardware" or self.name == "exit_compliance"
 
     @property
     def column(self) -> int:
@@ -135,7 +136,7 @@ def _unknowns(robot: Robot, name: str, shared: bool) -> Iterator[Unknown]:
     kinds, lines = KINDS_OF[name], None
     if shared and (name == "length_offset" or not kinds[0].shareable):
         raise InputError(f"shared: {name!r} cannot be one number for all lines")
-    if name == "sheave_radius" and not shared:  # lines with an eyelet have none
+    if name in ("sheave_radius", "exit_compliance") and not shared:  # with an eyelet or by a matrix lines have none
         lines = [line.name for line in robot.lines if kinds[0].value(line) is not None] or None
     fault = why_not(robot, kinds[0], lines, shared)
     if fault is not None:
@@ -180,13 +181,9 @@ def require_covered(robot: Robot, elastic: bool) -> None:
     Straight lines cover all whose length changes beyond the exit point only.
     """
     robot.require_winches("calibration")
-    for line in robot.lines:
-        if line.gives_by:
-            why = "; it can be an unknown of a robot file without it" if line.mount_gives else ""
-            raise InputError(f"calibration: line {line.name!r} has {line.gives_by}, which is not covered{why}")
     robot.require_own_winches("calibration")
     if elastic:
-        robot.require_plain_lines("calibration of lines that stretch")
+        on_stiff_mounts(robot).require_plain_lines("calibration of lines that stretch")
         if robot.platform.plane is not None and robot.m < robot.freedoms:
             why = f"{robot.m} lines do not hold a body in a plane, which is not covered"
             raise InputError(f"calibration of lines that stretch: {why}")
@@ -217,7 +214,18 @@ def numbers_of_lines(robot: Robot) -> Array:
         if isinstance(line.sheave, Swivel | UniversalJoint):
             row[straight_line.RADIUS] = line.sheave.radius
             row[straight_line.SIDE] = 1.0 if line.sheave.wrap == "over" else -1.0
+        _put_ends(row, line)
     return lines
+
+
+def _put_ends(row: Array, line: Line) -> None:
+    """Write to the numbers of a *line* what its mount and its spring give."""
+    if isinstance(line.exit_compliance, float):
+        row[straight_line.COMPLIANCE] = line.exit_compliance / straight_line.PER_NEWTON
+    elif line.exit_compliance is not None:
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = line.exit_compliance
+        row[straight_line.MOUNT : straight_line.SPRING] = np.array([xx, yy, zz, xy, xz, yz]) / straight_line.PER_NEWTON
+    row[straight_line.SPRING] = 0.0 if line.spring is None else line.cables / line.spring
 
 
 def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
@@ -245,7 +253,8 @@ def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised
     for unknown, value in zip(unknowns, values.tolist(), strict=True):
         if unknown.entry.described:
             changed = with_value(changed, unknown, round(value, _DIGITS))
-    lines = [_winch_placed(*pair, raised) for pair in zip(robot.lines, changed.lines, strict=True)]
+    pairs = zip(robot.lines, changed.lines, strict=True)
+    lines = [_winch_placed(old, line, raised and old.in_plane) for old, line in pairs]  # else it is raised already
     return Robot.model_validate(changed.model_dump() | {"lines": [line.model_dump() for line in lines]})
 
 

@@ -136,7 +136,7 @@ class Line(Description):
             return "a swivel whose axis is not vertical"
         if self.guides:
             return "guides"
-        return self._mount_out_of_plane()
+        return self.mount_out_of_plane_by
 
     @property
     def mount_gives(self) -> bool:
@@ -150,7 +150,8 @@ class Line(Description):
             return "exit_compliance"
         return "spring" if self.spring is not None else ""
 
-    def _mount_out_of_plane(self) -> str:
+    @property
+    def mount_out_of_plane_by(self) -> str:
         """As `out_of_plane_by`, of the mount of the exit point alone."""
         if self.exit_compliance is None:
             return ""

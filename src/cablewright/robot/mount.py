@@ -9,17 +9,19 @@ from pydantic import AfterValidator, Field, Strict
 
 from cablewright.validation import refusal
 
-_MOST: Final = 1e-2  # m/N
+MOST: Final = 1e-2
+"""The largest compliance, m/N."""
+
 _ROUNDING: Final = 1e-12  # of a compliance's largest entry
-_Entry = Annotated[float, Strict(), Field(ge=-_MOST, le=_MOST)]
+_Entry = Annotated[float, Strict(), Field(ge=-MOST, le=MOST)]
 _Row = tuple[_Entry, _Entry, _Entry]
 _Matrix = tuple[_Row, _Row, _Row]
 
 
 def _require_passive(value: float | _Matrix) -> float | _Matrix:
     if isinstance(value, float):
-        if not 0.0 <= value <= _MOST:
-            raise refusal("compliance", f"{value:g} m/N: must be 0 to {_MOST:g} m/N")
+        if not 0.0 <= value <= MOST:
+            raise refusal("compliance", f"{value:g} m/N: must be 0 to {MOST:g} m/N")
         return value
     slight = _ROUNDING * max(abs(entry) for row in value for entry in row)
     if any(abs(value[i][j] - value[j][i]) > slight for i, j in ((0, 1), (0, 2), (1, 2))):

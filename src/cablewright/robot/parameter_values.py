@@ -80,7 +80,7 @@ class Kind:
 
     @property
     def described(self) -> bool:
-        """Whether a robot's description always has it, so that it can be set."""
+        """Whether a robot's description always has it, or takes it, so that it can be set."""
         return (self.nominal is None and self.missing is None) or self.setter is not None
 
     @property
@@ -117,6 +117,12 @@ def _with(part: Any, path: str, value: float) -> Any:
     if isinstance(part, tuple):
         return tuple(value if axis == key else old for axis, old in zip(AXES, part, strict=True))
     return part.model_copy(update={key: _with(getattr(part, key), rest, value) if rest else value})
+
+
+def with_compliance(line: Line, path: str, value: float) -> Line:
+    """Return the line with another compliance of its mount; 0 where its file says nothing leaves it so."""
+    changed: Line = line if value == 0.0 and line.exit_compliance is None else _with(line, path, value)
+    return changed
 
 
 def with_exit(line: Line, path: str, value: float) -> Line:

@@ -12,7 +12,16 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from cablewright.errors import InputError, UnknownName, suggestion
-from cablewright.robot.parameter_values import AXES, Kind, Owner, above_winch, up_to_lever, with_exit, with_modulus
+from cablewright.robot.parameter_values import (
+    AXES,
+    Kind,
+    Owner,
+    above_winch,
+    up_to_lever,
+    with_compliance,
+    with_exit,
+    with_modulus,
+)
 from cablewright.robot.platform import PointPlatform
 from cablewright.units import ANGLE, FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
 
@@ -50,7 +59,7 @@ _ALL: Final = (
     _of_line("creep_compliance", None, "strain per tension by which the cable has crept, besides its stretch by EA",
              role="load", nominal=0.0, min_value=0.0, closed=True, plain_unit="1/N"),
     _of_line("exit_compliance", None, "how far the mount of the exit point gives along a force on it", role="load",
-             missing=0.0, min_value=0.0, closed=True, plain_unit="m/N",
+             missing=0.0, min_value=0.0, closed=True, plain_unit="m/N", setter=with_compliance,
              absent="line {!r} gives exit_compliance as a matrix, which is no single number"),
     Kind("temperature", TEMPERATURE_DIFFERENCE, "all lines",
          "how much warmer all cables are: a strain of thermal_expansion times it on the commanded lengths",

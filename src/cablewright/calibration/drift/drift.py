@@ -21,11 +21,12 @@ from cablewright.calibration.data import read_measured
 from cablewright.calibration.drift.record import CalibrationRecord, load_record
 from cablewright.calibration.drift.states import states_at
 from cablewright.calibration.drift.suspects import CHANGE_PARTS, READING, SCALE, DriftChange, Evidence, Suspect, beside
-from cablewright.calibration.elastic_lines import ElasticProblem
+from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.kinds import kind_of
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
 from cablewright.calibration.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.soft_ends import require_tensions
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
@@ -185,10 +186,12 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
         problem = CalibrationProblem.of(model.robot, measured, plan, hold=False)
     else:
         problem = ElasticProblem.under(model, measured, plan, hold=False)
-    if "exit_compliance" in known.unknowns and not problem.elastic and measured.tensions is None:
-        raise InputError(
-            f"{measured.origin}: no columns f_1 ..: the calibration has exit_compliance, which tensions need"
-        )
+    if not problem.elastic:
+        require_tensions(model.robot, measured)
+        if "exit_compliance" in known.unknowns and measured.tensions is None:
+            raise InputError(
+                f"{measured.origin}: no columns f_1 ..: the calibration has exit_compliance, which tensions need"
+            )
     if surplus_per_pose(problem) < 1:
         raise InputError(
             f"{measured.origin}: {problem.robot.m} lines leave nothing over that would test a pose: measure tensions"

@@ -83,7 +83,10 @@ class PoseCandidates:
 
     def told(self, ordered: list[int], known: Known) -> tuple[NextPose, ...]:
         """Return poses as people are told of them; where nothing is measured the first is home, of counts 0."""
-        counts = known.problem.counts_at(known.theta, self.places[ordered])
+        problem, places, given = known.problem, self.places[ordered], np.zeros(1)
+        if problem.is_soft:  # with the tensions of the robots that hold the pose
+            given = np.nanmean(self.tensions[:, ordered], axis=0) * problem.given_per_tension(known.theta, places)
+        counts = problem.counts_at(known.theta, places, given)
         counts -= counts[0] * (known.poses == 0)
         made = []
         for at, own_counts in zip(ordered, counts.tolist(), strict=True):

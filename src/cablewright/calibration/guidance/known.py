@@ -14,6 +14,7 @@ from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.result import Calibration
+from cablewright.calibration.soft_ends import require_tensions
 from cablewright.calibration.solve import calibrate
 from cablewright.calibration.unknowns import coordinates_of
 from cablewright.progress import Progress
@@ -63,6 +64,7 @@ class Known:
         theta = problem.free
         if measured is not None:
             check_lengths(robot, measured)
+            require_tensions(robot, measured)
             told = measured.without_open_zeros(plan.unknowns)
             theta = with_new_home(CalibrationProblem.of(robot, told, own, hold=False), theta)
         exits = problem.named("exit_point")

@@ -12,7 +12,6 @@ from cablewright.kernels.fitting.straight_line import (
     COLUMNS,
     COMPLIANCE,
     EXIT,
-    FROM,
     MIN_DISTANCE,
     OFFSET,
     PER_NEWTON,
@@ -21,16 +20,18 @@ from cablewright.kernels.fitting.straight_line import (
     RADIUS,
     SCALE,
     SPANS,
+    SPRING,
     SWIVEL_OFFSET,
     TENSION_OFFSET,
     TENSION_SCALE,
     TILT_OFFSET,
     YAW_OFFSET,
+    by_mount,
     cross,
+    gives,
     over_sheave,
     paid_out,
     per_tension,
-    square_of_force,
     turning,
 )
 from cablewright.kernels.newton import along_columns
@@ -63,7 +64,7 @@ class MeasurementRows(NamedTuple):
     extra: NDArray[np.float64]  # (R, 6)
     lines: NDArray[np.float64]  # (m, COLUMNS): known values
     target: NDArray[np.int64]  # (m, COLUMNS): index of the unknown, -1 where the value is known
-    tensions: NDArray[np.float64]  # (N, m) N: readings of load cells; of lines that stretch, those of their equilibrium
+    tensions: NDArray[np.float64]  # (N, m) N: readings of load cells
     load: NDArray[np.float64]  # (10,): force N and moment N m, world, at the platform's origin; weight N, its centre
     linear: NDArray[np.float64]  # (q, k): rows without a pose that are linear in the unknowns, weighted
     wanted: NDArray[np.float64]  # (q,): their expected values
@@ -127,7 +128,7 @@ def read_row(rows, i, j, value, pose, work):
     if kind == BALANCE:
         return _balance(rows, j, rows.extra[i], pose, work)
     if kind == PAID_OUT:
-        return _paid_out(rows, rows.line[i], j, value, pose, work)
+        return _wound(rows, work, 0, rows.line[i], value)  # the length itself is added elsewhere
     if kind == TENSION:
         return _reading_of_cell(rows, rows.line[i], value, work)
     return _between(rows, rows.line[i], rows.other[i], value, work)
@@ -183,7 +184,7 @@ def _encoder(rows, i, j, counted, pose, work):
     off, count = _wound(rows, work, count, i, counted)
     if _is_soft(rows, work, i):
         reading = rows.tensions[j, i]
-        less, count = _mount(rows, work, count, i, line[TENSION_OFFSET] + line[TENSION_SCALE] * reading, ax, ay, az)
+        less, count = _given(rows, work, count, i, line[TENSION_OFFSET] + line[TENSION_SCALE] * reading, ax, ay, az)
         each = per_tension(line, free)
         count = _put(rows, work, count, i, TENSION_OFFSET, -each)
         count = _put(rows, work, count, i, TENSION_SCALE, -each * reading)
@@ -192,36 +193,23 @@ def _encoder(rows, i, j, counted, pose, work):
 
 
 @jit
-def _paid_out(rows, i, j, counted, pose, work):
-    """As `_encoder`, less the line's length and how its tension changes, which are added elsewhere."""
-    off, count = _wound(rows, work, 0, i, counted)
-    if _is_soft(rows, work, i):
-        ax, ay, az = _arm(work, i)
-        over_sheave(work.lines[i], pose[0] + ax, pose[1] + ay, pose[2] + az, work.free)
-        less, count = _mount(rows, work, count, i, rows.tensions[j, i], ax, ay, az)
-        off -= less
-    return off, count
-
-
-@jit
 def _is_soft(rows, work, i):
-    """Whether the mount of the line's exit gives, or may give."""
-    return rows.target[i, COMPLIANCE] >= 0 or work.lines[i, COMPLIANCE] != 0.0
+    """Whether the ends of the line give, or may give."""
+    return rows.target[i, COMPLIANCE] >= 0 or gives(work.lines[i])
 
 
 @jit
-def _mount(rows, work, count, i, tension, ax, ay, az):
-    """By how much less cable there is as the exit of line *i* gives, m; appends minus its derivatives, at a tension."""
+def _given(rows, work, count, i, tension, ax, ay, az):
+    """By how much less cable there is as the ends of line *i* give, m; appends minus its derivatives, at a tension."""
     line, free = work.lines[i], work.free
-    spans, fx, fy, fz = line[SPANS], line[FROM], line[FROM + 1], line[FROM + 2]
-    per_kilo = PER_NEWTON * line[PULL] / spans * tension
-    square = square_of_force(line, free)
-    gx, gy, gz, per_radius = turning(line, free, fx, fy, fz)
-    twice = -2.0 * spans * per_kilo * line[COMPLIANCE]
+    per_kilo = PER_NEWTON * line[PULL] / line[SPANS] * tension
+    energy, square, bx, by, bz = by_mount(line, free)
+    gx, gy, gz, per_radius = turning(line, free, bx, by, bz)
+    twice = -2.0 * line[SPANS] * per_kilo
     count = _by_point(rows, work, i, count, ax, ay, az, twice * gx, twice * gy, twice * gz)
     count = _put(rows, work, count, i, RADIUS, twice * per_radius)
     count = _put(rows, work, count, i, COMPLIANCE, -per_kilo * square)
-    return per_kilo * line[COMPLIANCE] * square, count
+    return per_kilo * energy + line[SPRING] * tension, count
 
 
 @jit
@@ -449,7 +437,7 @@ def lengths_at(rows, theta, poses, lengths):
 
 @jit(allocates=True)
 def given_at(rows, theta, poses, given):
-    """Write by how much less cable lies beyond each winch per tension as exits give, (N, m) m/N, at *poses* (N, n)."""
+    """Write by how much less cable lies beyond each winch per tension as ends give, (N, m) m/N, at *poses* (N, n)."""
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     for j in range(poses.shape[0]):

@@ -15,10 +15,13 @@ from cablewright.kernels import jit
 # cable runs from exit point to platform. Pull: the force on the platform over the tension of a cable. Axis: unit vector
 # of the swivel's axis, world; the side is with it or against it. Compliance: how far the exit's mount gives along its
 # force, m/kN, so that it compares with lengths. From: unit vector to where the cable comes from, 0 if on that mount.
+# Mount: a compliance matrix besides, xx, yy, zz, xy, xz, yz, m/kN, world. Spring: how far one at the winch gives per
+# tension of a cable, m/N. Neither is ever an unknown.
 EXIT, POINT, RADIUS, SIDE, OFFSET, SCALE, BUILD_UP = 0, 3, 6, 7, 8, 9, 10
 TENSION_OFFSET, TENSION_SCALE, SWIVEL_OFFSET, TILT_OFFSET, YAW_OFFSET = 11, 12, 13, 14, 16
-SPANS, PULL, AXIS, COMPLIANCE, FROM = 17, 18, 19, 22, 23
-COLUMNS = 26
+SPANS, PULL, AXIS, COMPLIANCE, FROM, MOUNT, SPRING = 17, 18, 19, 22, 23, 26, 32
+COLUMNS = 33
+GIVING = (COMPLIANCE, *range(MOUNT, SPRING + 1))
 PER_NEWTON = 1e-3  # of the compliance
 MIN_DISTANCE = 1e-9  # m: shorter distances have no direction
 
@@ -68,21 +71,41 @@ def paid_out(line, counted):
 
 @jit
 def per_tension(line, free):
-    """By how much less cable lies beyond the winch per tension as the exit's mount gives, m/N, after `over_sheave`.
+    """By how much less cable lies beyond the winch per tension as mount and spring give, m/N, after `over_sheave`.
 
     The force on the mount is p times the tension of one cable: of all spans, and of the cable that comes to the exit.
     The mount moves by its compliance times that force, and these cables become shorter by p times how far it moves.
     """
-    return PER_NEWTON * line[COMPLIANCE] * line[PULL] / line[SPANS] * square_of_force(line, free)
+    energy, _, _, _, _ = by_mount(line, free)
+    return PER_NEWTON * line[PULL] / line[SPANS] * energy + line[SPRING]
 
 
 @jit
-def square_of_force(line, free):
-    """The square of the force of one cable on its exit, over that of its tension."""
-    square = 0.0
-    for axis in range(3):
-        square += (line[SPANS] * free[1 + axis] + line[FROM + axis]) ** 2
-    return square
+def by_mount(line, free):
+    """Energy p C p, m/kN, of the force p of one cable on its exit over its tension; the square of p; what turns with u.
+
+    The last is C p without what is along u: its product with a change of u is that of C p.
+    """
+    spans, own = line[SPANS], line[COMPLIANCE]
+    fx, fy, fz = line[FROM], line[FROM + 1], line[FROM + 2]
+    px, py, pz = spans * free[1] + fx, spans * free[2] + fy, spans * free[3] + fz
+    square = px * px + py * py + pz * pz
+    xx, yy, zz = line[MOUNT], line[MOUNT + 1], line[MOUNT + 2]
+    xy, xz, yz = line[MOUNT + 3], line[MOUNT + 4], line[MOUNT + 5]
+    mx, my, mz = xx * px + xy * py + xz * pz, xy * px + yy * py + yz * pz, xz * px + yz * py + zz * pz
+    energy = own * square + (mx * px + my * py + mz * pz)
+    return energy, square, own * fx + mx, own * fy + my, own * fz + mz
+
+
+@jit
+def gives(line):
+    """Whether the mount of the line's exit gives, or a spring."""
+    if line[COMPLIANCE] != 0.0:
+        return True
+    for at in range(MOUNT, SPRING + 1):
+        if line[at] != 0.0:
+            return True
+    return False
 
 
 @jit

@@ -12,7 +12,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.checks import surplus_per_pose
-from cablewright.calibration.elastic_lines import FREED, ElasticProblem
+from cablewright.calibration.elastic.elastic_lines import FREED, ElasticProblem
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, fit, fitted_poses, quick_fit
 from cablewright.calibration.problem import CalibrationProblem

@@ -2,7 +2,8 @@
 
 The unknowns of a pose are the m lengths paid out, which determine pose and tensions. Rows depend on the pose as for
 straight lines (`kernels.fitting.calibration_residuals`); the derivatives of pose and tensions by lengths and unknowns
-are those of `solvers.linearise`. Levers of sheaves on universal joints are part of the equilibrium.
+are those of `solvers.linearise`. Levers of sheaves on universal joints, mounts of exits that give and springs are part
+of the equilibrium.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from cablewright.arrays import Array
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.problem import NO_FRAME, CalibrationProblem, Derivatives, equations
+from cablewright.calibration.soft_ends import with_mounts
+from cablewright.calibration.unknowns import Unknown
 from cablewright.errors import AnswerError
 from cablewright.kernels.fitting import straight_line
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
@@ -26,6 +29,7 @@ from cablewright.models.packed_views import LineNumbers
 from cablewright.models.parameters import lines_of, varied
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.robot import Line
 from cablewright.solvers.forward import solve_from
 from cablewright.solvers.linearise import Linearisation, linearise, tension_changes
 from cablewright.solvers.parameters import response, tension_response
@@ -49,7 +53,9 @@ class ElasticProblem(CalibrationProblem):
 
     @classmethod
     def under(cls, model: Model, measured: Measured, plan: CalibrationPlan, hold: bool = True) -> ElasticProblem:
-        """Build the rows; see `CalibrationProblem.of`."""
+        """Build the rows; see `CalibrationProblem.of`. Mounts that may give are in the model, as stiff ones at least."""
+        if "exit_compliance" in plan.unknowns:
+            model = replace(model, robot=with_mounts(model.robot))
         return cls(model.robot, measured, plan, *equations(model.robot, measured, plan, hold, elastic=True), model)
 
     def without_datum(self) -> ElasticProblem:
@@ -102,11 +108,9 @@ class ElasticProblem(CalibrationProblem):
         del theta
         return poses[:, : self.robot.m]
 
-    def given(self, theta: Array, states: Array) -> Array:
-        """As `CalibrationProblem.given`, by the tensions of the equilibria."""
-        if not self.is_soft:
-            return np.zeros(1)
-        return self.equilibria(theta, states).tensions * self.given_per_tension(theta, states)
+    def known_tensions(self, theta: Array, states: Array) -> Array:
+        """Return the tensions (N, m) of the equilibria, N."""
+        return self.equilibria(theta, states).tensions
 
     def balanced(self, theta: Array, poses: Array) -> CalibrationProblem:
         """Return the problem itself: tensions at an equilibrium are balanced."""
@@ -122,7 +126,7 @@ class ElasticProblem(CalibrationProblem):
         lengths, near = np.ascontiguousarray(states[:, :m]), np.ascontiguousarray(states[:, m : m + n])
         line_states = np.ascontiguousarray(states[:, m + n :]).reshape(count, m, -1)
         named = zip(self.unknowns, self.whole(theta), strict=True)
-        given = [(each, value) for each, value in named if each.of_equilibrium]
+        given = [(each, value * each.size) for each, value in named if each.of_equilibrium]
         possible = (lengths > 0.0).all() and all(parameter.entry.allows(value) for parameter, value in given)
         packed = self.model.rows()
         if possible:
@@ -142,11 +146,8 @@ class ElasticProblem(CalibrationProblem):
     def _rows(self, theta: Array, states: Array, held: Equilibrium, weights: Array) -> Derivatives:
         """Return the rows at equilibria; NaN at a failed one, except in rows of weight 0."""
         m, ok, k = self.robot.m, held.ok, len(theta)
-        loaded, soft = self, self.is_soft
-        if soft:
-            loaded = replace(self, rows=self.rows._replace(tensions=np.where(ok[:, None], held.tensions, 0.0)))
         poses = np.where(ok[:, None], held.pose, self.poses_of(states))
-        found = CalibrationProblem.derivatives(loaded, theta, poses, weights)
+        found = CalibrationProblem.derivatives(self, theta, poses, weights)
         motion, change = np.zeros((len(states), self.robot.n, m + k)), np.zeros((len(states), m, m + k))
         try:
             if ok.any():
@@ -158,9 +159,6 @@ class ElasticProblem(CalibrationProblem):
         residual = found.residual
         residual[:, :m] += weight[:, :m] * states[:, :m]
         by_all[:, range(m), range(m)] += weight[:, :m]
-        if soft:
-            each = weight[:, :m] * self.given_per_tension(theta, states)
-            by_all[:, :m] -= np.where(ok[:, None], each, 0.0)[..., None] * change
         if self.measured.tensions is not None:
             loads = slice(m, 2 * m)
             scale = self.line_numbers(theta)[:, straight_line.TENSION_SCALE]
@@ -192,11 +190,18 @@ class ElasticProblem(CalibrationProblem):
             if parameter.kind == "modulus":  # the linearisation's derivative is relative to the present modulus
                 motion[..., place] /= theta[place - m]
                 change[..., place] /= theta[place - m]
-            elif parameter.kind == "exit_point.z":
+            elif parameter.kind == "exit_compliance":
+                motion[..., place] *= parameter.size
+                change[..., place] *= parameter.size
+            elif parameter.kind == "exit_point.z" and self._of_line(parameter).in_plane:  # else the winch is raised too
                 i = lines_of(self.robot, parameter)[0]
                 motion[..., place], change[..., place] = raised[..., i], following[..., i]
                 change[:, i, place] -= direct.by_pose[:, i, 2]
         return motion, change
+
+    def _of_line(self, parameter: Unknown) -> Line:
+        """Return the first line of a parameter."""
+        return self.robot.lines[lines_of(self.robot, parameter)[0]]
 
     def stepped(self, theta: Array, states: Array, change: Array, by: Array) -> Array:
         """Return the states after the unknowns change by *change* (k,) and lengths by *by* (N, m), to first order."""

@@ -1,0 +1,1 @@
+"""Calibration of lines that stretch or sag: their equations, and where their fit starts."""
