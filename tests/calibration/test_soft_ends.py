@@ -1,4 +1,4 @@
-"""Robots whose file has mounts that give, springs and creep: counted by equilibria, by measured tensions, or refused."""
+"""Robots whose file has mounts that give, springs and creep: counted by equilibria or measured tensions, or refused."""
 
 from __future__ import annotations
 

@@ -16,7 +16,6 @@ from cablewright.errors import InputError, UnknownName
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES
 
-
 _YAW: Final = 1e-5  # rad: how well the frame's own yaw is known, where only mounts would tell it
 
 

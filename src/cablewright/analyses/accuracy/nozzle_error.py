@@ -236,6 +236,8 @@ class Accuracy(Result):
             for each in self.ranges
             if not each.low <= each.nominal <= each.high
         ]
+        if any(line.mount_gives for line in self.robot.lines):
+            notes.append("each exit point gives under its own line alone: two on one post give together, uncounted")
         if lost:
             solves = "solve has" if lost == 1 else "solves have"
             notes.append(

@@ -53,7 +53,7 @@ class ElasticProblem(CalibrationProblem):
 
     @classmethod
     def under(cls, model: Model, measured: Measured, plan: CalibrationPlan, hold: bool = True) -> ElasticProblem:
-        """Build the rows; see `CalibrationProblem.of`. Mounts that may give are in the model, as stiff ones at least."""
+        """Build the rows; see `CalibrationProblem.of`. What mounts may give is in its model."""
         if "exit_compliance" in plan.unknowns:
             model = replace(model, robot=with_mounts(model.robot))
         return cls(model.robot, measured, plan, *equations(model.robot, measured, plan, hold, elastic=True), model)

@@ -41,6 +41,8 @@ def not_checked(
     found += _without_limit(robot)
     stiff = [line.name for line in robot.lines if line.exit_compliance is None]
     found += _lacks(robot, "mounts of exit points that give", "exit_compliance", stiff)
+    if any(line.mount_gives for line in robot.lines):
+        found.append("exit points that give together, as two on one post: each gives under its own line alone")
     if all(entry.name != "creep_compliance" for entry in uncertain.parameters):
         found.append("creep of cables: the uncertainty gives no creep_compliance")
     if "interference" not in skip:
