@@ -348,5 +348,6 @@ def test_creep_of_the_file_is_named_and_in_the_sigmas(cable: str) -> None:
     assert plain.lines[int(np.argmax(longer.max(axis=0)))].name in note
     assert not any("creep" in note for note in without.notes)
     assert np.all(found.sigma >= without.sigma * 0.999)
-    if cable == "catenary":  # of straight lines the data tell the stretch
-        assert found.sigma.max() > 1.001 * without.sigma.max()
+    name = "modulus" if cable == "catenary" else "stretch"  # which the data tell, but as little as they did
+    wider, known = (next(its for its in each.doubt.considered if its.name == name) for each in (found, without))
+    assert wider.sigma > known.sigma
