@@ -38,7 +38,7 @@ def test_the_forces_of_an_equilibrium_are_among_those_that_balance(
     found, taut = held.checked(), taut_at(MODEL, where)
     lines = LineStates(found.states)
     forces = np.exp(lines.log_tension) * np.cos(lines.free_angle)
-    sag, may_be = Sag.at(SENSORS, taut), balanced(SENSORS, taut, WEIGHT, 0.2 * WEIGHT)
+    sag, may_be = Sag.at(SENSORS, taut, np.ones(MODEL.m)), balanced(SENSORS, taut, WEIGHT, 0.2 * WEIGHT)
     assert may_be is not None
     share = (forces - may_be.first)[loosest] / may_be.change[loosest]
     assert 0.0 <= share <= 1.0
@@ -71,7 +71,7 @@ def test_no_forces_hold_a_drum_outside_its_exits() -> None:
 def test_a_slack_line_hangs_at_the_angle_of_its_catenary() -> None:
     where = np.array(PLACES[0])
     taut = taut_at(MODEL, where)
-    sag = Sag.at(SENSORS, taut)
+    sag = Sag.at(SENSORS, taut, np.ones(MODEL.m))
     for excess in (0.005, 0.02, 0.06):
         force = sag.forces(np.full(MODEL.m, excess))
         angles = sag.differences(force)

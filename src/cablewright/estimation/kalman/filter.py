@@ -161,6 +161,7 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.wall_errors = np.zeros((len(settings.machine.walls.room.walls), 2))
     state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.machine.lidars), 3)), np.zeros(6)
     state.zeros, state.clock_error, state.stretch_rates = np.zeros(m), 0.0, np.zeros(m)
+    state.compliances, state.loosened, state.by_compliance = np.ones(m), np.zeros(m), np.zeros((3, m))
     state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
     state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
     state.gyro_yaw, state.coasted, state.stretching = 0.0, np.zeros(4), 0.0
@@ -199,6 +200,7 @@ def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Ar
         own = settings.machine.height
         sigma[lay.vertical_mount] = np.repeat([own.place_sigma, own.turn_sigma], 3)
     sigma[lay.zeros], sigma[lay.stretch] = settings.zero_sigma, settings.stretch_rate_sigma * state.lengths
+    sigma[lay.compliances] = settings.compliance_sigma
     sigma[lay.clock] = 0.0 if clock is None else clock.sigma
     P = np.diag(sigma**2)
     rows = np.r_[lay.position, lay.lengths]

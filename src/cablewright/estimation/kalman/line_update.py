@@ -44,11 +44,13 @@ _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is
 def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bool = False) -> None:
     """Compute the taut lines at B and the Jacobian of B by lengths, if they are old or *at_once*.
 
-    What changes as slowly is predicted with them: rates of stretch, and radii where layers of the coils end.
+    What changes as slowly is predicted with them: rates of stretch, what compliances did, and radii where layers of the
+    coils end.
     """
     if not at_once and state.time - state.taut_time < _JACOBIAN_INTERVAL:
         return
     _spread_stretch(settings, state)
+    _spread_compliances(state)
     if settings.layers is not None:
         _predict_layers(settings.layers, state)
     model = settings.machine.model
@@ -59,12 +61,14 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     state.monitor.clear("encoders", "lost")
     state.taut, state.taut_position, state.taut_time = taut, state.position.copy(), state.time
     lines, c = model.lines, np.cos(taut.angles)
-    state.sag = Sag.at(settings.machine.slackness, taut)
+    state.sag = Sag.at(settings.machine.slackness, taut, state.compliances)
     h = state.sag.forces(excess(state))
     sag = (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
-    stiffness = 1.0 / (stretches(lines, taut) + sag + 1e-12)
+    stretching = state.compliances * stretches(lines, taut)
+    stiffness = 1.0 / (stretching + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
     state.jacobian = np.asarray(np.linalg.solve(weighted @ taut.toward, weighted), dtype=np.float64)
+    state.by_compliance = -state.jacobian * (stiffness * stretching)
 
 
 def excess(state: FilterState) -> Array:
@@ -86,6 +90,8 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     moved = J @ paid_out + unseen
     state.coasted[:3] += unseen
     state.lengths = state.lengths + paid_out + stretched
+    assert state.taut is not None  # `begin` has found it
+    state.loosened = state.loosened + paid_out + stretched - state.taut.toward @ moved
     state.position = state.position + moved
     if dt > 0.0 and any(rotation.tolist()):
         gain = min(1.0, dt / settings.machine.slackness.smoothing_time)
@@ -137,6 +143,17 @@ def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
     state.stretch_rates = keep * state.stretch_rates
 
 
+def _spread_compliances(state: FilterState) -> None:
+    """Predict what compliances did to the covariance of B, since the last time.
+
+    A line that gives more than its stiffness k tells moves B by less for a change e of its excess: (u'Ku) dp = u e dk.
+    """
+    by, lay, P = state.by_compliance * state.loosened, state.layout, state.P
+    P[lay.position] += by @ P[lay.compliances]
+    P[:, lay.position] += P[:, lay.compliances] @ by.T
+    state.loosened = np.zeros_like(state.loosened)
+
+
 def update(settings: FilterSettings, state: FilterState) -> None:
     """Update lengths, position and the accelerometers' zeros by the angles of all lines, every 0.2 s.
 
@@ -155,6 +172,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     H[:m, lay.position] = -state.taut.toward
     H[:m, lay.lengths] = np.eye(m)
     H[m + np.arange(len(lines)), lay.zeros.start + lines] = 1.0
+    H[:m, lay.compliances] = np.diag(sag.stretching * sag.forces(now))
     known = H @ state.P @ H.T
     angles = (state.slackness.differences - state.zeros)[lines]
     measured = _Angles(lines, angles, state.slackness.variances[lines])

@@ -32,12 +32,12 @@ class Sag(NamedTuple):
     angles: Array  # rad, of the straight lines
 
     @classmethod
-    def at(cls, sensors: SlacknessSettings, taut: Taut) -> Sag:
-        """Return the laws of lines that are *taut* there."""
+    def at(cls, sensors: SlacknessSettings, taut: Taut, compliances: Array) -> Sag:
+        """Return the laws of lines that are *taut* there, by *compliances* (m,) as shares of those described."""
         lines, cosine = sensors.model.lines, np.cos(taut.angles)
         return cls(
             (lines.weight * taut.free * cosine**2) ** 2 * taut.free / 24.0,
-            stretches(lines, taut) / cosine,
+            compliances * stretches(lines, taut) / cosine,
             lines.weight * (0.5 * taut.free - sensors.from_platform),
             np.tan(taut.angles),
             taut.angles,

@@ -44,13 +44,14 @@ class FilterSettings:
     encoders, at a rate of ``stretch_rate_sigma`` per second that is correlated for ``stretch_time`` s.
 
     Initial: ``radius_sigma`` as a share, ``gyro_bias_sigma`` rad/s, ``accelerometer_bias_sigma`` rad of tilt,
-    ``height_bias_sigma`` m of the vertical lidar's range, ``zero_sigma`` rad of each line accelerometer's zero.
+    ``height_bias_sigma`` m of the vertical lidar's range, ``zero_sigma`` rad of each line accelerometer's zero,
+    ``compliance_sigma`` of the logarithm of how much more each line, with its mount, gives per tension than described.
 
     Measurements, besides their sensors' noise: ``wall_sigma`` m and ``wall_angle_sigma`` rad of a wall's line,
     ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
     a tenth of a second, ``swing_sigma`` rad of the drum's swing and ``swing_period`` s, ``line_angle_sigma`` rad of a
-    smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` and ``mass_sigma`` as shares, ``velocity_sigma`` m/s and
-    ``attitude_sigma`` rad of the estimate.
+    smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` (besides the compliance) and ``mass_sigma`` as shares,
+    ``velocity_sigma`` m/s and ``attitude_sigma`` rad of the estimate.
 
     Without the IMU: ``turn_rate_sigma`` rad/s of the drum, ``skew_time`` s: error of a wall's distance, m, for each
     rad/s during the turn. ``layers``: where radii step; None: not known. ``max_position_sigma``: m in space, beyond
@@ -61,8 +62,9 @@ class FilterSettings:
     travel_noise: float = 5e-4
     drift_noise: float = 1e-4
     radius_noise: float = 3.6e-3
-    stretch_rate_sigma: float = 2e-5
+    stretch_rate_sigma: float = 1e-5
     stretch_time: float = 10.0
+    compliance_sigma: float = 0.7
     velocity_noise: float = 0.01
     ground_noise: float = 0.03
     radius_sigma: float = 0.1
@@ -81,7 +83,7 @@ class FilterSettings:
     line_angle_sigma: float = math.radians(0.05)
     excess_sigma: float = 5e-4
     mass_sigma: float = 0.2
-    stretch_sigma: float = 0.4
+    stretch_sigma: float = 0.1
     velocity_sigma: float = 1e-3
     attitude_sigma: float = 1e-4
     turn_rate_sigma: float = math.radians(1.5)
@@ -119,20 +121,21 @@ class Layout(NamedTuple):
     mounts: slice  # of each horizontal lidar: x, y and yaw, drum's axes
     vertical_mount: slice  # x, y, z and rotation vector, drum's axes
     zeros: slice  # of the line accelerometers
+    compliances: slice  # of each line with its mount, as logarithms of `FilterState.compliances`
     clock: int  # of the drum's clock, ahead of the machine's
     size: int
 
     @classmethod
     def of(cls, m: int, lidars: int, walls: int) -> Layout:
         """Return the layout for *m* lines and so many horizontal *lidars* and *walls*."""
-        sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, 1]
+        sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, m, 1]
         ends = np.cumsum(sizes).tolist()
         at = [slice(end - size, end) for size, end in zip(sizes, ends, strict=True)]
         p, v, turn, lengths, radii, gyro, accelerometer, ranges, ground, stretch = at[:10]
-        room, mounts, vertical, zeros, clock = at[10:]
+        room, mounts, vertical, zeros, compliances, clock = at[10:]
         return cls(
             p, v, turn, lengths, radii, gyro, accelerometer, ranges, ground.start, stretch,
-            room, mounts, vertical, zeros, clock.start, ends[-1],
+            room, mounts, vertical, zeros, compliances, clock.start, ends[-1],
         )  # fmt: skip
 
     @property
@@ -187,6 +190,9 @@ class FilterState:
     mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
     vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
     zeros: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad
+    compliances: Array = field(default_factory=lambda: np.ones(0))  # (m,) of lines with mounts, over those described
+    loosened: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m of excess, since the covariance had it
+    by_compliance: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B, per `loosened`
     clock_error: float = 0.0  # s
     survey_variances: Array = field(default_factory=lambda: np.zeros(0))  # of `Layout.surveyed`, at first
     consistency: Consistency = field(default_factory=Consistency)
@@ -324,6 +330,7 @@ def inject_correction(state: FilterState, correction: Array) -> None:
     state.mount_errors = state.mount_errors + correction[lay.mounts].reshape(-1, 3)
     state.vertical_mount_error = state.vertical_mount_error + correction[lay.vertical_mount]
     state.zeros = state.zeros + correction[lay.zeros]
+    state.compliances = state.compliances * np.exp(np.clip(correction[lay.compliances], -0.5, 0.5))
     state.clock_error += float(correction[lay.clock])
 
 
