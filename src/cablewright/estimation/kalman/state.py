@@ -62,9 +62,9 @@ class FilterSettings:
     travel_noise: float = 5e-4
     drift_noise: float = 1e-4
     radius_noise: float = 3.6e-3
-    stretch_rate_sigma: float = 1e-5
+    stretch_rate_sigma: float = 2e-5
     stretch_time: float = 10.0
-    compliance_sigma: float = 0.7
+    compliance_sigma: float = 0.5
     velocity_noise: float = 0.01
     ground_noise: float = 0.03
     radius_sigma: float = 0.1
