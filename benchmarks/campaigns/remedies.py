@@ -2,6 +2,7 @@
 
     python -m benchmarks.campaigns.remedies house 10 3 50001        # layers, machines, first seed
     python -m benchmarks.campaigns.remedies exhibition 6 3 50001
+    python -m benchmarks.campaigns.remedies house 10 3 50001 1 12 13    # these rows alone, counted from 1
 
 Machines are drawn by seed, in steps of 1 s from equilibrium to equilibrium, at each severity. Printed are the mean over
 the machines of the mean error in space while printing, the largest of all, and the mean error in height, mm.
@@ -10,7 +11,7 @@ the machines of the mean error in space while printing, the largest of all, and 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import product
@@ -31,7 +32,7 @@ from cablewright.solvers.inverse import inverse
 from cablewright.studies.campaigns.true_errors import TrueErrors
 from cablewright.studies.prints.attendant import attendant_of
 from cablewright.studies.prints.loop import run
-from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.studies.prints.plan import MOST_IRREGULAR, PrintOptions, plan_print, twin_of
 from cablewright.studies.prints.run import begin_print
 
 EXAMPLES: Final = Path(__file__).resolve().parents[2] / "examples"
@@ -39,6 +40,8 @@ PRINTS: Final = {
     "house": ("house-printer", EXAMPLES / "house.toml"),
     "exhibition": ("merlet2023", EXAMPLES / "blind-machines.toml"),
 }
+EVERY: Final = {"house": 3600.0, "exhibition": 900.0}  # s between calibrations; of a print of an hour, a quarter of it
+STOPS: Final = 4
 UNKNOWN: Final = 0.1  # of the compliance of mounts that were measured
 UNEVEN: Final = 0.3  # by how much the creep of a line is off that of the piece that was measured
 PLACE_SIGMA: Final = 1e-3  # m
@@ -48,7 +51,10 @@ MOST_SHOWN: Final = 1e4  # N
 
 @dataclass(frozen=True)
 class Remedy:
-    """What an owner does: ``creep`` of a piece of cable and ``mounts`` measured, the place, tensions, or lidars."""
+    """What an owner does: ``creep`` of a piece of cable and ``mounts`` measured, the place, tensions, or lidars.
+
+    ``hourly``: the place measured at `STOPS` places each so often (`EVERY`), which together ``learn`` lengths.
+    """
 
     name: str
     creep: bool = False
@@ -56,6 +62,8 @@ class Remedy:
     place_layers: int = 0
     cells: bool = False
     lidars: tuple[str, ...] | None = None  # None: encoders alone
+    hourly: bool = False
+    learn: bool = False
 
 
 REMEDIES: Final = (
@@ -70,6 +78,11 @@ REMEDIES: Final = (
     Remedy("all of these, with load cells", creep=True, mounts=True, place_layers=1, cells=True),
     Remedy("one lidar (the paper's chain, north and the vertical one)", lidars=("north", "vertical")),
     Remedy("all three lidars (the paper's chain)", lidars=("north", "south", "vertical")),
+    Remedy("place measured to 1 mm at 4 places each hour, each corrects by itself", hourly=True),
+    Remedy("recalibrated each hour at 4 places", hourly=True, learn=True),
+    Remedy(
+        "creep and mounts, and recalibrated each hour at 4 places", creep=True, mounts=True, hourly=True, learn=True
+    ),
 )
 
 
@@ -116,6 +129,9 @@ def printed(item: tuple[str, str, Remedy, int, int]) -> tuple[float, float, floa
         place_layers=remedy.place_layers,
         place_sigma=PLACE_SIGMA,
         place_tensions=remedy.cells,
+        place_every=EVERY[which] if remedy.hourly else 0.0,
+        place_stops=STOPS if remedy.hourly else 1,
+        place_learn=remedy.learn,
     )
     twin = twin_of(robot, load_job(job), settings, options)
     if remedy.creep and settings.simulation.cable.creep:
@@ -130,10 +146,14 @@ def printed(item: tuple[str, str, Remedy, int, int]) -> tuple[float, float, floa
     return found.space.mean, found.space.max, found.height.mean
 
 
-def items(which: str, layers: int, machines: int, seed: int) -> Iterator[tuple[str, str, Remedy, int, int]]:
-    """Each remedy at each severity on each machine; lidars where the machine has them."""
-    has = load_twin(PRINTS[which][0]).owner.lidars
-    remedies = [each for each in REMEDIES if each.lidars is None or has]
+def items(
+    which: str, layers: int, machines: int, seed: int, rows: Sequence[int]
+) -> Iterator[tuple[str, str, Remedy, int, int]]:
+    """Each remedy, or those of some *rows* from 1 on, at each severity on each machine; what it has and allows."""
+    owner = load_twin(PRINTS[which][0]).owner
+    regular = owner.winch.radius_deviation <= MOST_IRREGULAR
+    chosen = REMEDIES if not rows else [REMEDIES[row - 1] for row in rows]
+    remedies = [each for each in chosen if (each.lidars is None or owner.lidars) and (regular or not each.learn)]
     for remedy, severity in product(remedies, SEVERITIES):
         for number in range(machines):
             yield which, severity, remedy, layers, seed + number
@@ -141,8 +161,8 @@ def items(which: str, layers: int, machines: int, seed: int) -> Iterator[tuple[s
 
 def main() -> None:
     """Print the table."""
-    which, layers, machines, seed = sys.argv[1], *map(int, sys.argv[2:5])
-    jobs = list(items(which, layers, machines, seed))
+    which, (layers, machines, seed, *rows) = sys.argv[1], map(int, sys.argv[2:])
+    jobs = list(items(which, layers, machines, seed, rows))
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         found = list(pool.map(printed, jobs))
     print(f"| {which}, {layers} layers, {machines} machines | {' | '.join(SEVERITIES)} |")

@@ -1,7 +1,8 @@
 """The state by the encoders alone: lengths paid out since a known position, and their equilibrium.
 
 Most printers do so; it is the baseline for the other estimators. It assumes that cable is wound regularly, and that it
-creeps as the robot's file says, from the beginning on. Load cells help where a place is measured, and only there.
+creeps as the robot's file says, from the beginning on. Load cells help where a place is measured, and only there. Where
+lengths are learnt, each place adds to what is known of them (`learnt_lengths`).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.estimation.body.settings import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, Measured
 from cablewright.estimation.reading_checks import accepted
 from cablewright.models.coil import Coil
 from cablewright.models.creep import CreepMemory, memory_of
@@ -40,6 +42,7 @@ class ReckoningSettings:
     ``total_length``: m of cable of a winch, wound and paid out. ``slack_threshold``: m of excess from which a line
     counts as slack. ``smoothing_time``: s, of the velocity and of tensions. ``timeout``: s without counts after which
     that is a fault. ``cells``: load cells or torques, which help to learn lengths where a place is measured.
+    ``priors``: of what measured places are to teach; None: each place corrects lengths by itself.
     """
 
     model: Model
@@ -50,6 +53,7 @@ class ReckoningSettings:
     smoothing_time: float = 0.2
     timeout: float = 0.5
     cells: Cells | None = None
+    priors: LengthPriors | None = None
 
     def __post_init__(self) -> None:
         """Refuse platforms with a rotation, and another number of coils than lines."""
@@ -73,6 +77,7 @@ class ReckoningState:
     lengths: Array | None = None
     velocity: Array | None = None
     measured: Array | None = None  # (m,) tensions, N, smoothed; NaN: not read
+    learnt: LearntLengths | None = None
     time: float = -math.inf
 
 
@@ -80,7 +85,10 @@ def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
     """Return the state with the platform at *place* (3,), m, all lines taut. Raises `AnswerError` if it cannot be."""
     held = solve_inverse(settings.model, place).checked()
     creep = memory_of([line.cable.creep for line in settings.model.robot.lines])
-    return _begin(settings, held.lengths, None, creep)
+    state = _begin(settings, held.lengths, None, creep)
+    if settings.priors is not None:
+        state.learnt = LearntLengths.of(settings.priors, settings.model, held.tensions)
+    return state
 
 
 def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64]) -> ReckoningState:
@@ -94,11 +102,15 @@ def start_at(settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int
 def _begin(
     settings: ReckoningSettings, lengths: Array, counts: NDArray[np.int64] | None, creep: CreepMemory | None
 ) -> ReckoningState:
-    outs = zip(settings.coils, lengths.tolist(), strict=True)
-    wound = [coil.angle(settings.total_length - out) for coil, out in outs]
     tracker = Tracker(settings.model, lengths, TrackerSettings(certify=False))
     monitor = FaultMonitor({"encoders": settings.timeout})
-    return ReckoningState(tracker, lengths.copy(), np.array(wound), monitor, counts, creep)
+    return ReckoningState(tracker, lengths.copy(), _wound(settings, lengths), monitor, counts, creep)
+
+
+def _wound(settings: ReckoningSettings, lengths: Array) -> Array:
+    """Angles (m,), rad, of cable on the drums with *lengths* (m,), m, out."""
+    outs = zip(settings.coils, lengths.tolist(), strict=True)
+    return np.array([coil.angle(settings.total_length - out) for coil, out in outs])
 
 
 def placed(
@@ -111,7 +123,7 @@ def placed(
     changes that do not move the platform are those that fit measured tensions best. Raises `AnswerError` where there is
     no equilibrium on the way.
     """
-    lengths = state.start_lengths if state.lengths is None else state.lengths
+    lengths = counted(state)
     share, pose = lengths**2, state.tracker.pose
     for _ in range(_PLACINGS):
         held = solve_forward(settings.model, lengths, guess=pose).checked()
@@ -127,6 +139,42 @@ def placed(
     if state.creep is not None:
         known.creep, known.start_strain = state.creep, state.creep.strain
     return known
+
+
+def taught(settings: ReckoningSettings, state: ReckoningState, place: Array) -> None:
+    """Learn from the platform known to be at *place* (3,), m, where it stands; *state* changes in place.
+
+    Raises `AnswerError` before the first counts, where nothing is to be learnt, and where there is no equilibrium.
+    """
+    if state.start_counts is None or state.lengths is None:
+        raise AnswerError("dead reckoning has read no encoder yet")
+    if state.learnt is None:
+        raise AnswerError("dead reckoning has no priors of lengths, from which places teach more")
+    remembered, rotation = state.learnt.remembered, np.broadcast_to(state.rotation, state.lengths.shape)
+    measured = Measured(state.lengths.copy(), place.copy(), remembered, rotation.copy(), state.time)
+    there = state.learnt.told(settings.model, measured)
+    state.tracker.change(state.learnt.packed(settings.model))
+    if not state.tracker.restart(there.lengths):
+        raise AnswerError("dead reckoning finds no equilibrium of what was learnt")
+    state.velocity = np.zeros(3)
+
+
+def counted(state: ReckoningState) -> Array:
+    """Return the lengths (m,), m, that are out by counts and the file's creep, without what was learnt."""
+    return state.start_lengths if state.lengths is None else state.lengths
+
+
+def resumed(settings: ReckoningSettings, state: ReckoningState, lengths: Array) -> None:
+    """Let a *state* that begins count on from *lengths* (m,), m, with what was learnt before; it changes in place.
+
+    Raises `AnswerError` where there is no equilibrium.
+    """
+    state.start_lengths, state.start_angles = lengths.copy(), _wound(settings, lengths)
+    if state.learnt is not None:
+        state.tracker.change(state.learnt.packed(settings.model))
+        lengths = lengths + state.learnt.longer(lengths)
+    if not state.tracker.restart(lengths):
+        raise AnswerError("dead reckoning finds no equilibrium of what was learnt")
 
 
 def _tightened(
@@ -167,14 +215,18 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
         state.monitor.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
         dt = math.inf
     state.time = frame.time
-    before, loads = state.tracker.pose, None if state.creep is None else state.tracker.tensions
+    memories = [state.creep] if state.creep is not None else []
+    memories += [state.learnt.memory] if state.learnt is not None else []
+    before, loads = state.tracker.pose, state.tracker.tensions
     for reading in accepted(state.monitor, frame.of(Encoders), frame.time):
         _update_lengths(settings, state, reading)
     _read_tensions(settings, state, frame, dt)
-    paid = state.start_lengths if state.lengths is None else state.lengths
+    paid = counted(state)
+    if state.learnt is not None:
+        paid = paid + state.learnt.longer(paid)
     status = state.tracker.step(paid)
-    if state.creep is not None and loads is not None and math.isfinite(dt):
-        state.creep.advance(loads, state.tracker.tensions, dt)
+    for memory in memories if math.isfinite(dt) else ():
+        memory.advance(loads, state.tracker.tensions, dt)
     if status is Status.OK:
         state.monitor.clear("encoders", "lost")
     else:
@@ -214,14 +266,16 @@ def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading:
     state.monitor.clear("encoders", "jump")
     state.rotation = rotation
     rows = zip(settings.coils, state.start_lengths.tolist(), state.start_angles.tolist(), wound, strict=True)
-    counted = np.array([out + coil.length(before) - coil.length(now) for coil, out, before, now in rows])
-    state.lengths = counted if state.creep is None else counted * (1.0 + state.creep.strain - state.start_strain)
+    out = np.array([out + coil.length(before) - coil.length(now) for coil, out, before, now in rows])
+    state.lengths = out if state.creep is None else out * (1.0 + state.creep.strain - state.start_strain)
 
 
 def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status) -> Estimate:
     assert state.velocity is not None
     pose = state.tracker.pose
     excess = paid - taut_at(settings.model, pose).lengths
+    if state.learnt is not None:  # as those have it who know the file alone: at the same tensions
+        excess = excess + state.learnt.given(state.tracker.solved)
     wound = (state.start_angles - state.rotation).tolist()
     radii = [coil.radius(angle) for coil, angle in zip(settings.coils, wound, strict=True)]
     return Estimate(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from cablewright.models.parameters import OF_LINES, OF_PLATFORM, lines_of
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium
 from cablewright.robot.parameters import Parameter
-from cablewright.solvers.linearise import Linearisation, TensionChanges, linearise
+from cablewright.solvers.linearise import Linearisation, TensionChanges, linearise, tension_changes
 
 
 def response(equilibrium: Equilibrium, parameters: Sequence[Parameter], linear: Linearisation | None = None) -> Array:
@@ -76,21 +76,34 @@ def tension_response(
 def _columns(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:
     """Yield lines with the parameter, its columns in the linearisation, and the factor (N,) to each column's unit."""
     if parameter.kind == "exit_compliance":
-        yield from _by_mounts(equilibrium, parameter)
+        yield from _by_mounts(equilibrium, lines_of(equilibrium.model.robot, parameter))
     elif parameter.kind in OF_LINES:
         number, robot = OF_LINES[parameter.kind], equilibrium.model.robot
         for i in lines_of(robot, parameter):
             yield i, number.linear, number.per(robot.lines[i], equilibrium.lengths[:, i])
 
 
-def _by_mounts(equilibrium: Equilibrium, parameter: Parameter) -> Iterator[tuple[int, int, Array]]:
+def mount_lengths(equilibrium: Equilibrium) -> Array:
+    """Return by how much longer a line with the same tension would be if its mount did not give, (N, m), m per m/N.
+
+    At the N solved rows of a batch, platform held, of mounts that give alike in all directions; to first order. That an
+    exit also goes across its line is left out: it turns the force by its way over the span. Raises `AnswerError` where
+    a row was not solved, `InputError` where cables are rigid.
+    """
+    changes, out = tension_changes(equilibrium), np.zeros_like(equilibrium.lengths)
+    for i, column, per in _by_mounts(equilibrium, range(equilibrium.model.m)):
+        out[:, i] += changes.own[:, i, column] * per
+    return out / changes.per_length
+
+
+def _by_mounts(equilibrium: Equilibrium, lines: Iterable[int]) -> Iterator[tuple[int, int, Array]]:
     """As `_columns`: an exit goes as the force on it, and its dead span, whose winch stays, covers as much less."""
     rows, m = len(equilibrium.pose), equilibrium.model.m
     forces, dead = np.zeros((rows, m, 3)), np.zeros((rows, m, 3))
     away = equilibrium.platform_points[..., :2] - equilibrium.lines.exit_point[..., :2]
     planes = away / np.maximum(np.linalg.norm(away, axis=-1, keepdims=True), AXIS_DISTANCE)
     mount_rows(equilibrium.packed.lines, equilibrium.states, planes, forces, dead)
-    for i in lines_of(equilibrium.model.robot, parameter):
+    for i in lines:
         for axis in range(3):
             yield i, EXIT + axis, forces[:, i, axis]
         yield i, LENGTH, (forces[:, i] * dead[:, i]).sum(axis=1)

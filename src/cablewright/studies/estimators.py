@@ -16,6 +16,7 @@ from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
 from cablewright.estimation.known_creep import KnownCreep
+from cablewright.estimation.learnt_lengths import KEPT, LearntLengths, LengthPriors, Measured
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.machine.coils import coil_of
@@ -49,12 +50,14 @@ def estimator(
     place: Array,
     lasers: Sequence[Laser] = (),
     radii: Array | None = None,
+    place_sigma: float | None = None,
 ) -> Estimator:
     """Return the estimator of that *name* for the machine that *robot* and *settings* describe.
 
     *place* (n,), m and rad: the platform's initial pose, which ``encoders`` uses, and those of a rigid one.
     *lasers*: distances to walls that an operator measured at the start. *radii* (m,), m: initial radii of the winch
-    drums; 0: unknown. Raises `UnknownName`, and `InputError` for a machine without the sensors that it needs.
+    drums; 0: unknown. *place_sigma*: m, of places that are to teach ``encoders`` lengths; None: they do not. Raises
+    `UnknownName`, and `InputError` for a machine without the sensors that it needs.
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
@@ -73,6 +76,10 @@ def estimator(
             return CreepingEstimator(_observed(observer, own, state), state.creep)
         return _observed(observer, own, state)
     reckoning = reckoning_of(robot, settings)
+    if place_sigma is not None:
+        winch = settings.winch
+        priors = LengthPriors(place_sigma, radius=winch.radius_deviation, turns=winch.radius_turns)
+        reckoning = replace(reckoning, priors=priors)
     return DeadReckoning(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
 
 
@@ -132,7 +139,10 @@ class CreepingEstimator:
 
 
 class DeadReckoning(_SteppedEstimator):
-    """Encoders alone, which may be told where the platform is. What cables have crept is saved with a print."""
+    """Encoders alone, which may be told where the platform is.
+
+    What cables have crept, and what places have taught of lengths, is saved with a print.
+    """
 
     danger, searches = "", False
 
@@ -142,13 +152,47 @@ class DeadReckoning(_SteppedEstimator):
         if creep is not None:
             archive.array("creep", creep.stretched)
             self._state.start_strain = creep.strain if archive.loading else self._state.start_strain
+        if self.learnt is not None:
+            _archive_learnt(archive.section("learnt"), self.learnt, self._state.rotation)
+            lengths = dead_reckoning.counted(self._state).copy()
+            archive.array("learnt.lengths", lengths)
+            if archive.loading:
+                dead_reckoning.resumed(self._settings, self._state, lengths)
+
+    @property
+    def learnt(self) -> LearntLengths | None:
+        """What places have taught of lengths, where they do."""
+        found: LearntLengths | None = self._state.learnt
+        return found
 
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
-        """Begin anew with the standing platform at *place* (3,), m. Raises `AnswerError` where it cannot be.
+        """Take the standing platform for at *place* (3,), m: learn from it, or begin anew.
 
-        *by_tensions*: see `dead_reckoning.placed`.
+        *by_tensions*: see `dead_reckoning.placed`. Raises `AnswerError` where it cannot be there.
         """
+        if self.learnt is not None:
+            dead_reckoning.taught(self._settings, self._state, place)
+            return
         self._state = dead_reckoning.placed(self._settings, self._state, place, by_tensions=by_tensions)
+
+
+def _archive_learnt(archive: Archive, learnt: LearntLengths, rotation: Array) -> None:
+    """Save or load what was *learnt*; *rotation* (m,), rad, is paid out by now, and counts from 0 when it is loaded."""
+    archive.array("creep", learnt.memory.stretched)
+    for name, known in (("before", learnt.before), ("known", learnt.known)):
+        moved = np.broadcast_to(known.rotation - rotation, learnt.hour.shape).copy()
+        for key, values in (("values", known.values), ("covariance", known.covariance), ("rotation", moved)):
+            archive.array(f"{name}.{key}", values)
+        known.since = archive.number(f"{name}.since", known.since)
+        known.rotation = moved if archive.loading else known.rotation
+    m = len(learnt.hour)
+    rows = [
+        np.concatenate([one.counted, one.remembered, one.rotation - rotation, one.place, [one.time]])
+        for one in learnt.places
+    ]
+    parts = [np.split(row, [m, 2 * m, 3 * m, 3 * m + 3]) for row in archive.rows("places", rows, 3 * m + 4, KEPT)]
+    if archive.loading:
+        learnt.places = [Measured(out, place, held, moved, float(at[0])) for out, held, moved, place, at in parts]
 
 
 class _WithTensions:

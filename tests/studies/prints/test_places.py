@@ -133,8 +133,8 @@ def test_a_print_stops_after_each_layer_and_goes_on() -> None:
     measure = attendant.measure
     apart: list[float] = []
 
-    def measured(layer: int) -> None:
-        measure(layer)
+    def measured(layer: int, along: int) -> None:
+        measure(layer, along)
         printer.estimator.step(machine.step(printer.command))
         apart.append(float(np.linalg.norm(printer.last_pose[:3] - machine.truth.position)))
 
@@ -164,7 +164,7 @@ def test_other_estimators_take_no_place() -> None:
     with pytest.raises(InputError, match="place layers: is for point platforms by encoders alone"):
         twin_of(load("merlet2023"), job, None, PrintOptions(place_layers=1))
     for options, why in (
-        ({"place_tensions": True}, "place tensions: place layers says when"),
+        ({"place_tensions": True}, "place tensions: place layers or place every says when"),
         ({"place_tensions": True, "place_layers": 1}, "machine 'merlet2023' has neither load_cells nor motor_torques"),
     ):
         with pytest.raises(InputError, match=why):

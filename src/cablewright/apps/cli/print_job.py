@@ -28,7 +28,11 @@ class PrintJobCommand:
     EXAMPLE: ClassVar = (
         "print merlet2023 examples/blind-machines.toml --layers 1 --plant quasi-static --out runs/example"
     )
-    ANSWERS: ClassVar = ("studies.prints.print_job:PrintedJob", "studies.prints.result:StateUse")
+    ANSWERS: ClassVar = (
+        "studies.prints.print_job:PrintedJob",
+        "studies.prints.result:StateUse",
+        "studies.prints.print_job:LearntLine",
+    )
 
     robot: RobotName
     job: JobFile
@@ -75,6 +79,22 @@ class PrintJobCommand:
     place_sigma: Annotated[
         str, typer.Option("--place-sigma", metavar="D", help="Standard deviation of that in each coordinate.")
     ] = "1 mm"
+    place_every: Annotated[
+        str | None,
+        typer.Option(
+            "--place-every", metavar="T", help="Measure it where the path begins, and each T of time; by default never."
+        ),
+    ] = None
+    place_stops: Annotated[
+        int,
+        typer.Option("--place-stops", metavar="S", help="Stop at S places each time, spread evenly along one layer."),
+    ] = 1
+    place_learn: Annotated[
+        bool,
+        typer.Option(
+            "--place-learn", help="Learn from all places how far each line is off, and how much it creeps and gives."
+        ),
+    ] = False
     place_tensions: Annotated[
         bool, typer.Option("--place-tensions", help="Correct what a place leaves open of lengths by measured tensions.")
     ] = False
@@ -96,7 +116,7 @@ class PrintJobCommand:
         from cablewright.studies.prints.plan import PrintOptions
         from cablewright.studies.prints.print_job import print_job
         from cablewright.studies.store import folder_name
-        from cablewright.units import LENGTH
+        from cablewright.units import DURATION, LENGTH
 
         if self.resume and self.restart:
             raise InputError("print: --resume or --restart, not both")
@@ -108,6 +128,8 @@ class PrintJobCommand:
             self.estimator, self.control, self.height, self.layers, self.plant, self.period, self.seed,
             self.intrusions, self.severity, place_layers=self.place_layers,
             place_sigma=quantity(self.place_sigma, "--place-sigma", LENGTH), place_tensions=self.place_tensions,
+            place_every=0.0 if self.place_every is None else quantity(self.place_every, "--place-every", DURATION),
+            place_stops=self.place_stops, place_learn=self.place_learn,
         )  # fmt: skip
         try:
             with progress() as show:
@@ -177,6 +199,9 @@ class PrintJobCommand:
             ("--intrusions", self.intrusions, 0),
             ("--place-layers", self.place_layers, 0),
             ("--place-sigma", self.place_sigma, "1 mm"),
+            ("--place-every", self.place_every, None),
+            ("--place-stops", self.place_stops, 1),
+            ("--place-learn", self.place_learn, False),
             ("--place-tensions", self.place_tensions, False),
             ("--real-time", self.real_time, False),
         ):

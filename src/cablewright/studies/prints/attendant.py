@@ -11,6 +11,7 @@ import numpy as np
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.prints.loop import Printer
+from cablewright.studies.prints.place_visits import PlaceVisits
 from cablewright.studies.prints.plan import PrintOptions
 
 _NAME = "attendant"
@@ -20,17 +21,16 @@ _NAME = "attendant"
 class Attendant:
     """Resets and starts the machine, refills it, and resumes once the light barrier is clear.
 
-    ``place_layers``: it also stops the machine after each so many layers, and by ``measure``, with the layer, tells
-    where the platform is; 0: never.
+    It also stops the machine where its ``visits`` are due, and by ``measure``, with the layer and which place of it
+    this is, tells where the platform is.
     """
 
     refill_drum: Callable[[], None]
     resume_delay: float = 5.0  # s from a stop, or from the light barrier being clear, to the order to resume
     refill_time: float = 60.0  # s that a refill takes
-    place_layers: int = 0
-    measure: Callable[[int], None] = lambda _layer: None
+    visits: PlaceVisits = field(default_factory=PlaceVisits)
+    measure: Callable[[int, int], None] = lambda _layer, _along: None
     measure_time: float = 60.0  # s that the platform stands until its place is measured
-    _placed: int | None = field(default=None, repr=False)  # layer in which the place was measured, or the print began
     _measures: bool = field(default=False, repr=False)
     _since: float = field(default=math.nan, repr=False)
     _state: PrintState = field(default=PrintState.READY, repr=False)
@@ -52,7 +52,7 @@ class Attendant:
             return (OrderKind.RESET, OrderKind.ENABLE, OrderKind.START)
         if state is PrintState.IDLE and not printer.finished:
             return (OrderKind.START,)
-        if self._is_to_measure(printer, state):
+        if self._is_to_measure(printer, state, now):
             return (OrderKind.PAUSE,)
         if state is PrintState.PAUSED:
             if printer.supervisor.barrier_broken:
@@ -68,14 +68,11 @@ class Attendant:
             return (OrderKind.REFILLED,)
         return ()
 
-    def _is_to_measure(self, printer: Printer, state: PrintState) -> bool:
-        """Whether enough layers are printed since the place was measured, and the machine is to stop for it."""
-        if not self.place_layers or state is not PrintState.PRINTING or printer.target is None or self._measures:
+    def _is_to_measure(self, printer: Printer, state: PrintState, now: float) -> bool:
+        """Whether the machine is to stop, so that its place is measured."""
+        if state is not PrintState.PRINTING or printer.target is None or self._measures:
             return False
-        if self._placed is None:
-            first = int(printer.plan.path.track.layer[0])
-            self._placed = printer.target.layer - (printer.target.layer - first) % self.place_layers
-        self._measures = printer.target.layer - self._placed >= self.place_layers
+        self._measures = self.visits.is_due(printer.plan.path.track, printer.target, now)
         return self._measures
 
     def _measure(self, printer: Printer, now: float) -> None:
@@ -83,15 +80,16 @@ class Attendant:
         assert printer.target is not None  # since it printed
         if now - self._since < self.measure_time:
             return
-        self.measure(printer.target.layer)
-        self._placed, self._measures, self._since = printer.target.layer, False, now
+        self.measure(printer.target.layer, self.visits.stopped())
+        self._measures, self._since = False, now
 
 
 def attendant_of(machine: SimulatedMachine, printer: Printer, choices: PrintOptions) -> Attendant:
     """Return the attendant of a print on a simulated machine, who measures places with their standard deviation."""
 
-    def measure(layer: int) -> None:
-        noise = np.random.default_rng([choices.seed, 9, layer]).normal(0.0, choices.place_sigma, 3)
+    def measure(layer: int, along: int) -> None:
+        noise = np.random.default_rng([choices.seed, 9, layer, along]).normal(0.0, choices.place_sigma, 3)
         printer.place_measured(machine.truth.position + noise, by_tensions=choices.place_tensions)
 
-    return Attendant(lambda: machine.refill(printer.plan.powder), place_layers=choices.place_layers, measure=measure)
+    visits = PlaceVisits(choices.place_layers, choices.place_every, choices.place_stops)
+    return Attendant(lambda: machine.refill(printer.plan.powder), visits=visits, measure=measure)

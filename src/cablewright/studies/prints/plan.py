@@ -30,10 +30,14 @@ from cablewright.studies.prints.loop import PrintPlan
 from cablewright.studies.prints.structure import CELLS_PER_BEAD
 
 HEIGHTS: Final = get_args(HeightRule)
+MOST_IRREGULAR: Final = 1e-4
+"""Largest ``winch.radius_deviation``, m, of a machine whose places teach lengths: half a centimetre in ten turns."""
 
 _MAX_INTRUSIONS: Final = 1000
 _FINEST_CELL: Final = 1e-3  # m
 _MAX_CELLS: Final = 4_000_000  # of the floor: 32 MB
+_LEAST_EVERY: Final = 60.0  # s between places: the platform stands as long
+_MOST_STOPS: Final = 100
 _INTRUSION_TIME: Final = 20.0  # s of one interruption of the light barrier
 
 
@@ -46,8 +50,10 @@ class PrintOptions:
     of a quasi-static step. ``intrusions``: number of simulated light-barrier interruptions. ``severity``: see
     `with_severity`; None: of the machine. ``lasers``: distances to walls that an operator measured at the start.
     ``place_layers``: after each so many layers the platform stands and its place is measured, with ``place_sigma``, m,
-    in each coordinate; 0: never. Of a point platform by encoders alone. ``place_tensions``: measured tensions tell what
-    a place leaves open of its lengths.
+    in each coordinate; 0: never. Of a point platform by encoders alone. ``place_every``: s of machine time after which
+    it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
+    layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
+    places together teach by how much lengths are off, creep and follow the mounts that give, see `learnt_lengths`.
     """
 
     estimator: str | None = None
@@ -63,6 +69,9 @@ class PrintOptions:
     place_layers: int = 0
     place_sigma: float = 1e-3
     place_tensions: bool = False
+    place_every: float = 0.0
+    place_stops: int = 1
+    place_learn: bool = False
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` for an unknown choice, `InputError` for a number that cannot be."""
@@ -75,6 +84,10 @@ class PrintOptions:
             raise InputError(f"place layers = {self.place_layers}: must be 1 or more, or 0 for never")
         if not 0.0 <= self.place_sigma <= 1.0:
             raise InputError(f"place sigma = {self.place_sigma:g} m: must be from 0 to 1 m")
+        if not (self.place_every == 0.0 or _LEAST_EVERY <= self.place_every < math.inf):
+            raise InputError(f"place every = {self.place_every:g} s: must be {_LEAST_EVERY:g} s or more, or 0: never")
+        if not 1 <= self.place_stops <= _MOST_STOPS:
+            raise InputError(f"place stops = {self.place_stops}: must be from 1 to {_MOST_STOPS}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,10 +135,24 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
 
 def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: MachineSettings) -> None:
     """Raise `InputError` for places where they are of no use, and tensions without what measures them."""
-    if choices.place_layers and (chosen != "encoders" or robot.n == 6):
-        raise InputError("place layers: is for point platforms by encoders alone (--estimator encoders)")
-    if choices.place_tensions and not choices.place_layers:
-        raise InputError("place tensions: place layers says when places are measured; it is 0")
+    measured = {"place layers": choices.place_layers, "place every": choices.place_every}
+    for name, often in measured.items():
+        if often and (chosen != "encoders" or robot.n == 6):
+            raise InputError(f"{name}: is for point platforms by encoders alone (--estimator encoders)")
+    for name, given in (
+        ("place tensions", choices.place_tensions),
+        ("place learn", choices.place_learn),
+        ("place stops", choices.place_stops > 1),
+    ):
+        if given and not any(measured.values()):
+            raise InputError(f"{name}: place layers or place every says when places are measured; both are 0")
+    if choices.place_tensions and choices.place_learn:
+        raise InputError("place tensions, place learn: what places teach is by places alone; give one of both")
+    irregular = owner.winch.radius_deviation
+    if choices.place_learn and irregular > MOST_IRREGULAR:
+        why = f"machine {owner.name!r}: cable that lies so irregularly on its drums, winch.radius_deviation ="
+        end = f"{irregular:g} m, teaches nothing that lasts: must be {MOST_IRREGULAR:g} m or less"
+        raise InputError(f"place learn: {why} {end}")
     if choices.place_tensions and owner.load_cells is None and owner.motor_torques is None:
         raise InputError(f"place tensions: machine {owner.name!r} has neither load_cells nor motor_torques")
 

@@ -18,6 +18,7 @@ from cablewright.progress import Progress
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot, load
 from cablewright.studies import store
+from cablewright.studies.estimators import DeadReckoning
 from cablewright.studies.prints.plan import PrintOptions, twin_of
 from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.result import PrintRecord
@@ -41,6 +42,30 @@ _STEP_TIME: Final = (
 )
 
 
+@dataclass(frozen=True, repr=False)
+class LearntLine(Result):
+    """What measured places have taught of one line, and how well it is known; see `estimation.learnt_lengths`."""
+
+    FIGURES: ClassVar = (
+        Figure("name", "", "Name of the line.", name="line"),
+        Figure("share", "1", "Share of its length by which it is longer than was counted.", shown="%", digits=3),
+        Figure("share_sigma", "1", "Standard deviation of that share.", name="its sigma", shown="%", digits=2),
+        Figure("creep", "1/N", "Further creep after an hour, besides that of the robot file.", digits=3),
+        Figure("creep_sigma", "1/N", "Standard deviation of that creep.", name="sigma of that", digits=2),
+        Figure("mount", "m/N", "Further compliance of the mount of its exit point, besides that of the robot file.",
+               digits=3),
+        Figure("mount_sigma", "m/N", "Standard deviation of that compliance.", name="and of that", digits=2),
+    )  # fmt: skip
+
+    name: str
+    share: float
+    share_sigma: float
+    creep: float  # 1/N
+    creep_sigma: float
+    mount: float  # m/N
+    mount_sigma: float
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PrintedJob(Result):
     """A print that has ended: its final state, its record, and where its log and report are."""
@@ -54,6 +79,8 @@ class PrintedJob(Result):
         *(each.of_part("record") for each in PrintRecord.FIGURES),
         Figure("step_time", "s", "Duration of the steps of control.", lambda of: of.run.timing.statistics(),
                parts=_STEP_TIME, detail=True),
+        Figure("learnt", "", "What measured places taught of each line, where they were to teach.",
+               parts=LearntLine.FIGURES, only=lambda of: bool(of.learnt)),
         Figure("log", "", "File of the joined log."),
         Figure("report", "", "File of the report; null where none was written."),
     )  # fmt: skip
@@ -64,6 +91,17 @@ class PrintedJob(Result):
     record: PrintRecord
     log: Path
     report: Path | None = None
+
+    @property
+    def learnt(self) -> tuple[LearntLine, ...]:
+        """What places taught of each line; empty where they were not to."""
+        printer = self.run.printer
+        learnt = printer.estimator.learnt if isinstance(printer.estimator, DeadReckoning) else None
+        if learnt is None:
+            return ()
+        pairs = np.stack([learnt.used, learnt.known.sigmas], axis=-1).reshape(len(learnt.hour), -1).tolist()
+        lines = printer.plan.velocity.model.robot.lines
+        return tuple(LearntLine(line.name, *each) for line, each in zip(lines, pairs, strict=True))
 
     @property
     def notes(self) -> tuple[str, ...]:

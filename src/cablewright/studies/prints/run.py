@@ -246,8 +246,11 @@ def _logged_distance(folder: Path) -> float:
 
 def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Array], Estimator]:
     """Return what makes the print's estimator, from a place and the radii of the drums."""
-    robot = started(twin.robot, twin.path)
-    return lambda place, radii: estimator(twin.estimator, robot, machine.settings, place, twin.choices.lasers, radii)
+    robot, choices = started(twin.robot, twin.path), twin.choices
+    sigma = choices.place_sigma if choices.place_learn else None
+    return lambda place, radii: estimator(
+        twin.estimator, robot, machine.settings, place, choices.lasers, radii, place_sigma=sigma
+    )
 
 
 def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
