@@ -43,4 +43,4 @@ with TemporaryDirectory() as folder:
 
 whole = done.record.whole
 print(f"by its law: {done.run.reason}, nozzle within {1e3 * whole.position_max:.1f} mm of its target")
-print(f"a tension within its limits by at least: {whole.min_tension_margin:.1f} N")
+print(f"the least distance of a tension inside its limits: {whole.min_tension_margin:.1f} N")

@@ -149,7 +149,7 @@ def printed(item: tuple[str, str, Remedy, int, int]) -> tuple[float, float, floa
 def items(
     which: str, layers: int, machines: int, seed: int, rows: Sequence[int]
 ) -> Iterator[tuple[str, str, Remedy, int, int]]:
-    """Each remedy, or those of some *rows* from 1 on, at each severity on each machine; what it has and allows."""
+    """Each remedy, or those of some *rows* from 1 on, at each severity on each machine that has or allows it."""
     owner = load_twin(PRINTS[which][0]).owner
     regular = owner.winch.radius_deviation <= MOST_IRREGULAR
     chosen = REMEDIES if not rows else [REMEDIES[row - 1] for row in rows]

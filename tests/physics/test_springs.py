@@ -135,7 +135,6 @@ def test_what_does_not_cover_them_says_so(tmp_path: Path) -> None:
     for ask in (
         lambda: cw.Tracker(Model.of(robot), found.lengths),
         lambda: cw.enclose_poses(found, 1e-4),
-        lambda: cw.simulate_calibration(robot, 20, 1e-4, cable="elastic"),
     ):
         with pytest.raises(InputError, match=r"line '.*' has spring"):
             ask()
