@@ -28,7 +28,7 @@ def test_the_index_of_examples_has_their_pinned_numbers() -> None:
     page = (ROOT / "docs" / "examples.md").read_text("utf-8")
     pinned = runpy.run_path(str(ROOT / "tests" / "test_examples.py"))["PINNED"]
     for name, (number, _) in pinned.items():
-        row = re.search(rf"^\| `{name}\.py` \|.*\| ([\d.]+) \S+ \|$", page, re.MULTILINE)
+        row = re.search(rf"^\| `{name}\.py` \|.*\| (-?[\d.]+) \S+ \|$", page, re.MULTILINE)
         assert row is not None, name
         assert float(row[1]) == number, name
 
