@@ -18,7 +18,7 @@ from cablewright.estimation.learnt_lengths import (
     SHARE,
     LearntLengths,
     LengthPriors,
-    Measured,
+    MeasuredPlace,
     winding,
 )
 from cablewright.kernels import layout
@@ -76,8 +76,8 @@ def visited(learnt: LearntLengths, true: np.ndarray, random: np.random.Generator
         learnt.told(MODEL, measured(learnt, counted, there + noise, time))
 
 
-def measured(learnt: LearntLengths, counted: np.ndarray, place: np.ndarray, time: float = 0.0) -> Measured:
-    return Measured(counted, place, learnt.remembered, np.zeros(4), time)
+def measured(learnt: LearntLengths, counted: np.ndarray, place: np.ndarray, time: float = 0.0) -> MeasuredPlace:
+    return MeasuredPlace(counted, place, learnt.remembered, np.zeros(4), time)
 
 
 def begun(priors: LengthPriors = EXACT) -> LearntLengths:

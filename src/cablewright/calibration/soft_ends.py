@@ -13,6 +13,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.measured import Measured
 from cablewright.errors import InputError
+from cablewright.models.creep import hour_compliance
 from cablewright.robot import Line, Robot
 
 
@@ -47,8 +48,7 @@ def require_tensions(robot: Robot, measured: Measured) -> None:
 
 def creep_share(line: Line) -> float:
     """Return the creep of a line's cable after an hour under a load, as the file has it, over its stretch by EA."""
-    law = line.cable.creep
-    return 0.0 if law is None else (sum(law.compliances) + law.logarithmic) * line.cable.stiffness
+    return hour_compliance(line.cable.creep) * line.cable.stiffness
 
 
 def of_creep(robot: Robot, stretch: Array | None) -> Iterator[str]:

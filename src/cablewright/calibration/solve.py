@@ -175,9 +175,9 @@ def _notes(
 
 def _of_creep(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
     """Yield a sentence on creep that the robot file has and no row counts."""
-    stretch = None
-    if found.code == 0:
-        stretch = stretch_of(problem, found.theta, found.poses)
+    if all(line.cable.creep is None for line in problem.robot.lines):
+        return
+    stretch = stretch_of(problem, found.theta, found.poses) if found.code == 0 else None
     yield from of_creep(problem.robot, stretch)
 
 

@@ -18,7 +18,7 @@ from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.estimation.body.settings import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
-from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, Measured
+from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace
 from cablewright.estimation.reading_checks import accepted
 from cablewright.models.coil import Coil
 from cablewright.models.creep import CreepMemory, memory_of
@@ -151,7 +151,7 @@ def taught(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
     if state.learnt is None:
         raise AnswerError("dead reckoning has no priors of lengths, from which places teach more")
     remembered, rotation = state.learnt.remembered, np.broadcast_to(state.rotation, state.lengths.shape)
-    measured = Measured(state.lengths.copy(), place.copy(), remembered, rotation.copy(), state.time)
+    measured = MeasuredPlace(state.lengths.copy(), place.copy(), remembered, rotation.copy(), state.time)
     there = state.learnt.told(settings.model, measured)
     state.tracker.change(state.learnt.packed(settings.model))
     if not state.tracker.restart(there.lengths):

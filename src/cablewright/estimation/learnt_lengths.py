@@ -25,9 +25,10 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, require_positive
+from cablewright.estimation.kalman.state import kalman_update
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
-from cablewright.models.creep import HOUR, CreepMemory, memory_of
+from cablewright.models.creep import HOUR, CreepMemory, hour_compliance, memory_of
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.cable import Creep
 from cablewright.robot.mount import compliance_matrix
@@ -77,7 +78,7 @@ class LengthPriors:
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredPlace:
     """A place that was measured: *place* (3,), m, at *time*, s, where lengths *counted* (m,), m, were out.
 
     ``remembered`` (m,): N, by cables of their tensions; ``rotation`` (m,): rad, paid out.
@@ -91,7 +92,7 @@ class Measured:
 
 
 @dataclass(eq=False)
-class Known:
+class LearntValues:
     """Unknowns of m lines, `SHARE`, `CREEP` and `MOUNT` of each, by places up to ``since``, s. Changed in place."""
 
     values: Array  # (m, 3)
@@ -104,9 +105,9 @@ class Known:
         """Standard deviations (m, 3) of the values."""
         return np.asarray(np.sqrt(np.diag(self.covariance)).reshape(self.values.shape))
 
-    def copy(self) -> Known:
+    def copy(self) -> LearntValues:
         """Return the same, to be changed."""
-        return Known(self.values.copy(), self.covariance.copy(), self.since, self.rotation.copy())
+        return LearntValues(self.values.copy(), self.covariance.copy(), self.since, self.rotation.copy())
 
 
 @dataclass(eq=False)
@@ -117,23 +118,23 @@ class LearntLengths:
     memory: CreepMemory
     hour: Array  # (m,) 1/N, creep after an hour by the law of the memory
     least: Array  # (m, 3), of the values: cables that do not creep, mounts that do not give; -inf: no bound
-    before: Known  # without the places that are kept
-    known: Known
-    places: list[Measured] = field(default_factory=list)  # at most KEPT
+    before: LearntValues  # without the places that are kept
+    known: LearntValues
+    places: list[MeasuredPlace] = field(default_factory=list)  # at most KEPT
 
     @classmethod
     def of(cls, priors: LengthPriors, model: Model, tensions: Array) -> LearntLengths:
         """Begin with nothing known but the *priors*; *tensions* (m,), N, at the start."""
         lines = model.robot.lines
         laws = [_law_of(line.cable.creep) for line in lines]
-        memory, hour = memory_of(laws), np.array([_after_an_hour(law) for law in laws])
+        memory, hour = memory_of(laws), np.array([hour_compliance(law) for law in laws])
         assert memory is not None  # since each line has a law
         mounts = np.array([compliance_matrix(line.exit_compliance or 0.0) for line in lines])
-        creep = np.array([_after_an_hour(line.cable.creep) for line in lines])
+        creep = np.array([hour_compliance(line.cable.creep) for line in lines])
         softest = np.maximum(np.linalg.eigvalsh(mounts)[:, 0], 0.0)
         least = np.column_stack([np.full(model.m, -np.inf), -creep, -softest])
         sigma = np.tile([priors.share, priors.creep / float(tensions.mean()), priors.mount], model.m)
-        before = Known(np.zeros((model.m, _UNKNOWNS)), np.diag(sigma**2))
+        before = LearntValues(np.zeros((model.m, _UNKNOWNS)), np.diag(sigma**2))
         return cls(priors, memory, hour, least, before, before.copy())
 
     @property
@@ -166,7 +167,7 @@ class LearntLengths:
         """Return the arrays of the *model* with mounts that give as is known."""
         return _softened(model, self.used)
 
-    def told(self, model: Model, measured: Measured) -> Equilibrium:
+    def told(self, model: Model, measured: MeasuredPlace) -> Equilibrium:
         """Learn from a place that was *measured*; return the equilibrium that is then thought to be there.
 
         Raises `AnswerError` where there is none.
@@ -220,17 +221,15 @@ class LearntLengths:
             rows.append((by_line, one.place - pose + by_line @ at.ravel(), noise))
         return rows
 
-    def _learn(self, known: Known, one: Measured, per_unknown: Array, made: Array, noise: Array) -> None:
+    def _learn(self, known: LearntValues, one: MeasuredPlace, per_unknown: Array, made: Array, noise: Array) -> None:
         """Let shares drift until a place, and learn from it what unknowns have *made* there, to what is *known*."""
         hours = max(one.time - known.since, 0.0) / HOUR if math.isfinite(known.since) else 0.0
         wound = winding(self.priors, np.abs(one.rotation - known.rotation) / math.tau) / one.counted
         shares = np.arange(SHARE, known.values.size, _UNKNOWNS)
         known.covariance[shares, shares] += self.priors.drift**2 * hours + wound**2
-        spread = per_unknown @ known.covariance @ per_unknown.T + noise
-        gain = np.linalg.solve(spread, per_unknown @ known.covariance).T
-        kept = np.eye(known.values.size) - gain @ per_unknown
-        known.values = (kept @ known.values.ravel() + gain @ made).reshape(known.values.shape)
-        known.covariance = kept @ known.covariance @ kept.T + gain @ noise @ gain.T  # Joseph: it stays positive
+        innovation = made - per_unknown @ known.values.ravel()
+        correction, known.covariance = kalman_update(known.covariance, per_unknown, innovation, noise)
+        known.values = known.values + correction.reshape(known.values.shape)
         known.since, known.rotation = one.time, one.rotation
 
 
@@ -241,7 +240,7 @@ def _softened(model: Model, values: Array) -> Packed:
     return model.packed._replace(lines=lines)
 
 
-def _with_values(held: Equilibrium, places: Sequence[Measured], values: Array) -> Equilibrium:
+def _with_values(held: Equilibrium, places: Sequence[MeasuredPlace], values: Array) -> Equilibrium:
     """Return the equilibria at *places*, one of *held* each, with other *values* (m, 3). Raises `AnswerError`."""
     lengths = [one.counted * (1.0 + values[:, SHARE] + values[:, CREEP] * one.remembered) for one in places]
     packed, rows = _softened(held.model, values), len(places)
@@ -263,9 +262,4 @@ def winding(priors: LengthPriors, turns: Array) -> Array:
 
 def _law_of(described: Creep | None) -> Creep:
     """The law by which a cable remembers: that of the file, where that is of any size."""
-    return described if described is not None and _after_an_hour(described) > 0.0 else _ASSUMED
-
-
-def _after_an_hour(law: Creep | None) -> float:
-    """Creep after an hour, 1/N; 0 where there is none."""
-    return 0.0 if law is None else float(sum(law.compliances)) + law.logarithmic
+    return described if described is not None and hour_compliance(described) > 0.0 else _ASSUMED

@@ -69,9 +69,9 @@ def scaled_creep(law: Creep, factor: float) -> Creep:
     )
 
 
-def hour_compliance(law: Creep) -> float:
-    """Return the strain per tension, 1/N, after an hour under it."""
-    return sum(law.compliances) + law.logarithmic
+def hour_compliance(law: Creep | None) -> float:
+    """Return the strain per tension, 1/N, after an hour under it; 0 without a *law*."""
+    return 0.0 if law is None else sum(law.compliances) + law.logarithmic
 
 
 def gains(steps: Array) -> tuple[Array, Array]:

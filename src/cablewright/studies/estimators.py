@@ -16,7 +16,7 @@ from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
 from cablewright.estimation.known_creep import KnownCreep
-from cablewright.estimation.learnt_lengths import KEPT, LearntLengths, LengthPriors, Measured
+from cablewright.estimation.learnt_lengths import KEPT, LearntLengths, LengthPriors, MeasuredPlace
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.machine.coils import coil_of
@@ -147,7 +147,7 @@ class DeadReckoning(_SteppedEstimator):
     danger, searches = "", False
 
     def archive_state(self, archive: Archive) -> None:
-        """Save or load what cables have crept, where that is described."""
+        """Save or load what cables have crept, where that is described, and what places have taught."""
         creep = self._state.creep
         if creep is not None:
             archive.array("creep", creep.stretched)
@@ -192,7 +192,7 @@ def _archive_learnt(archive: Archive, learnt: LearntLengths, rotation: Array) ->
     ]
     parts = [np.split(row, [m, 2 * m, 3 * m, 3 * m + 3]) for row in archive.rows("places", rows, 3 * m + 4, KEPT)]
     if archive.loading:
-        learnt.places = [Measured(out, place, held, moved, float(at[0])) for out, held, moved, place, at in parts]
+        learnt.places = [MeasuredPlace(out, place, held, moved, float(at[0])) for out, held, moved, place, at in parts]
 
 
 class _WithTensions:

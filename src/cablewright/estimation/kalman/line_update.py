@@ -168,16 +168,17 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     if not len(lines):
         return
     sag, now = state.sag, excess(state)
+    alone = sag.forces(now)
     H = np.zeros((m + len(lines), lay.size))
     H[:m, lay.position] = -state.taut.toward
     H[:m, lay.lengths] = np.eye(m)
     H[m + np.arange(len(lines)), lay.zeros.start + lines] = 1.0
-    H[:m, lay.compliances] = np.diag(sag.stretching * sag.forces(now))
+    H[:m, lay.compliances] = np.diag(sag.stretching * alone)
     known = H @ state.P @ H.T
     angles = (state.slackness.differences - state.zeros)[lines]
     measured = _Angles(lines, angles, state.slackness.variances[lines])
     weight = state.mass * settings.machine.tilt.gravity
-    may_be = balanced(sensors, state.taut, weight, settings.mass_sigma * weight) or each_alone(sag.forces(now))
+    may_be = balanced(sensors, state.taut, weight, settings.mass_sigma * weight) or each_alone(alone)
     found = _mixture(settings, sag, may_be, known, now, measured)
     if state.creep is not None:
         state.creep.follow(found.forces / np.cos(state.taut.angles), state.time)

@@ -13,12 +13,11 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array, Mask
-from cablewright.errors import UnknownName
 from cablewright.kernels.plant import winding
 from cablewright.machine.drives.strays import astray, slipping
 from cablewright.machine.simulated.as_built_parts import BRAKES, drawn
 from cablewright.machine.simulated.snapshot import Archive
-from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
+from cablewright.machine.simulated.unmodelled.laws import WinchBrakes, of_lines
 from cablewright.machine.simulated.winches import Winches
 from cablewright.signals import Condition, Notice
 
@@ -34,11 +33,8 @@ class Brakes:
 
         Raises `UnknownName` for a line.
         """
-        for name in law.by_line:
-            if name not in names:
-                raise UnknownName("line", name, names)
         uneven = 1.0 + law.spread * drawn(seed, BRAKES).uniform(-1.0, 1.0, len(names))
-        self.torques = np.array([law.by_line.get(name, law.torque) for name in names]) * uneven
+        self.torques = np.array(of_lines(names, law.by_line, law.torque)) * uneven
         """What each holds, (m,) N m; 0: it holds whatever pulls."""
         self._names, self._limit = names, limit
         self._softer = np.ones(len(names))  # than between fixed ends

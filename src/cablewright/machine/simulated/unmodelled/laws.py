@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import Annotated, TypeVar
 
 import numpy as np
 from pydantic import Field
 
 from cablewright.arrays import Array
+from cablewright.errors import UnknownName
 from cablewright.machine.quantities import Factor, Heavy, Share, Size, Time
 from cablewright.robot.mount import Compliance, compliance_matrix
 from cablewright.units import Angle, Length, LinearDensity, NonNegative, Positive, Torque, Vec3
 from cablewright.validation import Description
+
+_Value = TypeVar("_Value")
+
+
+def of_lines(lines: Sequence[str], by_line: Mapping[str, _Value], other: _Value) -> list[_Value]:
+    """Return what *by_line* has of each of the *lines*, by name, else the *other*; raises `UnknownName`."""
+    for name in by_line:
+        if name not in lines:
+            raise UnknownName("line", name, tuple(lines))
+    return [by_line.get(name, other) for name in lines]
 
 
 class CableStretch(Description):
@@ -44,8 +55,8 @@ class ExitMounts(Description):
     by_line: dict[str, Compliance] = Field(default_factory=dict)
 
     def matrices(self, lines: Sequence[str]) -> Array:
-        """Return the compliance (m, 3, 3), m/N, of each exit by the names of the *lines*."""
-        return np.array([compliance_matrix(self.by_line.get(name, self.compliance)) for name in lines])
+        """Return the compliance (m, 3, 3), m/N, of each exit by the names of the *lines*; raises `UnknownName`."""
+        return np.array([compliance_matrix(each) for each in of_lines(lines, self.by_line, self.compliance)])
 
 
 class WinchGears(Description):

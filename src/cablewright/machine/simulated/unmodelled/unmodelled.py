@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.errors import UnknownName
 from cablewright.kernels.layout import Packed
 from cablewright.machine.simulated.as_built_parts import CREEP, TEETH, WIND, drawn
 from cablewright.machine.simulated.settings import SimulationSettings
@@ -47,9 +46,6 @@ class Unmodelled:
         Raises `UnknownName` for a line.
         """
         names = tuple(line.name for line in robot.lines)
-        for name in simulation.exits.by_line:
-            if name not in names:
-                raise UnknownName("line", name, names)
         tensions, cable = LineStates(states).tension, simulation.cable
         reference = float(tensions.mean())
         uneven = 1.0 + cable.creep_spread * drawn(seed, CREEP).uniform(-1.0, 1.0, robot.m)
