@@ -134,6 +134,7 @@ INERTIA = _dimension("inertia", {"kg m^2": "1", "kg cm^2": "1e-4", "kg mm^2": "1
 STIFFNESS = _dimension("stiffness", {"N/m": "1", "N/mm": "1e3", "kN/m": "1e3"})
 DURATION = _dimension("duration", {"s": "1", "ms": "1e-3", "min": "60", "h": "3600"})
 TEMPERATURE_DIFFERENCE = _dimension("temperature difference", {"K": "1"})
+RELATIVE_HUMIDITY = _dimension("relative humidity", {"share": "1", "%": "1e-2"})
 # not "1/K": a text is one number and one unit, and a unit does not start with a digit
 THERMAL_EXPANSION = _dimension("thermal expansion", {"/K": "1", "ppm/K": "1e-6"})
 
@@ -165,7 +166,7 @@ Positive = Annotated[_Quantity, Gt(0)]
 NonNegative = Annotated[_Quantity, Ge(0)]
 
 _SIZES: dict[str, float] = {unit: float(size) for each in _DIMENSIONS for unit, size in each.units.items()}
-_SIZES |= {"%": 1e-2, "% per K": 1e-2, "cm^2/s^2": 1e-4, "mm^3": 1e-9}
+_SIZES |= {"kJ/mol": 1e3, "% per K": 1e-2, "cm^2/s^2": 1e-4, "mm^3": 1e-9}
 
 
 def unit_size(unit: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import tomllib
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from cablewright.calibration.tensile.creep_result import CreepResult
 from cablewright.calibration.tensile.recording import TensileTest, read_test
 from cablewright.errors import InputError
 from cablewright.models.creep import HOUR, histories, log_response, voigt_response
+from cablewright.models.creep_pace import by_temperature
+from cablewright.robot.cable import Creep
 
 ROOT = Path(__file__).resolve().parents[2]
 LENGTH, STIFFNESS, ALPHA = 2.0, 480e3, -12e-6
@@ -95,7 +98,7 @@ def test_without_noise_it_is_what_it_is(corners) -> None:
 
 @pytest.mark.parametrize("corners", [HELD, CYCLES], ids=["held", "cycles"])
 def test_sigmas_hold_over_200_tests(corners) -> None:
-    base = recorded(corners, heat=8.0)
+    base = recorded(corners, heat=2.0)
     found = []
     for seed in range(200):
         noise = 4e-6 * np.random.default_rng(1000 + seed).normal(size=len(base.force))
@@ -104,6 +107,88 @@ def test_sigmas_hold_over_200_tests(corners) -> None:
     inside = (np.abs(found) < 1.96).mean(axis=0)
     assert (inside >= 0.90).all()
     assert (inside <= 0.98).all()
+
+
+WARMED = {
+    "temperature": lambda t: 295.15 + 6.0 * np.sin(t / 2000.0),
+    "humidity": lambda t: 0.5 + 0.2 * np.sin(t / 1300.0),
+}
+ENERGY, EXPONENT = 130e3, 2.0
+
+
+def warmed(corners: tuple[tuple[float, float], ...], exponent: float = EXPONENT) -> TensileTest:
+    """A test without noise in a climate that changes, of a cable whose law is that of its mean under load."""
+    times = sampled(corners)[::3]
+    force = np.interp(times, *np.array(corners).T)
+    loads = force - force[0]
+    climate = {name: swing(times) for name, swing in WARMED.items()}
+    under = np.abs(loads) >= 0.5 * np.abs(loads).max()
+    heat = climate["temperature"] - 273.15
+    damp = climate["humidity"] - round(climate["humidity"][under].mean(), 2)
+    pace = np.exp(ENERGY * by_temperature(heat, round(heat[under].mean(), 1)) + exponent * damp)
+    strain = force / STIFFNESS + histories(times, loads, TAUS, pace) @ COMPLIANCES + ALPHA * (heat - heat[0])
+    return TensileTest(force, LENGTH * strain, time=times, **climate)
+
+
+@pytest.mark.parametrize("corners", [HELD, CYCLES], ids=["held", "cycles"])
+def test_the_pace_in_a_climate_is_told_with_sigmas_that_hold_over_200_tests(corners) -> None:
+    base, off = warmed(corners), []
+    for seed in range(200):
+        noise = 4e-6 * np.random.default_rng(4000 + seed).normal(size=len(base.force))
+        test = TensileTest(base.force, base.elongation + noise, time=base.time, temperature=base.temperature,
+                           humidity=base.humidity)  # fmt: skip
+        found = creep(test, initial_length=LENGTH)
+        assert found.activation_energy is not None
+        assert found.humidity_exponent is not None
+        off.append(
+            [
+                *errors(found),
+                (found.activation_energy - ENERGY) / found.activation_energy_sigma,
+                (found.humidity_exponent - EXPONENT) / found.humidity_exponent_sigma,
+            ]
+        )
+    inside = (np.abs(off) < 1.96).mean(axis=0)
+    assert (inside >= 0.90).all()
+    assert (inside <= 0.98).all()
+
+
+def test_what_a_creep_test_tells_of_the_climate_is_what_a_robot_file_takes(tmp_path: Path) -> None:
+    test = warmed(HELD)
+    rows = zip(*(np.array(each).tolist() for each in (test.time, test.force, test.elongation, test.temperature)),
+               (100.0 * test.humidity).tolist(), strict=True)  # fmt: skip
+    text = "\n".join(",".join(f"{each:.10g}" for each in row) for row in rows)
+    (tmp_path / "test.csv").write_text(f"time (s),force (N),elongation (m),temperature,humidity (%)\n{text}\n")
+    found = creep(tmp_path / "test.csv", initial_length=LENGTH)
+    assert found.activation_energy == pytest.approx(ENERGY, rel=1e-3)
+    assert found.humidity_exponent == pytest.approx(EXPONENT, rel=1e-3)
+    assert found.expansion == pytest.approx(ALPHA, rel=1e-3)
+    law = Creep.model_validate(tomllib.loads(found.robot_file_text)["cable"]["creep"])
+    assert law.activation_energy == pytest.approx(ENERGY, rel=1e-3)
+    assert (law.reference_temperature, law.reference_humidity) == (found.temperature, found.humidity)
+    assert found.temperature == pytest.approx(22.0, abs=6.0)
+
+
+def test_a_climate_that_hardly_changes_or_a_cable_that_does_not_creep_tells_no_pace() -> None:
+    test = warmed(HELD)
+    mild = TensileTest(test.force, test.elongation, time=test.time, temperature=295.0 + np.sin(test.time / 2000.0),
+                       humidity=np.full(len(test.force), 0.5))  # fmt: skip
+    found = creep(mild, initial_length=LENGTH)
+    assert (found.activation_energy, found.humidity_exponent) == (None, None)
+    noise = 4e-6 * np.random.default_rng(1).normal(size=len(test.force))
+    elastic = TensileTest(test.force, LENGTH * test.force / STIFFNESS + noise, time=test.time,
+                          temperature=test.temperature)  # fmt: skip
+    found = creep(elastic, initial_length=LENGTH)
+    assert found.activation_energy is None
+    assert "creep does not tell by how much the climate changes its pace" in found.notes
+    assert "activation_energy" not in found.robot_file_text
+
+
+@pytest.mark.parametrize("value", [1.2, -0.1])
+def test_a_humidity_is_a_share(value: float) -> None:
+    humidity = np.full(30, 0.5)
+    humidity[7] = value
+    with pytest.raises(InputError, match=rf"the test, sample 8: humidity = {value}: must be"):
+        TensileTest(np.arange(30.0), np.arange(30.0), time=np.arange(30.0), humidity=humidity)
 
 
 def test_residuals_that_wander_widen_the_sigmas() -> None:

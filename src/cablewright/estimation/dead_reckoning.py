@@ -18,12 +18,13 @@ from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.estimation.body.settings import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.felt_air import FeltAir
 from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace
 from cablewright.estimation.reading_checks import accepted
 from cablewright.models.coil import Coil
 from cablewright.models.creep import CreepMemory, memory_of
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.signals import Encoders, Estimate, SensorFrame, Tensions, frozen
+from cablewright.signals import Climate, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
@@ -73,6 +74,7 @@ class ReckoningState:
     start_counts: NDArray[np.int64] | None = None  # (m,)
     creep: CreepMemory | None = None  # of cables that creep as described
     start_strain: Array | float = 0.0  # (m,) by creep, at the start lengths
+    air: FeltAir = field(default_factory=FeltAir)
     rotation: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad, paid out since the start
     lengths: Array | None = None
     velocity: Array | None = None
@@ -135,7 +137,7 @@ def placed(
             lengths = lengths + _tightened(settings, state.measured, held, per_length, change)
     known = start_at(settings, lengths, _counts(settings, state))
     known.time, known.velocity, known.monitor = state.time, np.zeros(3), state.monitor
-    known.measured = state.measured
+    known.measured, known.air = state.measured, state.air
     if state.creep is not None:
         known.creep, known.start_strain = state.creep, state.creep.strain
     return known
@@ -218,6 +220,10 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
     memories = [state.creep] if state.creep is not None else []
     memories += [state.learnt.memory] if state.learnt is not None else []
     before, loads = state.tracker.pose, state.tracker.tensions
+    for climate in accepted(state.monitor, frame.of(Climate), frame.time):
+        air = state.air.read(climate)
+        for memory in memories:
+            memory.feel(air)
     for reading in accepted(state.monitor, frame.of(Encoders), frame.time):
         _update_lengths(settings, state, reading)
     _read_tensions(settings, state, frame, dt)

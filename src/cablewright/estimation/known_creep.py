@@ -13,8 +13,10 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.estimation.felt_air import FeltAir
 from cablewright.models.creep import CreepMemory, memory_of
 from cablewright.robot import Robot
+from cablewright.signals import Climate
 
 _PERIOD: Final = 1.0  # s between two looks at the loads, at least
 _GAP: Final = 60.0  # s without loads, after which nothing is made good: lidars have seen it
@@ -28,11 +30,16 @@ class KnownCreep:
         self.rates = np.zeros(m)
         self._memory, self._period, self._time = memory, _PERIOD, math.nan
         self._loads, self._counted = np.zeros(m), np.zeros(m)
+        self._air = FeltAir()
 
     @property
     def stretched(self) -> Array:
         """Strain (m, k) of each element of each line: all that is remembered, to be saved or set."""
         return self._memory.stretched
+
+    def read(self, reading: Climate) -> None:
+        """Let cables creep at the pace of the climate of a *reading*."""
+        self._memory.feel(self._air.read(reading))
 
     def follow(self, loads: Array, now: float) -> None:
         """Go on by *loads* (m,), N, at *now*, s, if it is time; a clock that was set back begins anew from there."""

@@ -8,7 +8,8 @@ Piao et al. 2017, doi 10.1177/1687814017737199; that creep goes on for hours: Ch
 
 The logarithm is itself a sum of Voigt elements, ``log(1 + a) = integral of (1 - exp(-a exp(v))) exp(-exp(v)) dv``, by
 the trapezium rule: within 0.1 % from a hundredth of a second to eleven days. So all of the memory is the strain of each
-element, which is advanced exactly for a load that changes linearly.
+element, which is advanced exactly for a load that changes linearly. Where the pace of creep depends on the climate
+(`models.creep_pace`) these times are those that creep counts.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from cablewright.arrays import Array
+from cablewright.models.creep_pace import Air, CreepPace
 from cablewright.robot.cable import Creep
 
 HOUR: Final = 3600.0  # s
@@ -62,11 +65,8 @@ def usual_creep(compliance: float) -> Creep:
 
 def scaled_creep(law: Creep, factor: float) -> Creep:
     """Return a *law* of so many times the strain, beyond what a robot file may say too."""
-    return Creep.model_construct(
-        retardations=law.retardations,
-        compliances=tuple(factor * each for each in law.compliances),
-        logarithmic=factor * law.logarithmic,
-    )
+    sizes = {"compliances": tuple(factor * each for each in law.compliances), "logarithmic": factor * law.logarithmic}
+    return law.model_copy(update=sizes)
 
 
 def hour_compliance(law: Creep | None) -> float:
@@ -87,10 +87,14 @@ def gains(steps: Array) -> tuple[Array, Array]:
 class CreepMemory:
     """Strains of the elements of m lines, each by its own history of loads."""
 
-    def __init__(self, times: Array, sizes: Array) -> None:
-        """*times* (k,), s, of retardation; *sizes* (m, k), 1/N, at the end of all time; none has crept yet."""
+    def __init__(self, times: Array, sizes: Array, pace: CreepPace | None = None) -> None:
+        """*times* (k,), s, of retardation; *sizes* (m, k), 1/N, at the end of all time; none has crept yet.
+
+        *pace*: of the lines, if it depends on the climate; until `feel` it is that of the laws' references.
+        """
         self._times, self._sizes = times, sizes
         self.stretched = np.zeros_like(sizes)  # strain of each element
+        self._law, self._pace = pace, np.ones(1)
         self._step = (0.0, np.zeros(0), np.zeros(0))
 
     @property
@@ -98,18 +102,28 @@ class CreepMemory:
         """Of each line, (m,)."""
         return np.asarray(self.stretched.sum(axis=1))
 
+    def feel(self, air: Air | None) -> None:
+        """Go on in an *air*; None: as before."""
+        if self._law is not None and air is not None:
+            self._pace = self._law.at(air)
+            self._step = (0.0, np.zeros(0), np.zeros(0))
+
     def advance(self, before: Array, after: Array, period: float) -> None:
         """Advance by a *period*, s, in which loads change linearly from *before* to *after* (m,), N."""
         if period != self._step[0]:
-            self._step = (period, *gains(period / self._times))
+            self._step = (period, *gains(self._steps(period)))
         _, gone, late = self._step
         load = gone * before[:, None] + late * (after - before)[:, None]
         self.stretched += self._sizes * load - gone * self.stretched
 
     def gain(self, loads: Array, period: float) -> Array:
         """Return the strain (m,) that comes in a *period*, s, under *loads* (m,), N, which stay as they are."""
-        gone = -np.expm1(-period / self._times)
+        gone = -np.expm1(-self._steps(period))
         return np.asarray((gone * (self._sizes * loads[:, None] - self.stretched)).sum(axis=1))
+
+    def _steps(self, period: float) -> Array:
+        """Retardation times (m or 1, k) that creep counts in a *period*, s."""
+        return np.asarray(period * self._pace[:, None] / self._times)
 
 
 def memory_of(laws: Sequence[Creep | None]) -> CreepMemory | None:
@@ -124,24 +138,30 @@ def memory_of(laws: Sequence[Creep | None]) -> CreepMemory | None:
             for tau, compliance in zip(law.retardations, law.compliances, strict=True):
                 row[taus.index(tau)] = compliance * voigt_size(tau)
             row[len(taus) :] = law.logarithmic * log_sizes
-    return CreepMemory(np.concatenate([taus, log_times]), sizes)
+    pace = CreepPace(laws)
+    return CreepMemory(np.concatenate([taus, log_times]), sizes, pace if pace.varies else None)
 
 
-def histories(times: Array, loads: Array, retardations: Sequence[float]) -> Array:
+def histories(times: Array, loads: Array, retardations: Sequence[float], paces: Array | None = None) -> Array:
     """Return the strains (k, j + 1), per compliance, at *times* (k,), s, under *loads* (k,), N.
 
     A column for each of the j *retardations*, s, the last one for logarithmic creep. Loads change linearly between the
-    times, which rise; before the first there is none, and at the first it is there at once.
+    times, which rise; before the first there is none, and at the first it is there at once. *paces* (k,): at the times,
+    in between their means; None: 1.
     """
     log_times, log_sizes = log_elements()
-    taus = np.concatenate([retardations, log_times])
-    strains, out = np.zeros(len(taus)), np.empty((len(times), len(taus)))
-    out[0] = 0.0
-    gone, late = gains(np.diff(times)[:, None] / taus)
-    driven = gone * loads[:-1, None] + late * np.diff(loads)[:, None]
-    kept = 1.0 - gone
-    for k in range(len(times) - 1):
-        strains = kept[k] * strains + driven[k]
-        out[k + 1] = strains
-    voigt = out[:, : len(retardations)] * [voigt_size(each) for each in retardations]
-    return np.column_stack([voigt, out[:, len(retardations) :] @ log_sizes])
+    passed = np.diff(times) if paces is None else np.diff(times) * 0.5 * (paces[1:] + paces[:-1])
+    driven, out = np.zeros(len(times)), np.empty((len(times), len(retardations) + 1))
+    logarithm = np.zeros(len(times))
+    bands = np.ones((2, len(times)))
+    for j, tau in enumerate([*retardations, *log_times.tolist()]):
+        gone, late = gains(passed / tau)
+        driven[1:] = gone * loads[:-1] + late * np.diff(loads)
+        bands[1, :-1] = gone - 1.0  # what is left of a strain, a step later
+        strain = solve_banded((1, 0), bands, driven)
+        if j < len(retardations):
+            out[:, j] = strain * voigt_size(tau)
+        else:
+            logarithm += strain * log_sizes[j - len(retardations)]
+    out[:, -1] = logarithm
+    return out

@@ -35,6 +35,10 @@ MAX_RETARDATIONS: Final = 4
 """Maximum number of Voigt elements of a cable's creep."""
 
 _Compliance = Annotated[float, Strict(), Ge(0.0), Le(1e-2)]
+_Energy = Annotated[float, Strict(), Ge(0.0), Le(1e6)]
+_Celsius = Annotated[float, Strict(), Ge(-100.0), Le(200.0)]
+_Humidity = Annotated[float, Strict(), Ge(0.0), Le(1.0)]
+_Exponent = Annotated[float, Strict(), Ge(-20.0), Le(20.0)]
 _SECTIONS = ("section", "fill_factor", "construction")
 
 
@@ -42,12 +46,18 @@ class Creep(Description):
     """Creep of a cable by the law of `models.creep`: strains per tension after an hour under it, 1/N.
 
     ``compliances``: those of Voigt elements with ``retardations``, s, which rise. ``logarithmic``: that of logarithmic
-    creep.
+    creep. This is at ``reference_temperature``, degrees Celsius, and ``reference_humidity``, relative; how much faster
+    creep goes in another climate tell ``activation_energy``, J/mol, and ``humidity_exponent``, see
+    `models.creep_pace`; of 0 it does not depend on that.
     """
 
     retardations: Annotated[tuple[Positive[Duration], ...], Field(max_length=MAX_RETARDATIONS)] = ()
     compliances: Annotated[tuple[_Compliance, ...], Field(max_length=MAX_RETARDATIONS)] = ()
     logarithmic: _Compliance = 0.0
+    activation_energy: _Energy = 0.0
+    reference_temperature: _Celsius = 20.0
+    humidity_exponent: _Exponent = 0.0
+    reference_humidity: _Humidity = 0.5
 
     @model_validator(mode="after")
     def _pairs(self) -> Self:

@@ -175,8 +175,8 @@ def test_no_file(cli, tmp_path: Path) -> None:
 
 CREEP = ROOT / "examples" / "creep.csv"
 CREEP_KEYS = {
-    "schema", "status", "stiffness", "stiffness_sigma", "expansion", "loaded", "creep", "parts", "noise", "widened",
-    "uncertainty_file", "robot_file", "notes", "plot",
+    "schema", "status", "stiffness", "stiffness_sigma", "expansion", "temperature", "loaded", "creep", "parts", "noise",
+    "widened", "uncertainty_file", "robot_file", "notes", "plot",
 }  # fmt: skip
 
 

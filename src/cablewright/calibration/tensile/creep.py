@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.tensile.creep_result import CreepResult
 from cablewright.calibration.tensile.modulus import require_cable
+from cablewright.calibration.tensile.pace_fit import ClimateOfTest, derivatives, search
 from cablewright.calibration.tensile.recording import TensileTest, read_test
 from cablewright.errors import InputError
 from cablewright.models.creep import LOG_BEGIN, RETARDATIONS, histories
+from cablewright.progress import Progress, silent
 from cablewright.robot.cable import MAX_RETARDATIONS
 
 MAX_SAMPLES: Final = 100_000
@@ -28,7 +30,11 @@ _BELOW_ZERO: Final = -3.0  # sigmas
 
 
 def creep(
-    test: str | Path | TensileTest, *, initial_length: float, retardations: Sequence[float] = RETARDATIONS
+    test: str | Path | TensileTest,
+    *,
+    initial_length: float,
+    retardations: Sequence[float] = RETARDATIONS,
+    progress: Progress = silent,
 ) -> CreepResult:
     """Return stiffness and creep of a cable from a *test* with times, or its CSV: a held load, or cycles.
 
@@ -37,11 +43,14 @@ def creep(
 
     The strain is linear in all that is found: 1 / EA, the compliances of the elements and of the logarithmic part, the
     thermal expansion where the test has temperatures that change, and the strain at the first sample. So it is one
-    linear least squares over the measured history of force, whatever that is. Sigmas are from the residuals, widened
-    as these are correlated. What the first sample's force has done before counts as over.
+    linear least squares over the measured history of force, whatever that is. Where the climate changes under load, by
+    5 K or by 0.1 of relative humidity, so are activation energy and humidity exponent, around which it is repeated.
+    Sigmas are from the residuals, widened as these are correlated. What the first sample's force has done before counts
+    as over.
 
     Raises `InputError` for a test without times, too short or too coarse for an element (it says which), without a
-    change of force, or whose columns cannot be told apart. Source: `cablewright.models.creep`.
+    change of force, or whose columns cannot be told apart. Source: `cablewright.models.creep`
+    and `cablewright.models.creep_pace`.
 
     Examples
     --------
@@ -57,29 +66,62 @@ def creep(
     require_cable("initial length", initial_length)
     taus = _checked_retardations(retardations)
     times, loads = _require_loads(test)
-    loaded = _require_time(test, times, loads, taus)
-    columns = np.column_stack([loads, histories(times, loads, taus), np.ones_like(times)])
+    under = np.abs(loads) >= _LOADED * np.abs(loads).max()
+    loaded = _require_time(test, times, under, taus)
     expands = test.temperature is not None and float(np.ptp(test.temperature)) >= _VARIES
-    if expands:
-        assert test.temperature is not None
-        columns = np.column_stack([columns, test.temperature - test.temperature[0]])
-    found, covariance, residuals, wider = _fitted(test, columns, test.elongation / initial_length)
-    if not found[0] > 0.0:
+    heat = [test.temperature - test.temperature[0]] if expands and test.temperature is not None else []
+
+    def columns_of(paces: Array) -> Array:
+        return np.column_stack([loads, histories(times, loads, taus, paces), np.ones_like(times), *heat])
+
+    strain = test.elongation / initial_length
+    climate, pace = search(ClimateOfTest.of(test, under), columns_of, strain, progress)
+    fit = _fit(test, climate, pace, columns_of, strain)
+    if not fit.found[0] > 0.0:
         raise InputError(f"{test.origin}: the elongation does not rise with the force: check signs and columns")
+    parts = slice(1, 2 + len(taus))
+    exponents = dict(zip((each.name for each in climate.unknowns), pace.tolist(), strict=True))
     return CreepResult(
         test=test,
         initial_length=initial_length,
         retardations=taus,
-        elastic=float(found[0]),
-        compliances=found[1 : 2 + len(taus)],
-        expansion=float(found[-1]) if expands else None,
-        covariance=covariance,
-        offset=float(found[2 + len(taus)]),
-        residuals=residuals,
-        widened=wider,
+        elastic=float(fit.found[0]),
+        compliances=fit.found[parts],
+        expansion=float(fit.found[fit.linear - 1]) if expands else None,
+        activation_energy=exponents.get("activation_energy"),
+        humidity_exponent=exponents.get("humidity_exponent"),
+        temperature=climate.temperature,
+        humidity=climate.humidity,
+        covariance=fit.covariance,
+        offset=float(fit.found[parts.stop]),
+        residuals=fit.residuals,
+        widened=fit.wider,
         loaded=loaded,
-        notes=tuple(_notes(test, found[1 : 2 + len(taus)], covariance, taus, wider, expands)),
+        notes=tuple(_notes(test, fit, taus, expands, climate.told)),
     )
+
+
+class _Fit(NamedTuple):
+    """Numbers found, the ``linear`` ones first, then those of the pace; their covariance, and what is left."""
+
+    found: Array
+    linear: int
+    covariance: Array
+    residuals: Array  # (k,) strain
+    wider: float  # by how much correlated residuals widen variances
+
+
+def _fit(
+    test: TensileTest, climate: ClimateOfTest, pace: Array, columns_of: Callable[[Array], Array], strain: Array
+) -> _Fit:
+    """Fit the *strain* (k,) by the columns of the *pace*, whose own derivatives share in the covariance."""
+    columns = columns_of(climate.paces(pace))
+    fit = _fitted(test, columns, strain)
+    if not len(pace):
+        return fit
+    slopes = derivatives(climate, pace, lambda paces: columns_of(paces) @ fit.found)
+    found = np.concatenate([fit.found, pace])
+    return _fitted(test, np.column_stack([columns, slopes]), strain)._replace(found=found, linear=fit.linear)
 
 
 def _checked_retardations(given: Sequence[float]) -> tuple[float, ...]:
@@ -104,9 +146,8 @@ def _require_loads(test: TensileTest) -> tuple[Array, Array]:
     return test.time - test.time[0], loads
 
 
-def _require_time(test: TensileTest, times: Array, loads: Array, taus: tuple[float, ...]) -> float:
-    """How long the specimen is under load, s. Raises `InputError` for a part of the law that this does not show."""
-    under = np.abs(loads) >= _LOADED * np.abs(loads).max()
+def _require_time(test: TensileTest, times: Array, under: Mask, taus: tuple[float, ...]) -> float:
+    """How long the specimen is *under* load (k,), s. Raises `InputError` for a part of the law that is not shown."""
     first = int(np.argmax(under))
     loaded = float(np.diff(times)[under[1:]].sum())
     if taus and loaded < taus[-1]:
@@ -125,8 +166,8 @@ def _require_time(test: TensileTest, times: Array, loads: Array, taus: tuple[flo
     return loaded
 
 
-def _fitted(test: TensileTest, columns: Array, strain: Array) -> tuple[Array, Array, Array, float]:
-    """Numbers, their covariance, residuals, and by how much correlated residuals widen it. Raises `InputError`."""
+def _fitted(test: TensileTest, columns: Array, strain: Array) -> _Fit:
+    """Fit the *strain* (k,) by *columns* (k, j). Raises `InputError` where they are not told apart."""
     sizes = np.linalg.norm(columns, axis=0)
     if len(strain) <= columns.shape[1] or not (sizes > 0.0).all():
         raise InputError(f"{test.origin}: {len(strain)} samples are too few for {columns.shape[1]} numbers")
@@ -139,7 +180,7 @@ def _fitted(test: TensileTest, columns: Array, strain: Array) -> tuple[Array, Ar
     wider = _widening(residuals)
     variance = wider * float(residuals @ residuals) / (len(strain) - columns.shape[1])
     root = vt.T / s / sizes[:, None]
-    return found, variance * root @ root.T, residuals, wider
+    return _Fit(found, len(found), variance * root @ root.T, residuals, wider)
 
 
 def _widening(residuals: Array) -> float:
@@ -155,16 +196,14 @@ def _widening(residuals: Array) -> float:
     return max(1.0, 1.0 + 2.0 * float(correlation[1:end].sum()))
 
 
-def _notes(
-    test: TensileTest, compliances: Array, covariance: Array, taus: tuple[float, ...], wider: float, expands: bool
-) -> Iterator[str]:
-    if wider > _WANDERS:
+def _notes(test: TensileTest, fit: _Fit, taus: tuple[float, ...], expands: bool, told: bool) -> Iterator[str]:
+    if fit.wider > _WANDERS:
         yield (
-            f"residuals wander: sigmas are {np.sqrt(wider):.1f} times those of noise alone; "
+            f"residuals wander: sigmas are {np.sqrt(fit.wider):.1f} times those of noise alone; "
             "hysteresis, settling strands or another law of creep"
         )
     names = [*(f"the element of {_spell(each)}" for each in taus), "logarithmic creep"]
-    for name, size, sigma in zip(names, compliances, np.sqrt(np.diagonal(covariance))[1:], strict=False):
+    for name, size, sigma in zip(names, fit.found[1:], np.sqrt(np.diagonal(fit.covariance))[1:], strict=False):
         if size < _BELOW_ZERO * sigma:
             yield f"{name} is below 0: the cable does not creep by this law"
         elif sigma > abs(size):
@@ -173,6 +212,8 @@ def _notes(
         yield "no column 'temperature': what its changes stretch counts as creep"
     elif not expands:
         yield f"the temperature changes by under {_VARIES:g} K: the expansion is not told"
+    if not told:
+        yield "creep does not tell by how much the climate changes its pace"
 
 
 def _spell(seconds: float) -> str:

@@ -24,6 +24,29 @@ FIGURES = (
         "expansion", "1/K", "Thermal expansion; absent where the temperature tells none.",
         only=lambda own: own.expansion is not None,
     ),
+    Figure(
+        "activation_energy", "J/mol", "By which it creeps faster when warmer; absent where the test tells none.",
+        only=lambda own: own.activation_energy is not None, shown="kJ/mol", digits=3,
+    ),
+    Figure(
+        "activation_energy_sigma", "J/mol", "Standard deviation of the activation energy.", name="its sigma in kJ/mol",
+        only=lambda own: own.activation_energy is not None, shown="kJ/mol", digits=2,
+    ),
+    Figure(
+        "humidity_exponent", "1", "Logarithm of how much faster it creeps per relative humidity of 1; likewise.",
+        only=lambda own: own.humidity_exponent is not None, digits=3,
+    ),
+    Figure(
+        "humidity_exponent_sigma", "1", "Standard deviation of the humidity exponent.", name="sigma of the exponent",
+        only=lambda own: own.humidity_exponent is not None, digits=2,
+    ),
+    Figure(
+        "temperature", "°C", "Mean under load, at which it creeps as told here; absent if not recorded.",
+        only=lambda own: own.temperature is not None, shown="°C", digits=3,
+    ),
+    Figure(
+        "humidity", "1", "Likewise, relative.", only=lambda own: own.humidity is not None, shown="%", digits=2,
+    ),
     Figure("loaded", "s", "How long the specimen was under load.", digits=3),
     Figure(
         "creep", "", "Creep after a time under a constant load.", lambda own: own.table,
@@ -56,7 +79,9 @@ class CreepResult(Pictured):
     """The result of `creep`: stiffness of a cable, and its creep by time, with standard deviations.
 
     ``compliances`` (j + 1,), 1/N: after an hour, of the Voigt elements with their ``retardations`` and of logarithmic
-    creep. ``covariance``: of 1 / EA (1/N), the compliances, the strain at the first sample and the expansion.
+    creep, at the mean ``temperature`` (degrees Celsius) and ``humidity`` (relative) under load; None: not recorded.
+    ``covariance``: of 1 / EA (1/N), the compliances, the strain at the first sample, and those of expansion, activation
+    energy and humidity exponent that are told.
     ``residuals`` (k,): strains that the law leaves.
     """
 
@@ -70,6 +95,10 @@ class CreepResult(Pictured):
     elastic: float  # 1/N: 1 / EA
     compliances: Array
     expansion: float | None  # 1/K
+    activation_energy: float | None  # J/mol
+    humidity_exponent: float | None
+    temperature: float | None
+    humidity: float | None
     covariance: Array
     offset: float  # strain at the first sample
     residuals: Array
@@ -86,6 +115,16 @@ class CreepResult(Pictured):
     def stiffness_sigma(self) -> float:
         """Standard deviation of EA, N."""
         return math.sqrt(self.covariance[0, 0]) / self.elastic**2
+
+    @property
+    def activation_energy_sigma(self) -> float:
+        """Standard deviation of the activation energy, J/mol."""
+        return math.sqrt(self.covariance.diagonal()[-1 if self.humidity_exponent is None else -2])
+
+    @property
+    def humidity_exponent_sigma(self) -> float:
+        """Standard deviation of the humidity exponent."""
+        return math.sqrt(self.covariance.diagonal()[-1])
 
     @property
     def noise(self) -> float:
@@ -128,7 +167,13 @@ class CreepResult(Pictured):
         sizes = [f"{max(each, 0.0):.4g}" for each in self.compliances.tolist()]
         times = ", ".join(f"{tau:g}" for tau in self.retardations)
         elements = f"retardations = [{times}]\ncompliances = [{', '.join(sizes[:-1])}]"
-        return f"[cable.creep]\n{elements}\nlogarithmic = {sizes[-1]}"
+        text = f"[cable.creep]\n{elements}\nlogarithmic = {sizes[-1]}"
+        if self.activation_energy is not None:
+            text += f"\nreference_temperature = {self.temperature:.1f}"
+            text += f"\nactivation_energy = {max(self.activation_energy, 0.0):.4g}"
+        if self.humidity_exponent is not None:
+            text += f"\nreference_humidity = {self.humidity:.2f}\nhumidity_exponent = {self.humidity_exponent:.3g}"
+        return text
 
     @property
     def uncertainty_text(self) -> str:

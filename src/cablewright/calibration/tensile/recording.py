@@ -14,24 +14,32 @@ from numpy.typing import ArrayLike
 from cablewright.arrays import Array
 from cablewright.csv_input import Column, cells_of, find_column, no_column, number_rows, separator_of, text_lines
 from cablewright.errors import InputError
-from cablewright.units import DURATION, FORCE, LENGTH, TEMPERATURE_DIFFERENCE, Dimension
+from cablewright.units import DURATION, FORCE, LENGTH, RELATIVE_HUMIDITY, TEMPERATURE_DIFFERENCE, Dimension
 
 MAX_BYTES: Final = 64 << 20
 MAX_ROWS: Final = 2_000_000
 MIN_POINTS: Final = 20
 """Minimum number of samples of a test, and of each of its branches within the band."""
 
-_MAX_SIZE: Final = {"force": 1e9, "elongation": 1e5, "time": 1e10, "temperature": 1e4}  # sums of products stay finite
+_MAX_SIZE: Final = {
+    "force": 1e9,
+    "elongation": 1e5,
+    "time": 1e10,
+    "temperature": 1e4,
+    "humidity": 1.0,
+}  # sums of products stay finite
 _COLUMNS: Final = {"force": FORCE, "elongation": LENGTH}
-_MORE_COLUMNS: Final[dict[str, Dimension]] = {"time": DURATION, "temperature": TEMPERATURE_DIFFERENCE}
+_MORE_COLUMNS: Final[dict[str, Dimension]] = {
+    "time": DURATION, "temperature": TEMPERATURE_DIFFERENCE, "humidity": RELATIVE_HUMIDITY,
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class TensileTest:
     """The recording of a tensile test in order of time; read-only arrays.
 
-    ``time`` and ``temperature`` are for `creep` alone. Raises `InputError` unless all columns are one-dimensional, of
-    the same length, finite, and of at least `MIN_POINTS` samples, and times rise.
+    ``time``, ``temperature`` and ``humidity`` are for `creep` alone. Raises `InputError` unless all columns are
+    one-dimensional, of the same length, finite, and of at least `MIN_POINTS` samples, and times rise.
     """
 
     force: Array  # (k,) N, tension positive
@@ -39,7 +47,8 @@ class TensileTest:
     origin: str = "the test"  # the name in messages
     lines: Sequence[int] = ()  # (k,) line number of each sample in the file; empty without a file
     time: Array | None = None  # (k,) s
-    temperature: Array | None = None  # (k,) K or degrees Celsius: only its changes count
+    temperature: Array | None = None  # (k,) K, or degrees Celsius where one is under 170
+    humidity: Array | None = None  # (k,) relative, 0 to 1
 
     def __post_init__(self) -> None:
         for name in (*_COLUMNS, *_MORE_COLUMNS):
@@ -67,6 +76,10 @@ class TensileTest:
             unit = (_COLUMNS | _MORE_COLUMNS)[name].si
             allowed = f"must be finite and at most {_MAX_SIZE[name]:g} {unit} in size"
             raise InputError(f"{self.origin}, {self.place(bad[0])}: {name} = {column[bad[0]]:g}: {allowed}")
+        if name == "humidity" and (below := np.flatnonzero(column < 0.0)).size:
+            raise InputError(
+                f"{self.origin}, {self.place(below[0])}: {name} = {column[below[0]]:g}: must be 0 to 1, or %"
+            )
         column.flags.writeable = False
         return column
 
@@ -78,7 +91,7 @@ class TensileTest:
 def read_test(path: str | Path, *, timed: bool = False) -> TensileTest:
     """Read a CSV whose header names columns ``force`` and ``elongation``; other columns are ignored.
 
-    If *timed* it may name ``time`` and ``temperature`` too.
+    If *timed* it may name ``time``, ``temperature`` and ``humidity`` too.
     A unit may follow the name (``force (kN)``, ``elongation [mm]``, ``force_kN``); without one it is SI. The separator
     is tab, semicolon or comma: the first of these that the header holds. Empty lines and comments (``#``) are skipped.
 

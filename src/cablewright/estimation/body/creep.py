@@ -7,15 +7,17 @@ deviations of its law. Hysteresis is nowhere described: a strain that is another
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.estimation.felt_air import FeltAir
 from cablewright.models.creep import CreepMemory, hour_compliance, memory_of, scaled_creep, usual_creep
 from cablewright.robot import Robot
 from cablewright.robot.cable import Creep
+from cablewright.signals import Climate
 
 ASSUMED: Final = 2e-4
 """Standard deviation of a strain after an hour under the mean tension at home that nobody describes, assumed: what
@@ -30,12 +32,24 @@ _RENEWED: Final = 0.4  # of it, assumed: after such a change of load the strain 
 
 @dataclass(eq=False)
 class BodyCreep:
-    """Changed in place by `advance`."""
+    """Changed in place by `read` and `advance`."""
 
     described: CreepMemory | None  # None: of no cable
     doubt: CreepMemory  # strain of one standard deviation
     loads: Array  # (m,) N, at the last time
     time: float = math.nan  # s
+    air: FeltAir = field(default_factory=FeltAir)
+
+    @property
+    def memories(self) -> tuple[CreepMemory, ...]:
+        """All that remember loads."""
+        return (self.doubt,) if self.described is None else (self.described, self.doubt)
+
+    def read(self, reading: Climate) -> None:
+        """Let cables creep at the pace of the climate of a *reading*."""
+        air = self.air.read(reading)
+        for memory in self.memories:
+            memory.feel(air)
 
     def advance(self, loads: Array, now: float, interval: float) -> None:
         """Advance to *now*, s, where lines pull by *loads* (m,), N, if that is an *interval*, s, after the last time.
@@ -45,9 +59,8 @@ class BodyCreep:
         passed = now - self.time
         if 0.0 <= passed < interval - 1e-9:
             return
-        for memory in (self.described, self.doubt):
-            if memory is not None and passed > 0.0:
-                memory.advance(self.loads, loads, passed)
+        for memory in self.memories if passed > 0.0 else ():
+            memory.advance(self.loads, loads, passed)
         self.loads, self.time = loads.copy(), now
 
 

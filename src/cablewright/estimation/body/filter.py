@@ -22,7 +22,17 @@ from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
 from cablewright.estimation.reading_checks import accepted
 from cablewright.models.rotation import motion_between
-from cablewright.signals import BeamLength, Encoders, Estimate, Inertial, SensorFrame, Swivels, Tensions, frozen
+from cablewright.signals import (
+    BeamLength,
+    Climate,
+    Encoders,
+    Estimate,
+    Inertial,
+    SensorFrame,
+    Swivels,
+    Tensions,
+    frozen,
+)
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
 _SHAKING_TIME: Final = 1.0  # s over which the platform's swing is watched
@@ -44,6 +54,8 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     state.gradients[_by_radius(state)] = state.paid
     state.lengths = corrected(state)
     found = follow(state)
+    for climate in accepted(state.monitor, frame.of(Climate), frame.time):
+        state.creep.read(climate)
     state.creep.advance(state.tensions, frame.time, settings.interval)
     _smooth_velocity(settings, state, before, dt)
     _read_forces(settings, state, frame)

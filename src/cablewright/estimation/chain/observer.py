@@ -37,6 +37,7 @@ from cablewright.estimation.reading_checks import (
 )
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.signals import (
+    Climate,
     Distance,
     Encoders,
     Estimate,
@@ -162,6 +163,8 @@ def _process(settings: ObserverSettings, state: ObserverState, reading: Reading)
         _predict_lengths(settings, state, reading)
     elif isinstance(reading, Distance):
         state.last_distance = reading
+    elif isinstance(reading, Climate) and state.creep is not None:
+        state.creep.read(reading)
     elif (
         isinstance(reading, Scan)
         and reading.source in (*settings.lidars, "vertical")

@@ -32,6 +32,7 @@ from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.signals import (
+    Climate,
     Distance,
     Encoders,
     Estimate,
@@ -251,6 +252,8 @@ def _process(settings: FilterSettings, state: FilterState, reading: Reading) -> 
         _predict_from_encoders(settings, state, reading)
     elif isinstance(reading, Distance):
         _update_ground(settings, state, reading)
+    elif isinstance(reading, Climate) and state.creep is not None:
+        state.creep.read(reading)
     elif isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical"):
         queue_scan(checks, state.pending_scans, reading, own.walls.kept_turns)
 

@@ -26,6 +26,7 @@ from cablewright.machine.simulated.unmodelled.brakes import Brakes
 from cablewright.machine.simulated.unmodelled.stuck_material import StuckMaterial
 from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled, softness
 from cablewright.machine.simulated.winches import Winches
+from cablewright.models.creep_pace import Air
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Model
 from cablewright.robot import RigidPlatform, Robot
@@ -149,8 +150,8 @@ class Rig:
         if self.retraction.has_drive and self.retraction.drive.beam[beam.MOVING_MASS]:
             self._weigh()
         law = self.settings.simulation.climate
-        temperature, _ = air_at(law, time)
-        self.winches.set_strain(self._expansion * (temperature - law.temperature) + self.unmodelled.strain)
+        warmer = air_at(law, time).temperature - law.temperature
+        self.winches.set_strain(self._expansion * warmer + self.unmodelled.strain)
         return notices
 
     def _wander(self) -> None:
@@ -163,10 +164,10 @@ class Rig:
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         self.body[dynamics.YAW_REST] = keep * self.body[dynamics.YAW_REST] + push * self._random.standard_normal()
 
-    def advance_unmodelled(self, period: float) -> None:
-        """Advance what no model has by the *period*, s, that has passed, for the next one."""
-        place = self.motion[:3]
-        self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period)
+    def advance_unmodelled(self, time: float, period: float) -> None:
+        """Advance what no model has by the *period*, s, that has passed until *time*, s, for the next one."""
+        place, air = self.motion[:3], air_at(self.settings.simulation.climate, time)
+        self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period, air)
 
     def brake(self, modes: Sequence[WinchMode], reset: bool) -> None:
         """Close the brakes of winches whose *modes* are off, and open others; *reset*: what has slipped is known."""
@@ -199,7 +200,7 @@ class Rig:
         self._show_lines()
         motion, rotation = self.motion, np.empty((3, 3))
         matrix(motion[6:9], rotation)
-        temperature, humidity = air_at(self.settings.simulation.climate, time)
+        air = air_at(self.settings.simulation.climate, time)
         truth = Truth(
             time,
             frozen(motion[0:3]),
@@ -216,7 +217,6 @@ class Rig:
         shown = self._shown[:, machine_step.SHOWN].copy()
         counts = self.winches.counts
         swivels = np.arctan2(self.work.planes[:, 1], self.work.planes[:, 0])
-        air = (temperature, humidity)
         pulled = truth.tensions * self.unmodelled.ratio
         return RigState(truth, self.acceleration.copy(), rotation, shown, counts, *air, self.ground, swivels, pulled)
 
@@ -323,10 +323,11 @@ def start_pose(robot: Robot, start: ArrayLike) -> Array:
     return given
 
 
-def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
+def air_at(law: ClimateLaw, time: float) -> Air:
     """Return temperature (degrees Celsius) and relative humidity at *time*, s; both begin at their means."""
     wave = math.sin(2.0 * math.pi * time / _DAY)
-    return law.temperature + law.swing * wave, min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))
+    humidity = min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))
+    return Air(law.temperature + law.swing * wave, humidity)
 
 
 def _brakes_of(robot: Robot, settings: TwinSettings, seed: int) -> Brakes | None:

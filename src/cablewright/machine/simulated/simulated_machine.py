@@ -201,7 +201,7 @@ class SimulatedMachine:
         self.rig.brake(command.modes, command.outputs.get(RESET, 0.0) > 0.0)
         notices = self.rig.advance_slowly(self.time, self.period, command.valve)
         notices += self._plant.advance(speeds)
-        self.rig.advance_unmodelled(self.period)
+        self.rig.advance_unmodelled(self.time, self.period)
         notices += self.rig.take_notices()
         self._steps += 1
         now = self.time

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import OutputOptions
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import quantity
 
 
@@ -18,13 +18,15 @@ class CreepCommand:
     """Stretch and creep are told apart by one fit of the whole history of force: a held load, steps or cycles.
 
     The law is that of Voigt elements and logarithmic creep; what it creeps by after which time is given with sigmas.
+    Where the climate changes under load, so is how much faster it creeps when warmer or damper.
     """
 
     EXAMPLE: ClassVar = "creep examples/creep.csv --initial-length '2 m'"
     ANSWERS: ClassVar = ("calibration.tensile.creep_result:CreepResult",)
 
     test: Annotated[
-        Path, typer.Argument(metavar="TEST", help="CSV file with columns time, force, elongation, maybe temperature.")
+        Path,
+        typer.Argument(metavar="TEST", help="CSV file: time, force, elongation, maybe temperature and humidity."),
     ]
     initial_length: Annotated[
         str,
@@ -50,5 +52,6 @@ class CreepCommand:
         length = quantity(self.initial_length, "--initial-length", LENGTH)
         texts = [] if self.retardations == "none" else self.retardations.split(",")
         taus = [quantity(text.strip(), "--retardations", DURATION) for text in texts]
-        found = creep(self.test, initial_length=length, retardations=taus)
+        with progress() as show:
+            found = creep(self.test, initial_length=length, retardations=taus, progress=show)
         return answer(found, self.output.as_json, **self.output.write(found, "creep"))

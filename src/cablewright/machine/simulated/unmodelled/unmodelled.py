@@ -21,6 +21,7 @@ from cablewright.machine.simulated.unmodelled.pushes import Pushes
 from cablewright.machine.simulated.unmodelled.sheave_slip import SheaveSlip
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.creep import memory_of
+from cablewright.models.creep_pace import Air
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers
 from cablewright.robot import Robot
 
@@ -85,7 +86,7 @@ class Unmodelled:
         return sum(each.strain for each in parts)
 
     def advance(
-        self, packed: Packed, states: Array, planes: Array, winches: Winches, place: Array, period: float
+        self, packed: Packed, states: Array, planes: Array, winches: Winches, place: Array, period: float, air: Air
     ) -> None:
         """Advance by the *period*, s, that has passed since the last call; *packed* and *winches* change in place.
 
@@ -93,6 +94,7 @@ class Unmodelled:
         """
         loads = LineStates(states).tension
         for each in self.creeps.values():
+            each.feel(air)
             each.advance(self._loads, loads, period)
         for part in (self.hysteresis, self.load_strain):
             if part is not None:

@@ -1,0 +1,59 @@
+"""How much faster cables creep in a warmer or damper climate: by their pace, the time that creep counts per time.
+
+Time and temperature are exchanged (Williams, Landel and Ferry 1955, doi 10.1021/ja01619a008): all of the law of creep
+goes faster by exp(E / R (1 / T0 - 1 / T)), with activation energy E (Arrhenius). Fibres of polyethylene follow this,
+with some 145 kJ/mol (O'Connor and Robbins 2020, J. Chem. Phys. 153, 144904), so twice as fast for 4 K. Likewise
+humidity h is taken to make it faster by exp(k (h - h0)).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cablewright.arrays import Array
+from cablewright.robot.cable import Creep
+
+GAS: Final = 8.31446  # J/(mol K)
+ZERO_CELSIUS: Final = 273.15  # K
+
+
+class Air(NamedTuple):
+    """Temperature, degrees Celsius, and relative humidity, 0 to 1."""
+
+    temperature: float
+    humidity: float
+
+
+def by_temperature(temperature: ArrayLike, reference: ArrayLike) -> Array:
+    """Return the logarithm of the pace at a *temperature*, per activation energy, mol/J; at the *reference* it is 0.
+
+    Both in degrees Celsius.
+    """
+    inverse, at_reference = (1.0 / np.add(each, ZERO_CELSIUS, dtype=np.float64) for each in (temperature, reference))
+    return np.asarray((at_reference - inverse) / GAS)
+
+
+class CreepPace:
+    """Paces of m lines, by the climate."""
+
+    def __init__(self, laws: Sequence[Creep | None]) -> None:
+        """*laws*: of the lines' cables; those that do not depend on the climate, and None, have pace 1."""
+        known = [law or Creep() for law in laws]
+        self._energies = np.array([law.activation_energy for law in known])
+        self._temperatures = np.array([law.reference_temperature for law in known])
+        self._exponents = np.array([law.humidity_exponent for law in known])
+        self._humidities = np.array([law.reference_humidity for law in known])
+
+    @property
+    def varies(self) -> bool:
+        """Whether any depends on the climate."""
+        return bool(self._energies.any() or self._exponents.any())
+
+    def at(self, air: Air) -> Array:
+        """Return the pace (m,) in an *air*."""
+        heat = self._energies * by_temperature(air.temperature, self._temperatures)
+        return np.asarray(np.exp(heat + self._exponents * (air.humidity - self._humidities)))
