@@ -241,7 +241,7 @@ def _mixture(
     for _ in range(_REFINEMENTS):
         shares = share_at(places)
         forces = may_be.forces(shares)
-        noise = _noise(settings, sag, forces, may_be.unsure, measured)
+        noise = _noise(settings, sag, forces, may_be.unsure(shares), measured)
         off = np.hstack(
             [sag.excess(forces) - now, measured.angles - sag.differences(forces)[:, measured.lines]]
         )  # (k, m + j)
@@ -263,7 +263,7 @@ def _mixture(
 def _noise(settings: FilterSettings, sag: Sag, forces: Array, unsure: Array, measured: _Angles) -> Array:
     """Covariances (k, m + j, m + j) of excesses, m, and of measured angles, rad.
 
-    *unsure* (m, j), N: what is not sure in the forces, as in `Balanced`.
+    *unsure* (k, m, j), N: what is not sure in the forces (k, m), as in `Balanced`.
     """
     stretch, slack = sag.stretching * forces, sag.sagging / forces**2
     repeats = math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL)  # the error is the same in so many updates
@@ -271,7 +271,7 @@ def _noise(settings: FilterSettings, sag: Sag, forces: Array, unsure: Array, mea
     shape = repeats * _SHAPE_ERROR * sag.differences(forces)[:, measured.lines]  # no line is a parabola
     own = settings.line_angle_sigma**2 + shape**2 + measured.variances
     slopes = np.hstack([-sag.excess_slopes(forces), sag.difference_slopes(forces)[:, measured.lines]])  # (k, m + j)
-    moved = slopes[:, :, None] * np.vstack([unsure, unsure[measured.lines]])
+    moved = slopes[:, :, None] * np.concatenate([unsure, unsure[:, measured.lines]], axis=1)
     noise = moved @ moved.transpose(0, 2, 1)
     np.einsum("kii->ki", noise)[:] += np.hstack([by_length, own])
     return noise

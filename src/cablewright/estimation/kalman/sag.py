@@ -67,15 +67,20 @@ class Sag(NamedTuple):
 
 
 class Balanced(NamedTuple):
-    """Horizontal forces that may be: ``first + share * change``, a share from 0 to 1, and what is not sure in them."""
+    """Horizontal forces that may be: ``first + share * change``, a share from 0 to 1, and what is not sure in both."""
 
     first: Array  # (m,) N
     change: Array  # (m,) N
-    unsure: Array  # (m, j) N: how they change with j numbers of standard deviation 1
+    first_unsure: Array  # (m, j) N: how it changes with j numbers of standard deviation 1
+    change_unsure: Array  # (m, j) N
 
     def forces(self, shares: Array) -> Array:
         """Forces (k, m), N, by *shares* (k,)."""
         return np.asarray(self.first + shares[:, None] * self.change)
+
+    def unsure(self, shares: Array) -> Array:
+        """How forces change with the j numbers, (k, m, j), N, by *shares* (k,)."""
+        return np.asarray(self.first_unsure + shares[:, None, None] * self.change_unsure)
 
 
 def share_at(places: Array) -> Array:
@@ -100,15 +105,19 @@ def balanced(sensors: SlacknessSettings, taut: Taut, weight: float, weight_sigma
     inverse = np.linalg.pinv(pulls)
     some, unsure = inverse @ load, weight_sigma * inverse[:, 2:]
     if m <= _FREEDOMS:
-        return Balanced(some, np.zeros(m), unsure) if (some >= _MIN_FORCE).all() else None
+        nothing = np.zeros_like(unsure)
+        return Balanced(some, np.zeros(m), unsure, nothing) if (some >= _MIN_FORCE).all() else None
     along = np.linalg.svd(pulls)[2][-1]  # the forces that balance each other
     limits = (_MIN_FORCE - some) / along
-    low, high = float(limits[along > 0.0].max(initial=-np.inf)), float(limits[along < 0.0].min(initial=np.inf))
-    if not (np.isfinite([low, high]).all() and low < high):
+    low, high = np.where(along > 0.0, limits, -np.inf), np.where(along < 0.0, limits, np.inf)
+    least, most = int(np.argmax(low)), int(np.argmin(high))
+    if not (np.isfinite([low[least], high[most]]).all() and low[least] < high[most]):
         return None
-    return Balanced(some + low * along, (high - low) * along, unsure)
+    # at both ends the line that is slack there stays so, however heavy the drum is
+    ends = [unsure - np.outer(along, unsure[line] / along[line]) for line in (least, most)]
+    return Balanced(some + low[least] * along, (high[most] - low[least]) * along, ends[0], ends[1] - ends[0])
 
 
 def each_alone(forces: Array) -> Balanced:
     """Return *forces* (m,), N, of which nothing is sure: a line's angle then shows its own excess alone."""
-    return Balanced(forces, np.zeros(len(forces)), np.diag(forces))
+    return Balanced(forces, np.zeros(len(forces)), np.diag(forces), np.zeros((len(forces), len(forces))))
