@@ -14,6 +14,7 @@ from cablewright.choices import SeverityName
 from cablewright.errors import InputError
 from cablewright.estimation import started_filter
 from cablewright.estimation.kalman import lidar_update, line_update
+from cablewright.estimation.kalman.sag import balanced
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
@@ -193,6 +194,31 @@ def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -
     for _ in range(100):
         line_update._doubt_zeros(settings, state, lines, np.full(4, first))
     assert np.abs(state.zeros).max() < 1e-9
+
+
+def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: FilterState) -> None:
+    """Half a millimetre each 0.2 s: by the weight, which is hardly known, its force is as small as its angle says."""
+    settings, state = dataclasses.replace(KNOWN, layers=None), copy.deepcopy(later)
+    assert state.taut is not None
+    assert state.sag is not None
+    weight, m = state.mass * settings.machine.tilt.gravity, len(state.lengths)
+    may_be = balanced(settings.machine.slackness, state.taut, weight, 0.2 * weight)
+    assert may_be is not None
+    line = int(np.argmin(may_be.first))
+    shares = np.geomspace(1e-3, 0.2, 400)
+    by_share = state.sag.excess(may_be.forces(shares))[:, line]
+    begin = max(float(line_update.excess(state)[line]), 1e-3)
+    for k in range(80):
+        share = np.interp(begin + 5e-4 * k, by_share[::-1], shares[::-1])
+        differences = state.sag.differences(may_be.forces(np.array([share])))[0]
+        seen = state.slackness
+        variances, excess = np.full(m, np.radians(0.1) ** 2), np.where(np.isnan(seen.excess), 0.0, seen.excess)
+        state.slackness = seen._replace(differences=differences, variances=variances, excess=excess)
+        line_update.predict(settings, state, np.zeros(m), 0.2)
+        state.time += 0.2
+        line_update.update(settings, state)
+    twelve_seconds_ago, now = begin + 5e-4 * (79 - 60), begin + 5e-4 * 79
+    assert twelve_seconds_ago < line_update.excess(state)[line] < 1.1 * now
 
 
 def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covariance(later: FilterState) -> None:

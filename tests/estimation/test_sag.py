@@ -64,6 +64,20 @@ def test_forces_of_any_share_balance_the_weight() -> None:
         assert pull[2] == pytest.approx(WEIGHT + half, rel=1e-2)  # the straight line's slope at its sheave, not at B
 
 
+@pytest.mark.parametrize("place", PLACES)
+def test_forces_of_a_share_change_with_the_weight_as_is_said(place: tuple[float, float, float]) -> None:
+    """And a line that is slack at an end of what may be is slack there however heavy the drum is."""
+    taut, shares = taut_at(MODEL, np.array(place)), np.linspace(0.0, 1.0, 5)
+    may_be, heavier = (balanced(SENSORS, taut, WEIGHT + more, 10.0) for more in (0.0, 1.0))
+    assert may_be is not None
+    assert heavier is not None
+    unsure = may_be.unsure(shares)
+    assert heavier.forces(shares) - may_be.forces(shares) == pytest.approx(unsure[:, :, 0] / 10.0, abs=1e-6)
+    for end in (0, -1):
+        assert abs(unsure[end, np.argmin(may_be.forces(shares)[end]), 0]) < 1e-9
+    assert np.abs(unsure).max() > 1.0
+
+
 def test_no_forces_hold_a_drum_outside_its_exits() -> None:
     assert balanced(SENSORS, taut_at(MODEL, np.array([6.0, 0.0, 1.0])), WEIGHT, 1.0) is None
 
