@@ -68,10 +68,10 @@ def test_in_an_air_that_stays_time_is_stretched() -> None:
 
 
 def test_of_a_climate_that_changes_only_the_time_counted_matters() -> None:
-    """Cold, warm and cold again creep as far as one air for all of the counted time; unknown air is the last one."""
+    """Cold, warm and cold again creep as far as one air for all of the counted time."""
     load, paces = np.array([300.0, 0.0]), {air: float(CreepPace([LAW]).at(air)[0]) for air in (REFERENCE, WARM)}
     changing = memory()
-    for air, passed in ((REFERENCE, 600.0), (WARM, 900.0), (None, 100.0), (REFERENCE, 300.0)):
+    for air, passed in ((REFERENCE, 600.0), (WARM, 1000.0), (REFERENCE, 300.0)):
         changing.feel(air)
         changing.advance(load, load, passed)
     counted = 900.0 + 1000.0 * paces[WARM]
@@ -93,15 +93,22 @@ def test_without_a_climate_it_is_as_before_to_the_bit() -> None:
 
 
 def test_air_is_a_median_that_no_spike_moves() -> None:
-    felt, nothing = FeltAir(), Climate(0.0, math.nan, 0.5)
-    assert felt.read(nothing) is None
-    for k, temperature in enumerate((20.0, 20.2, 85.0, 20.1, -40.0)):
-        found = felt.read(Climate(float(k), temperature, 0.5 + 0.01 * k))
-    assert found == Air(20.1, 0.52)
-    assert felt.read(nothing) == found
-    for k in range(3):
-        found = felt.read(Climate(10.0 + k, 25.0, 0.6))
-    assert found == Air(25.0, 0.6)
+    felt = FeltAir()
+    for k, temperature in enumerate((85.0, math.nan, 20.0)):  # a spike at first is none of the median either
+        assert felt.read(Climate(float(k), temperature, 0.5)).temperature is None
+    for k, temperature in enumerate((20.2, 999.9, -273.15, 20.1)):
+        found = felt.read(Climate(3.0 + k, temperature, 0.5 + 0.01 * k))
+    assert found == Air(20.15, 0.51)
+    for k in range(5):
+        found = felt.read(Climate(10.0 + k, 25.0, math.nan))
+    assert found == Air(25.0, 0.51)
+
+
+def test_who_has_no_hygrometer_has_a_thermometer() -> None:
+    pace = CreepPace([LAW, None])
+    assert pace.at(Air(30.0, None)) == pytest.approx(pace.at(Air(30.0, LAW.reference_humidity)))
+    assert pace.at(Air(None, 0.6)) == pytest.approx(pace.at(Air(LAW.reference_temperature, 0.6)))
+    assert pace.at(Air(None, None)) == pytest.approx([1.0, 1.0])
 
 
 ROBOT, PLACE = load("merlet2023"), np.array([0.3, -0.4, 1.2])
@@ -204,8 +211,8 @@ def test_the_plant_is_resumed_as_it_went_on() -> None:
 
 def test_air_of_the_plant_swings_over_a_day() -> None:
     climate = load_twin("merlet2023").simulation.climate
-    assert air_at(climate, 0.0) == Air(climate.temperature, climate.humidity)
-    assert air_at(climate, 21600.0).temperature == pytest.approx(climate.temperature + climate.swing)
+    assert air_at(climate, 0.0) == (climate.temperature, climate.humidity)
+    assert air_at(climate, 21600.0)[0] == pytest.approx(climate.temperature + climate.swing)
 
 
 @pytest.mark.parametrize(

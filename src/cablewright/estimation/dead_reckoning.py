@@ -250,7 +250,7 @@ def _read_tensions(settings: ReckoningSettings, state: ReckoningState, frame: Se
     """Smooth the tensions that a frame brings; what is not read stays as it was."""
     if settings.cells is None:
         return
-    for reading in frame.of(Tensions):
+    for reading in accepted(state.monitor, frame.of(Tensions), frame.time):
         if reading.source != settings.cells.source:
             continue
         if state.measured is None:

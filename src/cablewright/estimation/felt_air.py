@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from statistics import median
 from typing import Final
 
-from cablewright.models.creep_pace import Air
+from cablewright.models.creep_pace import COLDEST, HOTTEST, Air
 from cablewright.signals import Climate
 
-_LAST: Final = 5  # readings, of whose temperatures and humidities the medians count: a spike is none of them
+_LAST: Final = 5  # readings, of whose numbers the median counts: a spike is none of them
+_ENOUGH: Final = 3  # of them, before which a spike might be the median
 
 
 class FeltAir:
-    """Medians of the last readings."""
+    """Medians of the last readings of temperature and humidity."""
 
     def __init__(self) -> None:
-        self._readings: deque[Climate] = deque(maxlen=_LAST)
+        self._heat: deque[float] = deque(maxlen=_LAST)
+        self._damp: deque[float] = deque(maxlen=_LAST)
 
-    def read(self, reading: Climate) -> Air | None:
-        """Return what the air is after a *reading*; None before the first that has numbers."""
-        if math.isfinite(reading.temperature) and math.isfinite(reading.humidity):
-            self._readings.append(reading)
-        if not self._readings:
-            return None
-        return Air(
-            median(each.temperature for each in self._readings), median(each.humidity for each in self._readings)
-        )
+    def read(self, reading: Climate) -> Air:
+        """Return what the air is after a *reading*; None for what too few readings have told.
+
+        What no air is counts as not measured.
+        """
+        if COLDEST <= reading.temperature <= HOTTEST:  # NaN is not
+            self._heat.append(reading.temperature)
+        if 0.0 <= reading.humidity <= 1.0:
+            self._damp.append(reading.humidity)
+        heat, damp = (median(each) if len(each) >= _ENOUGH else None for each in (self._heat, self._damp))
+        return Air(heat, damp)

@@ -102,9 +102,9 @@ class CreepMemory:
         """Of each line, (m,)."""
         return np.asarray(self.stretched.sum(axis=1))
 
-    def feel(self, air: Air | None) -> None:
-        """Go on in an *air*; None: as before."""
-        if self._law is not None and air is not None:
+    def feel(self, air: Air) -> None:
+        """Go on in an *air*."""
+        if self._law is not None:
             self._pace = self._law.at(air)
             self._step = (0.0, np.zeros(0), np.zeros(0))
 

@@ -1,9 +1,9 @@
 """How much faster cables creep in a warmer or damper climate: by their pace, the time that creep counts per time.
 
-Time and temperature are exchanged (Williams, Landel and Ferry 1955, doi 10.1021/ja01619a008): all of the law of creep
-goes faster by exp(E / R (1 / T0 - 1 / T)), with activation energy E (Arrhenius). Fibres of polyethylene follow this,
-with some 145 kJ/mol (O'Connor and Robbins 2020, J. Chem. Phys. 153, 144904), so twice as fast for 4 K. Likewise
-humidity h is taken to make it faster by exp(k (h - h0)).
+Time and temperature are exchanged (Williams, Landel and Ferry 1955, doi 10.1021/ja01619a008): time of creep runs faster
+by exp(E / R (1 / T0 - 1 / T)), with activation energy E (Arrhenius). For fibres of polyethylene O'Connor and Robbins
+(2020, J. Chem. Phys. 153, 144904) have 145 kJ/mol at no load, so twice as fast for 4 K. That humidity h makes it faster
+by exp(k (h - h0)) is assumed.
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ from cablewright.robot.cable import Creep
 
 GAS: Final = 8.31446  # J/(mol K)
 ZERO_CELSIUS: Final = 273.15  # K
+COLDEST, HOTTEST = -100.0, 200.0  # degrees Celsius, in which there are cables
 
 
 class Air(NamedTuple):
-    """Temperature, degrees Celsius, and relative humidity, 0 to 1."""
+    """Temperature, degrees Celsius, and relative humidity, 0 to 1; None: not known, taken for that of each law."""
 
-    temperature: float
-    humidity: float
+    temperature: float | None
+    humidity: float | None
 
 
 def by_temperature(temperature: ArrayLike, reference: ArrayLike) -> Array:
@@ -55,5 +56,9 @@ class CreepPace:
 
     def at(self, air: Air) -> Array:
         """Return the pace (m,) in an *air*."""
-        heat = self._energies * by_temperature(air.temperature, self._temperatures)
-        return np.asarray(np.exp(heat + self._exponents * (air.humidity - self._humidities)))
+        logarithms = np.zeros(len(self._energies))
+        if air.temperature is not None:
+            logarithms += self._energies * by_temperature(air.temperature, self._temperatures)
+        if air.humidity is not None:
+            logarithms += self._exponents * (air.humidity - self._humidities)
+        return np.asarray(np.exp(logarithms))

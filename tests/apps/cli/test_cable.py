@@ -176,6 +176,7 @@ def test_no_file(cli, tmp_path: Path) -> None:
 CREEP = ROOT / "examples" / "creep.csv"
 CREEP_KEYS = {
     "schema", "status", "stiffness", "stiffness_sigma", "expansion", "temperature", "loaded", "creep", "parts", "noise",
+    "activation_energy", "activation_energy_sigma",
     "widened", "uncertainty_file", "robot_file", "notes", "plot",
 }  # fmt: skip
 

@@ -12,7 +12,7 @@ import numpy as np
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.tensile.creep_result import CreepResult
 from cablewright.calibration.tensile.modulus import require_cable
-from cablewright.calibration.tensile.pace_fit import ClimateOfTest, derivatives, search
+from cablewright.calibration.tensile.pace_fit import ClimateOfTest, climate_of, derivatives, pace_notes, search
 from cablewright.calibration.tensile.recording import TensileTest, read_test
 from cablewright.errors import InputError
 from cablewright.models.creep import LOG_BEGIN, RETARDATIONS, histories
@@ -75,12 +75,12 @@ def creep(
         return np.column_stack([loads, histories(times, loads, taus, paces), np.ones_like(times), *heat])
 
     strain = test.elongation / initial_length
-    climate, pace = search(ClimateOfTest.of(test, under), columns_of, strain, progress)
-    fit = _fit(test, climate, pace, columns_of, strain)
+    whole = climate_of(test, under)
+    climate, fit = _told(test, whole, columns_of, strain, progress)
     if not fit.found[0] > 0.0:
         raise InputError(f"{test.origin}: the elongation does not rise with the force: check signs and columns")
     parts = slice(1, 2 + len(taus))
-    exponents = dict(zip((each.name for each in climate.unknowns), pace.tolist(), strict=True))
+    exponents = dict(zip((each.name for each in climate.unknowns), fit.of_pace[0].tolist(), strict=True))
     return CreepResult(
         test=test,
         initial_length=initial_length,
@@ -97,7 +97,7 @@ def creep(
         residuals=fit.residuals,
         widened=fit.wider,
         loaded=loaded,
-        notes=tuple(_notes(test, fit, taus, expands, climate.told)),
+        notes=(*_notes(test, fit, taus, expands), *pace_notes(test, whole, climate, *fit.of_pace)),
     )
 
 
@@ -110,18 +110,41 @@ class _Fit(NamedTuple):
     residuals: Array  # (k,) strain
     wider: float  # by how much correlated residuals widen variances
 
+    @property
+    def of_pace(self) -> tuple[Array, Array]:
+        """Unknowns of the pace (p,), and their sigmas (p,)."""
+        return self.found[self.linear :], np.sqrt(np.diagonal(self.covariance)[self.linear :])
+
+
+def _told(
+    test: TensileTest,
+    climate: ClimateOfTest,
+    columns_of: Callable[[Array], Array],
+    strain: Array,
+    progress: Progress,
+) -> tuple[ClimateOfTest, _Fit]:
+    """Fit the *strain* (k,) with as many unknowns of the pace as the test tells."""
+    for choice in climate.choices():
+        pace = search(choice, columns_of, strain, progress)
+        if pace is None:
+            continue
+        fit = _fit(test, choice, pace, columns_of, strain)
+        if (fit.of_pace[1] <= [each.sure for each in choice.unknowns]).all():
+            break
+    return choice, fit
+
 
 def _fit(
     test: TensileTest, climate: ClimateOfTest, pace: Array, columns_of: Callable[[Array], Array], strain: Array
 ) -> _Fit:
     """Fit the *strain* (k,) by the columns of the *pace*, whose own derivatives share in the covariance."""
-    columns = columns_of(climate.paces(pace))
-    fit = _fitted(test, columns, strain)
+    fit = _fitted(test, columns_of(climate.paces(pace)), strain)
     if not len(pace):
         return fit
     slopes = derivatives(climate, pace, lambda paces: columns_of(paces) @ fit.found)
     found = np.concatenate([fit.found, pace])
-    return _fitted(test, np.column_stack([columns, slopes]), strain)._replace(found=found, linear=fit.linear)
+    columns = np.column_stack([columns_of(climate.paces(pace)), slopes])
+    return _fitted(test, columns, strain)._replace(found=found, linear=fit.linear)
 
 
 def _checked_retardations(given: Sequence[float]) -> tuple[float, ...]:
@@ -196,7 +219,7 @@ def _widening(residuals: Array) -> float:
     return max(1.0, 1.0 + 2.0 * float(correlation[1:end].sum()))
 
 
-def _notes(test: TensileTest, fit: _Fit, taus: tuple[float, ...], expands: bool, told: bool) -> Iterator[str]:
+def _notes(test: TensileTest, fit: _Fit, taus: tuple[float, ...], expands: bool) -> Iterator[str]:
     if fit.wider > _WANDERS:
         yield (
             f"residuals wander: sigmas are {np.sqrt(fit.wider):.1f} times those of noise alone; "
@@ -212,8 +235,6 @@ def _notes(test: TensileTest, fit: _Fit, taus: tuple[float, ...], expands: bool,
         yield "no column 'temperature': what its changes stretch counts as creep"
     elif not expands:
         yield f"the temperature changes by under {_VARIES:g} K: the expansion is not told"
-    if not told:
-        yield "creep does not tell by how much the climate changes its pace"
 
 
 def _spell(seconds: float) -> str:

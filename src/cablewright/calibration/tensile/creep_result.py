@@ -29,7 +29,7 @@ FIGURES = (
         only=lambda own: own.activation_energy is not None, shown="kJ/mol", digits=3,
     ),
     Figure(
-        "activation_energy_sigma", "J/mol", "Standard deviation of the activation energy.", name="its sigma in kJ/mol",
+        "activation_energy_sigma", "J/mol", "Standard deviation of the activation energy.", name="sigma of the energy",
         only=lambda own: own.activation_energy is not None, shown="kJ/mol", digits=2,
     ),
     Figure(
@@ -117,14 +117,15 @@ class CreepResult(Pictured):
         return math.sqrt(self.covariance[0, 0]) / self.elastic**2
 
     @property
-    def activation_energy_sigma(self) -> float:
-        """Standard deviation of the activation energy, J/mol."""
-        return math.sqrt(self.covariance.diagonal()[-1 if self.humidity_exponent is None else -2])
+    def activation_energy_sigma(self) -> float | None:
+        """Standard deviation of the activation energy, J/mol, where that is told."""
+        last = -1 if self.humidity_exponent is None else -2
+        return None if self.activation_energy is None else math.sqrt(self.covariance.diagonal()[last])
 
     @property
-    def humidity_exponent_sigma(self) -> float:
-        """Standard deviation of the humidity exponent."""
-        return math.sqrt(self.covariance.diagonal()[-1])
+    def humidity_exponent_sigma(self) -> float | None:
+        """Standard deviation of the humidity exponent, where that is told."""
+        return None if self.humidity_exponent is None else math.sqrt(self.covariance.diagonal()[-1])
 
     @property
     def noise(self) -> float:
@@ -163,16 +164,19 @@ class CreepResult(Pictured):
 
     @property
     def robot_file_text(self) -> str:
-        """The `[cable.creep]` of a robot file; a part below 0 is left at 0."""
+        """The `[cable.creep]` of a robot file; what is below 0 but may not be is left at 0."""
         sizes = [f"{max(each, 0.0):.4g}" for each in self.compliances.tolist()]
         times = ", ".join(f"{tau:g}" for tau in self.retardations)
         elements = f"retardations = [{times}]\ncompliances = [{', '.join(sizes[:-1])}]"
         text = f"[cable.creep]\n{elements}\nlogarithmic = {sizes[-1]}"
-        if self.activation_energy is not None:
+        if self.temperature is not None:
             text += f"\nreference_temperature = {self.temperature:.1f}"
+        if self.activation_energy is not None:
             text += f"\nactivation_energy = {max(self.activation_energy, 0.0):.4g}"
+        if self.humidity is not None:
+            text += f"\nreference_humidity = {self.humidity:.2f}"
         if self.humidity_exponent is not None:
-            text += f"\nreference_humidity = {self.humidity:.2f}\nhumidity_exponent = {self.humidity_exponent:.3g}"
+            text += f"\nhumidity_exponent = {self.humidity_exponent:.3g}"
         return text
 
     @property

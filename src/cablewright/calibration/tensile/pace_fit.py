@@ -6,9 +6,9 @@ squares that the linear fit leaves (variable projection).
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from itertools import count
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count, product
 from typing import Final
 
 import numpy as np
@@ -16,115 +16,139 @@ from scipy.optimize import least_squares
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.tensile.recording import TensileTest
-from cablewright.models.creep_pace import ZERO_CELSIUS, by_temperature
+from cablewright.models.creep_pace import COLDEST, HOTTEST, ZERO_CELSIUS, by_temperature
 from cablewright.progress import Progress, silent
 
-_WARMER: Final = 5.0  # K, by which the temperature changes under load, at least
-_DAMPER: Final = 0.1  # likewise, of relative humidity
-_KELVIN: Final = 170.0  # from which a temperature is not in degrees Celsius
+_WARMER: Final = 2.0  # K, by which the temperature changes under load, at least
+_DAMPER: Final = 0.05  # likewise, of relative humidity
+_KELVIN: Final = 170.0  # from which temperatures are not in degrees Celsius
 _LARGEST: Final = 30.0  # logarithm of a pace
-_TINY: Final = np.finfo(np.float64).tiny
+_EVALUATIONS: Final = 100  # of a search at most; some 25 are usual
+_ROUNDING: Final = 1e-9  # of the strain, below which residuals tell nothing
 _STEP: Final = 1e-4  # of the size of an unknown, for derivatives
 
 
 @dataclass(frozen=True)
-class _Unknown:
-    """``size`` of its scale; over it, ``most`` on both sides of 0, and the ``largest`` sigma of one that is told.
+class Unknown:
+    """``size`` of its scale; over it ``starts`` of a search, and ``most`` on both sides of 0.
 
-    Of a cable that does not creep, noise tells one with a larger sigma.
+    ``sure``: the largest sigma of one that is told. Of a cable that does not creep noise tells one with a larger sigma.
     """
 
     name: str
     size: float
+    starts: tuple[float, ...]
     most: float
-    largest: float
+    sure: float
 
 
-_ENERGY: Final = _Unknown("activation_energy", 1e5, 6.0, 0.3)  # J/mol
-_EXPONENT: Final = _Unknown("humidity_exponent", 1.0, 20.0, 1.0)
-_STARTS: Final = (0.0, 0.5, 1.0, 1.5, 2.0)  # of the search, of the activation energy over its size
-_EVALUATIONS: Final = 80  # of the search at most; some 20 are usual
+ENERGY: Final = Unknown("activation_energy", 1e5, (0.0, 1.5), 6.0, 30e3)  # J/mol
+EXPONENT: Final = Unknown("humidity_exponent", 1.0, (-6.0, 0.0, 6.0), 20.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class ClimateOfTest:
-    """The climate of a test under load, and logarithms of the pace per activation energy and humidity exponent.
+    """The climate of a test under load, and what its pace depends on: logarithms of the pace per each of p unknowns.
 
-    Of these only what changed enough: ``has_energy``, ``has_exponent``. ``temperature`` (degrees Celsius) and
-    ``humidity``: means under load, at which the pace is 1; None: not recorded.
+    ``temperature`` (degrees Celsius) and ``humidity``: means under load, at which the pace is 1; None: not known.
     """
 
-    logarithms: Array  # (k, 0 to 2)
-    has_energy: bool
-    has_exponent: bool
+    unknowns: tuple[Unknown, ...]
+    logarithms: Array  # (k, p)
     temperature: float | None
     humidity: float | None
-    told: bool = True  # False: the climate changes, but creep does not tell its pace
-
-    @classmethod
-    def of(cls, test: TensileTest, under: Mask) -> ClimateOfTest:
-        """Of a *test* that is *under* load (k,) at some samples."""
-        columns: list[Array] = []
-        heat = mild = None
-        if test.temperature is not None:
-            heat = test.temperature - (ZERO_CELSIUS if test.temperature.min() >= _KELVIN else 0.0)
-            mild = round(float(heat[under].mean()), 1)
-        has_energy = heat is not None and float(np.ptp(heat[under])) >= _WARMER
-        if heat is not None and mild is not None and has_energy:
-            columns.append(by_temperature(heat, mild))
-        damp = None if test.humidity is None else round(float(test.humidity[under].mean()), 2)
-        has_exponent = test.humidity is not None and float(np.ptp(test.humidity[under])) >= _DAMPER
-        if test.humidity is not None and damp is not None and has_exponent:
-            columns.append(test.humidity - damp)
-        logarithms = np.column_stack(columns) if columns else np.zeros((len(test.force), 0))
-        return cls(logarithms, has_energy, has_exponent, mild, damp)
-
-    def untold(self) -> ClimateOfTest:
-        """Return it for a cable of whose pace nothing is to be known."""
-        return replace(self, logarithms=self.logarithms[:, :0], has_energy=False, has_exponent=False, told=False)
-
-    @property
-    def unknowns(self) -> list[_Unknown]:
-        """Activation energy and humidity exponent, or those of them that are asked."""
-        return [_ENERGY] * self.has_energy + [_EXPONENT] * self.has_exponent
 
     def paces(self, found: Array) -> Array:
-        """Return the paces (k,) for unknowns *found*."""
+        """Return the paces (k,) for unknowns *found* (p,)."""
         return np.asarray(np.exp(np.clip(self.logarithms @ found, -_LARGEST, _LARGEST)))
+
+    def choices(self) -> Iterator[ClimateOfTest]:
+        """Yield it with all of its unknowns, with each of several alone, and with none."""
+        yield self
+        p = len(self.unknowns)
+        for kept in ([j] for j in range(p) if p > 1):
+            yield self._with(kept)
+        if p:
+            yield self._with([])
+
+    def _with(self, kept: list[int]) -> ClimateOfTest:
+        unknowns = tuple(self.unknowns[j] for j in kept)
+        return ClimateOfTest(unknowns, self.logarithms[:, kept], self.temperature, self.humidity)
+
+
+def climate_of(test: TensileTest, under: Mask) -> ClimateOfTest:
+    """Return the climate of a *test* that is *under* load (k,) at some samples."""
+    heat, damp = _celsius(test), test.humidity
+    mild = None if heat is None else round(float(heat[under].mean()), 1)
+    mean = None if damp is None else round(float(damp[under].mean()), 2)
+    unknowns, columns = [], [np.zeros((len(test.force), 0))]
+    if heat is not None and mild is not None and np.ptp(heat[under]) >= _WARMER:
+        unknowns.append(ENERGY)
+        columns.append(by_temperature(heat, mild)[:, None])
+    if damp is not None and mean is not None and np.ptp(damp[under]) >= _DAMPER:
+        unknowns.append(EXPONENT)
+        columns.append((damp - mean)[:, None])
+    return ClimateOfTest(tuple(unknowns), np.hstack(columns), mild, mean)
+
+
+def _celsius(test: TensileTest) -> Array | None:
+    """Temperatures (k,), degrees Celsius; None where there are none, or in neither of two scales."""
+    if test.temperature is None:
+        return None
+    heat = test.temperature - (ZERO_CELSIUS if test.temperature.min() >= _KELVIN else 0.0)
+    return heat if heat.min() >= COLDEST and heat.max() <= HOTTEST else None
+
+
+def pace_notes(
+    test: TensileTest, whole: ClimateOfTest, told: ClimateOfTest, found: Array, sigmas: Array
+) -> Iterator[str]:
+    """Yield a sentence on what the climate of a *test* might tell, the *whole*, and is not *told*.
+
+    And on what was *found* (p,), with *sigmas* (p,), and may not be.
+    """
+    for each, size, sigma in zip(told.unknowns, found, sigmas, strict=True):
+        if each is ENERGY and size < -3.0 * sigma:
+            yield "the activation energy is below 0: no cable creeps more slowly when warmer; check the temperatures"
+    for each in whole.unknowns:
+        if each not in told.unknowns:
+            yield f"the climate changes, but the test does not tell the {each.name.replace('_', ' ')} to {each.sure:g}"
+    if whole.temperature is None and test.temperature is not None:
+        low, high = test.temperature.min(), test.temperature.max()
+        yield f"temperatures from {low:g} to {high:g} are neither in K nor in degrees Celsius: no activation energy"
 
 
 def search(
     climate: ClimateOfTest, columns_of: Callable[[Array], Array], strain: Array, progress: Progress = silent
-) -> tuple[ClimateOfTest, Array]:
-    """Return the climate, untold where creep shows none of it, and its unknowns by least squares of a *strain* (k,).
+) -> Array | None:
+    """Return the unknowns (p,) by least squares of a *strain* (k,); None where the search ends nowhere.
 
     *columns_of* paces (k,): what the strain is linear in, (k, j).
     """
-    asked = climate.unknowns
+    asked, calls = climate.unknowns, count(1)
     if not asked:
-        return climate, np.zeros(0)
+        return np.zeros(0)
     sizes, most = np.array([each.size for each in asked]), np.array([each.most for each in asked])
-
-    calls = count(1)
 
     def left(scaled: Array) -> Array:
         progress("fits of the pace, max", next(calls), _EVALUATIONS)
         columns = columns_of(climate.paces(sizes * scaled))
-        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), _TINY)
+        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), np.finfo(np.float64).tiny)
         return np.asarray(strain - columns @ np.linalg.lstsq(columns, strain, rcond=None)[0])
 
-    starts = [np.array([start, 0.0][: len(asked)]) for start in (_STARTS if climate.has_energy else (0.0,))]
+    starts = [np.array(each) for each in product(*(each.starts for each in asked))]
     begin = min(starts, key=lambda start: float(np.sum(left(start) ** 2)))
-    scale = 1.0 / max(float(np.linalg.norm(left(begin))), _TINY)  # tolerances are of numbers near 1
-    most_calls = (_EVALUATIONS - len(starts)) // (1 + len(asked)) - 1
-    found = least_squares(
-        lambda scaled: scale * left(scaled), begin, bounds=(-most, most), diff_step=_STEP, max_nfev=most_calls
-    )
-    variance = 2.0 * found.cost / len(strain)
-    information = found.jac.T @ found.jac - variance * np.diag([each.largest**-2 for each in asked])
-    if found.active_mask.any() or not np.linalg.eigvalsh(information)[0] > 0.0:
-        return climate.untold(), np.zeros(0)
-    return climate, np.asarray(sizes * found.x)
+    known = max(float(np.linalg.norm(left(begin))), _ROUNDING * float(np.linalg.norm(strain)))
+    steps = (_EVALUATIONS - len(starts)) // (1 + 2 * len(asked)) - 1
+
+    def slopes(scaled: Array) -> Array:
+        ahead, behind = ([left(scaled + step) for step in side * np.eye(len(asked))] for side in (_STEP, -_STEP))
+        return np.column_stack(ahead) / (2.0 * _STEP * known) - np.column_stack(behind) / (2.0 * _STEP * known)
+
+    found = least_squares(lambda scaled: left(scaled) / known, begin, slopes, bounds=(-most, most), max_nfev=steps)
+    told = np.linalg.norm(found.jac, axis=0) * np.sqrt(len(strain)) * [each.sure / each.size for each in asked] > 1.0
+    if found.status <= 0 or found.active_mask.any() or not told.all():
+        return None
+    return np.asarray(sizes * found.x)
 
 
 def derivatives(climate: ClimateOfTest, found: Array, strain_of: Callable[[Array], Array]) -> Array:

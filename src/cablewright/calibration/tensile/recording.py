@@ -75,11 +75,10 @@ class TensileTest:
         if len(bad):
             unit = (_COLUMNS | _MORE_COLUMNS)[name].si
             allowed = f"must be finite and at most {_MAX_SIZE[name]:g} {unit} in size"
+            allowed = "must be 0 to 1, or 'humidity (%)'" if name == "humidity" else allowed
             raise InputError(f"{self.origin}, {self.place(bad[0])}: {name} = {column[bad[0]]:g}: {allowed}")
         if name == "humidity" and (below := np.flatnonzero(column < 0.0)).size:
-            raise InputError(
-                f"{self.origin}, {self.place(below[0])}: {name} = {column[below[0]]:g}: must be 0 to 1, or %"
-            )
+            raise InputError(f"{self.origin}, {self.place(below[0])}: {name} = {column[below[0]]:g}: must be 0 to 1")
         column.flags.writeable = False
         return column
 

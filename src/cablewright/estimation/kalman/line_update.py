@@ -274,4 +274,4 @@ def _noise(settings: FilterSettings, sag: Sag, forces: Array, unsure: Array, mea
     moved = slopes[:, :, None] * np.concatenate([unsure, unsure[:, measured.lines]], axis=1)
     noise = moved @ moved.transpose(0, 2, 1)
     np.einsum("kii->ki", noise)[:] += np.hstack([by_length, own])
-    return noise
+    return np.asarray(noise)

@@ -150,7 +150,7 @@ class Rig:
         if self.retraction.has_drive and self.retraction.drive.beam[beam.MOVING_MASS]:
             self._weigh()
         law = self.settings.simulation.climate
-        warmer = air_at(law, time).temperature - law.temperature
+        warmer = air_at(law, time)[0] - law.temperature
         self.winches.set_strain(self._expansion * warmer + self.unmodelled.strain)
         return notices
 
@@ -165,8 +165,8 @@ class Rig:
         self.body[dynamics.YAW_REST] = keep * self.body[dynamics.YAW_REST] + push * self._random.standard_normal()
 
     def advance_unmodelled(self, time: float, period: float) -> None:
-        """Advance what no model has by the *period*, s, that has passed until *time*, s, for the next one."""
-        place, air = self.motion[:3], air_at(self.settings.simulation.climate, time)
+        """Advance what no model has by the *period*, s, that has passed from *time*, s, on, for the next one."""
+        place, air = self.motion[:3], Air(*air_at(self.settings.simulation.climate, time))
         self.unmodelled.advance(self.packed, self.states, self.work.planes, self.winches, place, period, air)
 
     def brake(self, modes: Sequence[WinchMode], reset: bool) -> None:
@@ -323,11 +323,11 @@ def start_pose(robot: Robot, start: ArrayLike) -> Array:
     return given
 
 
-def air_at(law: ClimateLaw, time: float) -> Air:
+def air_at(law: ClimateLaw, time: float) -> tuple[float, float]:
     """Return temperature (degrees Celsius) and relative humidity at *time*, s; both begin at their means."""
     wave = math.sin(2.0 * math.pi * time / _DAY)
     humidity = min(1.0, max(0.0, law.humidity - law.humidity_swing * wave))
-    return Air(law.temperature + law.swing * wave, humidity)
+    return law.temperature + law.swing * wave, humidity
 
 
 def _brakes_of(robot: Robot, settings: TwinSettings, seed: int) -> Brakes | None:
