@@ -10,9 +10,14 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.machine.simulated.settings import TwinSettings
-from cablewright.signals import Scan, SensorFrame
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.robot import load
+from cablewright.signals import Command, Scan, SensorFrame
+from cablewright.studies.estimator_settings import OBSERVERS
 from observed import drive, errors, observe
-from twins import SETTINGS, changed, machine
+from twins import SETTINGS, TWIN, changed, machine
+
+ROBOT = load("merlet2023")
 
 
 def at_odd_rates() -> TwinSettings:
@@ -32,6 +37,22 @@ def test_rates_that_fit_nothing_are_lived_with(estimator: str, most: float) -> N
     assert errors(found, recording, 6.0).max() < most
     assert all(estimate.valid for estimate, (frame, _) in zip(found, recording, strict=True) if frame.time > 6.0)
     assert not found[-1].faults
+
+
+@pytest.mark.parametrize("estimator", ["paper", "filter"])
+def test_in_steps_of_a_second_a_first_place_is_found_wherever_in_them_turns_end(estimator: str) -> None:
+    """Clocks that drift apart move the ends of the turns through the steps: half of the time they are over 0.5 s old."""
+    twin = TWIN.with_simulation(quasi_static_period=1.0)
+    built = SimulatedMachine(ROBOT, twin, np.array([0.3, -0.4, 1.2]), seed=5, plant="quasi-static")
+    observer = OBSERVERS[estimator]
+    settings = observer.settings(ROBOT, twin.owner, ())
+    state = observer.start(settings)
+    for _ in range(20):
+        frame = built.step(Command(built.time, np.zeros(ROBOT.m)))
+        late = (dataclasses.replace(r, begin=r.begin - 0.8) if isinstance(r, Scan) else r for r in frame.readings)
+        found = observer.step(settings, state, SensorFrame(frame.time, tuple(late)))
+    assert found.valid
+    assert np.linalg.norm(found.position - built.truth.position) < 0.02
 
 
 def test_the_chain_keeps_what_parallel_walls_do_not_tell() -> None:
