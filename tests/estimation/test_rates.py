@@ -40,9 +40,9 @@ def test_rates_that_fit_nothing_are_lived_with(estimator: str, most: float) -> N
 
 
 @pytest.mark.parametrize("estimator", ["paper", "filter"])
-def test_in_steps_of_a_second_a_first_place_is_found_wherever_in_them_turns_end(estimator: str) -> None:
-    """Clocks that drift apart move the ends of turns through the steps: half of the time they are over 0.5 s old."""
-    twin = TWIN.with_simulation(quasi_static_period=1.0)
+def test_where_the_drum_stands_a_first_place_is_found_from_turns_that_come_late(estimator: str) -> None:
+    """As in steps of a second, through which clocks that drift apart move the ends of turns."""
+    twin = TWIN.with_simulation(quasi_static_period=1.0)  # so that turns end with each step
     built = SimulatedMachine(ROBOT, twin, np.array([0.3, -0.4, 1.2]), seed=5, plant="quasi-static")
     observer = OBSERVERS[estimator]
     settings = observer.settings(ROBOT, twin.owner, ())

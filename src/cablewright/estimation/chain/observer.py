@@ -55,8 +55,8 @@ _BIAS_GAIN: Final = 0.1  # of the update of the yaw rate's bias by one lidar yaw
 _STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of any drum
 _AROUND: Final = np.linspace(-math.pi, math.pi, 360, endpoint=False)
 _SQUARE_ROOM: Final = 2.0 / np.maximum(np.abs(np.cos(_AROUND)), np.abs(np.sin(_AROUND)))
-_FRESH: Final = 0.5  # s: oldest end of a turn from which a first position is found, ...
-_FRESH_STEPS: Final = 1.5  # ... or so many steps: in steps of a second turns end anywhere in between
+_FRESH: Final = 0.5  # s: oldest end of a turn from which a first position is found, unless B stands still
+_STANDS: Final = 1e-3  # m/s of each line, up to which B does
 _STALE_TURNS: Final = 2.5  # turns without a scan after which a lidar's older turns are dropped
 _SAME_POSITION: Final = 0.03  # m from the expected position, for an ambiguous one to be accepted
 _FLOOR_TOLERANCE: Final = 0.02  # m above the expected floor, of floor points, ...
@@ -106,9 +106,9 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         else:
             _process(settings, state, reading)
     _predict_position(settings, state, dt)
-    _process_scan(settings, state, dt)
+    _process_scan(settings, state)
     while dt > LONG_STEP and (state.pending_scans or state.extracted_turn is not None):
-        _process_scan(settings, state, dt)
+        _process_scan(settings, state)
     complete = state.gathered_sources.issuperset((*settings.lidars, "vertical"))
     due = complete or state.time - state.gather_start > settings.gather_time
     if due and not state.pending_scans and state.extracted_turn is None:
@@ -130,12 +130,12 @@ def _update_slackness(settings: ObserverSettings, state: ObserverState, readings
         state.slackness = slackness.step(settings.slackness, state.slackness, reading, taut)
 
 
-def _process_scan(settings: ObserverSettings, state: ObserverState, dt: float) -> None:
-    """Do the next part of the work on the queued lidar turns: as much as one time step of *dt*, s, has time for."""
+def _process_scan(settings: ObserverSettings, state: ObserverState) -> None:
+    """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
     if state.extracted_turn is not None:
         _localise(settings, state, state.extracted_turn)
     elif state.pending_scans:
-        _extract(settings, state, state.pending_scans.pop(0), dt)
+        _extract(settings, state, state.pending_scans.pop(0))
 
 
 def _restart_clock(state: ObserverState, now: float) -> None:
@@ -193,6 +193,9 @@ def _predict_attitude(settings: ObserverSettings, state: ObserverState, reading:
 def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: Encoders) -> None:
     """Add what the encoders count to the lengths."""
     rotation, dt = drum_rotation(state.checks, reading, settings.counts_per_radian, settings.max_drum_speed)
+    if rotation is None or not float(np.abs(state.radius.radii * rotation).max()) <= _STANDS * dt:
+        state.last_motion_time = reading.time
+    state.last_motion_time = min(state.last_motion_time, reading.time)  # what was before is not known
     if state.drum_angles is None:
         state.drum_angles = np.zeros(len(reading.counts))
         return
@@ -242,11 +245,8 @@ def _creep(state: ObserverState, creep: KnownCreep, dt: float) -> None:
         state.radius = state.radius._replace(last_lengths=last * grown)
 
 
-def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan, dt: float) -> None:
-    """Process one lidar turn: height of a vertical one, lines of a horizontal one; its pose is the next step's work.
-
-    *dt*: s since the last step.
-    """
+def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
+    """Process one lidar turn: height of a vertical one, lines of a horizontal one; its pose is the next step's work."""
     state.gathered_sources.add(scan.source)
     times = scan.times
     attitudes, positions = state.attitude_history.at(times), state.position_history.at(times)
@@ -254,7 +254,8 @@ def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan, dt: f
         if settings.height is not None:
             _update_height(settings.height, state, scan, attitudes[:, 1:], float(positions[len(times) // 2, 2]))
         return
-    if state.tracker is None and state.time - float(times[-1]) > max(_FRESH, _FRESH_STEPS * dt):
+    late = state.time - float(times[-1]) > _FRESH and state.last_motion_time > float(times[0])
+    if state.tracker is None and late:
         return  # nothing tells how far the platform has gone since
     _drop_stale_turns(settings, state, scan)
     end, yaw = positions[-1], float(attitudes[-1, 0])
