@@ -13,8 +13,7 @@ from scipy import stats
 from cablewright.choices import SeverityName
 from cablewright.errors import InputError
 from cablewright.estimation import started_filter
-from cablewright.estimation.kalman import lidar_update, line_update
-from cablewright.estimation.kalman.sag import balanced
+from cablewright.estimation.kalman import lidar_update
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
@@ -36,20 +35,6 @@ from twins import SETTINGS, TWIN, changed, machine
 ROBOT = load("merlet2023")
 STARTED = started_settings(ROBOT, SETTINGS)
 KNOWN = STARTED.filter
-
-
-@pytest.fixture(scope="module")
-def whole() -> Any:
-    return drive(16.0, seed=2)
-
-
-@pytest.fixture(scope="module")
-def later(whole: Any) -> FilterState:
-    state = started_filter.start(STARTED)
-    for frame, _ in whole[:900]:
-        started_filter.step(STARTED, state, frame)
-    assert state.chain is None
-    return state.filter
 
 
 def run(recording: Any, settings: Any = TWIN) -> list[Estimate]:
@@ -166,87 +151,6 @@ def test_derivatives_of_walls_are_those_of_differences(whole: Any, later: Filter
             if passes:
                 change = -(there[key][0][1] - innovation) / step
                 assert change == pytest.approx(H[:, part], rel=0.1, abs=0.02), (part, key)
-
-
-def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
-    """Lengths that grow as the taut ones do from here to there move B from here to there."""
-    assert later.taut is not None
-    for way in np.eye(3):
-        assert later.jacobian @ (later.taut.toward @ way) == pytest.approx(way, abs=1e-9)
-    before, slack = later.position.copy(), line_update.excess(later)
-    state = copy.deepcopy(later)
-    line_update.predict(KNOWN, state, np.array([1e-3, -2e-3, 1e-3, 0.0]), 0.01)
-    assert np.linalg.norm(state.position - before) < 3e-4
-    assert np.abs(line_update.excess(state) - slack).max() < 3e-4
-    assert np.linalg.eigvalsh(state.P)[0] > -1e-12
-
-
-def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -> None:
-    settings, lines = dataclasses.replace(KNOWN, zero_sigma=0.026), np.arange(4)
-    state = copy.deepcopy(later)
-    rows, first = np.arange(state.layout.zeros.start, state.layout.zeros.stop), 0.026**2
-    state.P[rows, rows] = 0.1 * first
-    state.zeros = np.full(4, 0.03)
-    line_update._doubt_zeros(settings, state, lines[:2], np.array([0.3, 9.0]) * first)
-    assert state.P[rows, rows] == pytest.approx(first * np.array([0.4, 1.0, 0.1, 0.1]))
-    # told and learnt together, before: 0.03; what was learnt alone is unchanged where its weight is less
-    assert state.zeros == pytest.approx([0.03 * 0.6 / 0.9, 0.0, 0.03, 0.03])
-    for _ in range(100):
-        line_update._doubt_zeros(settings, state, lines, np.full(4, first))
-    assert np.abs(state.zeros).max() < 1e-9
-
-
-def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: FilterState) -> None:
-    """Half a millimetre each 0.2 s: by the weight, which is hardly known, its force is as small as its angle says."""
-    settings, state = dataclasses.replace(KNOWN, layers=None), copy.deepcopy(later)
-    assert state.taut is not None
-    assert state.sag is not None
-    weight, m = state.mass * settings.machine.tilt.gravity, len(state.lengths)
-    may_be = balanced(settings.machine.slackness, state.taut, weight, 0.2 * weight)
-    assert may_be is not None
-    line = int(np.argmin(may_be.first))
-    shares = np.geomspace(1e-3, 0.2, 400)
-    by_share = state.sag.excess(may_be.forces(shares))[:, line]
-    begin = max(float(line_update.excess(state)[line]), 1e-3)
-    for k in range(80):
-        share = np.interp(begin + 5e-4 * k, by_share[::-1], shares[::-1])
-        differences = state.sag.differences(may_be.forces(np.array([share])))[0]
-        seen = state.slackness
-        variances, excess = np.full(m, np.radians(0.1) ** 2), np.where(np.isnan(seen.excess), 0.0, seen.excess)
-        state.slackness = seen._replace(differences=differences, variances=variances, excess=excess)
-        line_update.predict(settings, state, np.zeros(m), 0.2)
-        state.time += 0.2
-        line_update.update(settings, state)
-    twelve_seconds_ago, now = begin + 5e-4 * (79 - 60), begin + 5e-4 * 79
-    assert twelve_seconds_ago < line_update.excess(state)[line] < 1.1 * now
-
-
-def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covariance(later: FilterState) -> None:
-    """The covariance of a prediction is that of its own differences, but for what it adds as noise."""
-    lay, rotation, dt = later.layout, np.array([1e-3, -2e-3, 1e-3, 5e-4]), 0.01
-    settings, later = dataclasses.replace(KNOWN, layers=None), copy.deepcopy(later)
-    later.stretching, later.loosened = 0.0, np.zeros(4)
-    later.P[lay.compliances] = later.P[:, lay.compliances] = 0.0  # their part is in test_compliances
-    parts = np.r_[lay.position, lay.lengths, lay.radii, lay.stretch]
-
-    def predicted(by: np.ndarray) -> FilterState:
-        state = copy.deepcopy(later)
-        inject_correction(state, by)
-        line_update.predict(settings, state, rotation, dt)
-        line_update.update_jacobian(settings, state, at_once=True)
-        return state
-
-    def numbers(state: FilterState) -> np.ndarray:
-        return np.concatenate([state.position, state.lengths, np.log(state.radii), state.stretch_rates])
-
-    state, step = predicted(np.zeros(lay.size)), 1e-5
-    ways = step * np.eye(lay.size)[parts]
-    F = np.column_stack([(numbers(predicted(way)) - numbers(state)) / step for way in ways])
-    whole = np.ix_(parts, parts)
-    noise = state.P[whole] - F @ later.P[whole] @ F.T
-    scale = np.sqrt(np.outer(np.diag(later.P)[parts], np.diag(later.P)[parts]))
-    assert (np.abs(noise - np.diag(np.diag(noise))) < 1e-6 * scale).all()
-    assert (np.diag(noise) > -1e-9 * np.diag(scale)).all()
 
 
 def test_a_moving_machine_is_found_within_millimetres_and_its_covariance(whole: Any) -> None:

@@ -221,9 +221,7 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
     memories += [state.learnt.memory] if state.learnt is not None else []
     before, loads = state.tracker.pose, state.tracker.tensions
     for climate in accepted(state.monitor, frame.of(Climate), frame.time):
-        air = state.air.read(climate)
-        for memory in memories:
-            memory.feel(air)
+        state.air.read(climate, *memories)
     for reading in accepted(state.monitor, frame.of(Encoders), frame.time):
         _update_lengths(settings, state, reading)
     _read_tensions(settings, state, frame, dt)

@@ -6,6 +6,7 @@ from collections import deque
 from statistics import median
 from typing import Final
 
+from cablewright.models.creep import CreepMemory
 from cablewright.models.creep_pace import COLDEST, HOTTEST, Air
 from cablewright.signals import Climate
 
@@ -20,8 +21,8 @@ class FeltAir:
         self._heat: deque[float] = deque(maxlen=_LAST)
         self._damp: deque[float] = deque(maxlen=_LAST)
 
-    def read(self, reading: Climate) -> Air:
-        """Return what the air is after a *reading*; None for what too few readings have told.
+    def read(self, reading: Climate, *memories: CreepMemory) -> Air:
+        """Return what the air is after a *reading*; None for what too few readings have told. *memories* creep in it.
 
         What no air is counts as not measured.
         """
@@ -30,4 +31,7 @@ class FeltAir:
         if 0.0 <= reading.humidity <= 1.0:
             self._damp.append(reading.humidity)
         heat, damp = (median(each) if len(each) >= _ENOUGH else None for each in (self._heat, self._damp))
-        return Air(heat, damp)
+        air = Air(heat, damp)
+        for memory in memories:
+            memory.feel(air)
+        return air

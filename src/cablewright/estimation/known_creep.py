@@ -39,7 +39,7 @@ class KnownCreep:
 
     def read(self, reading: Climate) -> None:
         """Let cables creep at the pace of the climate of a *reading*."""
-        self._memory.feel(self._air.read(reading))
+        self._air.read(reading, self._memory)
 
     def follow(self, loads: Array, now: float) -> None:
         """Go on by *loads* (m,), N, at *now*, s, if it is time; a clock that was set back begins anew from there."""

@@ -44,7 +44,7 @@ def creep(
     The strain is linear in all that is found: 1 / EA, the compliances of the elements and of the logarithmic part, the
     thermal expansion where the test has temperatures that change, and the strain at the first sample. So it is one
     linear least squares over the measured history of force, whatever that is. Where the climate changes under load, by
-    5 K or by 0.1 of relative humidity, so are activation energy and humidity exponent, around which it is repeated.
+    2 K or by 0.05 of relative humidity, it is repeated for each guess of activation energy and humidity exponent.
     Sigmas are from the residuals, widened as these are correlated. What the first sample's force has done before counts
     as over.
 
@@ -138,13 +138,13 @@ def _fit(
     test: TensileTest, climate: ClimateOfTest, pace: Array, columns_of: Callable[[Array], Array], strain: Array
 ) -> _Fit:
     """Fit the *strain* (k,) by the columns of the *pace*, whose own derivatives share in the covariance."""
-    fit = _fitted(test, columns_of(climate.paces(pace)), strain)
+    columns = columns_of(climate.paces(pace))
+    fit = _fitted(test, columns, strain)
     if not len(pace):
         return fit
     slopes = derivatives(climate, pace, lambda paces: columns_of(paces) @ fit.found)
     found = np.concatenate([fit.found, pace])
-    columns = np.column_stack([columns_of(climate.paces(pace)), slopes])
-    return _fitted(test, columns, strain)._replace(found=found, linear=fit.linear)
+    return _fitted(test, np.column_stack([columns, slopes]), strain)._replace(found=found, linear=fit.linear)
 
 
 def _checked_retardations(given: Sequence[float]) -> tuple[float, ...]:

@@ -29,7 +29,7 @@ _STEP: Final = 1e-4  # of the size of an unknown, for derivatives
 
 
 @dataclass(frozen=True)
-class Unknown:
+class PaceUnknown:
     """``size`` of its scale; over it ``starts`` of a search, and ``most`` on both sides of 0.
 
     ``sure``: the largest sigma of one that is told. Of a cable that does not creep noise tells one with a larger sigma.
@@ -42,8 +42,8 @@ class Unknown:
     sure: float
 
 
-ENERGY: Final = Unknown("activation_energy", 1e5, (0.0, 1.5), 6.0, 30e3)  # J/mol
-EXPONENT: Final = Unknown("humidity_exponent", 1.0, (-6.0, 0.0, 6.0), 20.0, 1.0)
+ENERGY: Final = PaceUnknown("activation_energy", 1e5, (0.0, 1.5), 6.0, 30e3)  # J/mol
+EXPONENT: Final = PaceUnknown("humidity_exponent", 1.0, (-6.0, 0.0, 6.0), 20.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class ClimateOfTest:
     ``temperature`` (degrees Celsius) and ``humidity``: means under load, at which the pace is 1; None: not known.
     """
 
-    unknowns: tuple[Unknown, ...]
+    unknowns: tuple[PaceUnknown, ...]
     logarithms: Array  # (k, p)
     temperature: float | None
     humidity: float | None
@@ -136,15 +136,20 @@ def search(
         return np.asarray(strain - columns @ np.linalg.lstsq(columns, strain, rcond=None)[0])
 
     starts = [np.array(each) for each in product(*(each.starts for each in asked))]
-    begin = min(starts, key=lambda start: float(np.sum(left(start) ** 2)))
-    known = max(float(np.linalg.norm(left(begin))), _ROUNDING * float(np.linalg.norm(strain)))
+    norms = [float(np.linalg.norm(left(start))) for start in starts]
+    begin, known = starts[int(np.argmin(norms))], max(min(norms), _ROUNDING * float(np.linalg.norm(strain)))
     steps = (_EVALUATIONS - len(starts)) // (1 + 2 * len(asked)) - 1
 
-    def slopes(scaled: Array) -> Array:
-        ahead, behind = ([left(scaled + step) for step in side * np.eye(len(asked))] for side in (_STEP, -_STEP))
-        return np.column_stack(ahead) / (2.0 * _STEP * known) - np.column_stack(behind) / (2.0 * _STEP * known)
+    def residuals(scaled: Array) -> Array:
+        return left(scaled) / known
 
-    found = least_squares(lambda scaled: left(scaled) / known, begin, slopes, bounds=(-most, most), max_nfev=steps)
+    found = least_squares(
+        residuals,
+        begin,
+        lambda scaled: _differences(residuals, scaled, np.ones(len(asked))),
+        bounds=(-most, most),
+        max_nfev=steps,
+    )
     told = np.linalg.norm(found.jac, axis=0) * np.sqrt(len(strain)) * [each.sure / each.size for each in asked] > 1.0
     if found.status <= 0 or found.active_mask.any() or not told.all():
         return None
@@ -153,6 +158,11 @@ def search(
 
 def derivatives(climate: ClimateOfTest, found: Array, strain_of: Callable[[Array], Array]) -> Array:
     """Return the derivatives (k, p) of a strain of paces (k,) by the unknowns *found* (p,)."""
-    steps = np.diag([_STEP * each.size for each in climate.unknowns])
-    sides = [(strain_of(climate.paces(found + step)), strain_of(climate.paces(found - step))) for step in steps]
-    return np.column_stack([(up - down) / (2.0 * step.max()) for (up, down), step in zip(sides, steps, strict=True)])
+    sizes = np.array([each.size for each in climate.unknowns])
+    return _differences(lambda unknowns: strain_of(climate.paces(unknowns)), found, sizes)
+
+
+def _differences(function: Callable[[Array], Array], at: Array, sizes: Array) -> Array:
+    """Derivatives (k, p) of a *function* of p numbers *at* (p,), by central differences: steps are as their *sizes*."""
+    steps = np.diag(_STEP * sizes)
+    return np.column_stack([(function(at + step) - function(at - step)) / (2.0 * step.max()) for step in steps])

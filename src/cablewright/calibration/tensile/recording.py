@@ -21,13 +21,8 @@ MAX_ROWS: Final = 2_000_000
 MIN_POINTS: Final = 20
 """Minimum number of samples of a test, and of each of its branches within the band."""
 
-_MAX_SIZE: Final = {
-    "force": 1e9,
-    "elongation": 1e5,
-    "time": 1e10,
-    "temperature": 1e4,
-    "humidity": 1.0,
-}  # sums of products stay finite
+_MAX_SIZE: Final = {"force": 1e9, "elongation": 1e5, "time": 1e10, "temperature": 1e4}  # sums of products stay finite
+_SHARES: Final = ("humidity",)  # from 0 to 1
 _COLUMNS: Final = {"force": FORCE, "elongation": LENGTH}
 _MORE_COLUMNS: Final[dict[str, Dimension]] = {
     "time": DURATION, "temperature": TEMPERATURE_DIFFERENCE, "humidity": RELATIVE_HUMIDITY,
@@ -71,14 +66,14 @@ class TensileTest:
         column = np.array(values, dtype=np.float64)
         if column.ndim != 1:
             raise InputError(f"{self.origin}: {name}: expected one number for each sample, not shape {column.shape}")
-        bad = np.flatnonzero(~(np.abs(column) <= _MAX_SIZE[name]))
+        low, high = (0.0, 1.0) if name in _SHARES else (-_MAX_SIZE[name], _MAX_SIZE[name])
+        bad = np.flatnonzero(~((low <= column) & (column <= high)))  # NaN is bad
         if len(bad):
             unit = (_COLUMNS | _MORE_COLUMNS)[name].si
-            allowed = f"must be finite and at most {_MAX_SIZE[name]:g} {unit} in size"
-            allowed = "must be 0 to 1, or 'humidity (%)'" if name == "humidity" else allowed
+            allowed = f"must be finite and at most {high:g} {unit} in size"
+            if name in _SHARES:
+                allowed = f"must be 0 to 1, or '{name} (%)'"
             raise InputError(f"{self.origin}, {self.place(bad[0])}: {name} = {column[bad[0]]:g}: {allowed}")
-        if name == "humidity" and (below := np.flatnonzero(column < 0.0)).size:
-            raise InputError(f"{self.origin}, {self.place(below[0])}: {name} = {column[below[0]]:g}: must be 0 to 1")
         column.flags.writeable = False
         return column
 

@@ -47,9 +47,7 @@ class BodyCreep:
 
     def read(self, reading: Climate) -> None:
         """Let cables creep at the pace of the climate of a *reading*."""
-        air = self.air.read(reading)
-        for memory in self.memories:
-            memory.feel(air)
+        self.air.read(reading, *self.memories)
 
     def advance(self, loads: Array, now: float, interval: float) -> None:
         """Advance to *now*, s, where lines pull by *loads* (m,), N, if that is an *interval*, s, after the last time.
