@@ -193,9 +193,8 @@ def _predict_attitude(settings: ObserverSettings, state: ObserverState, reading:
 def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: Encoders) -> None:
     """Add what the encoders count to the lengths."""
     rotation, dt = drum_rotation(state.checks, reading, settings.counts_per_radian, settings.max_drum_speed)
-    if rotation is None or not float(np.abs(state.radius.radii * rotation).max()) <= _STANDS * dt:
-        state.last_motion_time = reading.time
-    state.last_motion_time = min(state.last_motion_time, reading.time)  # what was before is not known
+    if state.tracker is None:
+        _watch_standing(state, reading.time, rotation, dt)
     if state.drum_angles is None:
         state.drum_angles = np.zeros(len(reading.counts))
         return
@@ -208,6 +207,13 @@ def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: 
         state.radius = drum_radius.without_reference(state.radius)
     elif state.lengths is not None:
         state.lengths = state.lengths + state.radius.radii * rotation
+
+
+def _watch_standing(state: ObserverState, now: float, rotation: Array | None, dt: float) -> None:
+    """Note when lines have moved last, by the *rotation* (m,), rad, of the drums in *dt*, s, until *now*, s."""
+    if rotation is None or not float(np.abs(state.radius.radii * rotation).max()) <= _STANDS * dt:
+        state.last_motion_time = now
+    state.last_motion_time = min(state.last_motion_time, now)  # what was before is not known
 
 
 def _predict_position(settings: ObserverSettings, state: ObserverState, dt: float) -> None:

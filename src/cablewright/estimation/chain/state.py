@@ -62,7 +62,7 @@ class ObserverState:
     yaw_offset: float = math.nan
     last_yaw_time: float = -math.inf  # s: of the last lidar yaw
     drum_angles: Array | None = None  # (m,) rad, paid out
-    last_motion_time: float = math.inf  # s: when a winch has last moved more than slowly; inf: not known yet
+    last_motion_time: float = math.inf  # s: of lines by over 1 mm/s, until there is a position; inf: not known
     lengths: Array | None = None
     creep: KnownCreep | None = None  # of cables that creep as described
     tracker: Tracker | None = None

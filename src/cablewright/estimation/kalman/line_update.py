@@ -241,10 +241,9 @@ def _mixture(
     for _ in range(_REFINEMENTS):
         shares = share_at(places)
         forces = may_be.forces(shares)
-        noise = _noise(settings, sag, forces, may_be.unsure(shares), measured)
-        off = np.hstack(
-            [sag.excess(forces) - now, measured.angles - sag.differences(forces)[:, measured.lines]]
-        )  # (k, m + j)
+        differences = sag.differences(forces)[:, measured.lines]
+        noise = _noise(settings, sag, forces, differences, may_be.unsure(shares), measured)
+        off = np.hstack([sag.excess(forces) - now, measured.angles - differences])  # (k, m + j)
         S = known + noise
         nis = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
         cost = nis + np.linalg.slogdet(S)[1] - 2.0 * np.log(np.gradient(shares))
@@ -260,15 +259,18 @@ def _mixture(
     return _Mixture(mean, np.tensordot(weights, noise, 1), spread, float(nis.min()), weights @ forces)
 
 
-def _noise(settings: FilterSettings, sag: Sag, forces: Array, unsure: Array, measured: _Angles) -> Array:
+def _noise(
+    settings: FilterSettings, sag: Sag, forces: Array, differences: Array, unsure: Array, measured: _Angles
+) -> Array:
     """Covariances (k, m + j, m + j) of excesses, m, and of measured angles, rad.
 
-    *unsure* (k, m, j), N: what is not sure in the forces (k, m), as in `Balanced`.
+    *differences* (k, j), rad: of these by the forces. *unsure* (k, m, j), N: what is not sure in the forces (k, m), as
+    in `Balanced`.
     """
     stretch, slack = sag.stretching * forces, sag.sagging / forces**2
     repeats = math.sqrt(_STRETCH_TIME / _ANGLE_INTERVAL)  # the error is the same in so many updates
     by_length = (repeats * settings.stretch_sigma * stretch) ** 2 + settings.excess_sigma**2 + (0.03 * slack) ** 2
-    shape = repeats * _SHAPE_ERROR * sag.differences(forces)[:, measured.lines]  # no line is a parabola
+    shape = repeats * _SHAPE_ERROR * differences  # no line is a parabola
     own = settings.line_angle_sigma**2 + shape**2 + measured.variances
     slopes = np.hstack([-sag.excess_slopes(forces), sag.difference_slopes(forces)[:, measured.lines]])  # (k, m + j)
     moved = slopes[:, :, None] * np.concatenate([unsure, unsure[:, measured.lines]], axis=1)
