@@ -57,6 +57,17 @@ def test_a_jump_is_followed_within_half_a_minute(jump: float) -> None:
     assert clock.ahead == pytest.approx(jump, abs=PERIOD)
 
 
+@pytest.mark.parametrize("drift", [-5e-5, 5e-5])
+def test_in_long_steps_a_drift_is_followed_closely_where_readings_are_known_to_be_young(drift: float) -> None:
+    """Read at the end of each step of a second, for ten hours: the clock ends 1.8 s off."""
+    clock, none = DrumClock(ClockSettings(0.01, 5e-5, 0.0, age=0.0)), frozen(np.zeros(3))
+    for now in range(1, 36_001):
+        (moved,) = by_machine_clock(clock, (Inertial(now * (1.0 + drift) + 4e-3, none, none),), float(now))
+        assert abs(moved.time - now) <= 1e-3 + 5e-3 * (now < 10)
+    assert clock.ahead == pytest.approx(36_000 * drift + 4e-3, abs=1e-3)
+    assert 0.0 < clock.sigma <= 1e-3
+
+
 def test_only_the_drums_readings_are_moved() -> None:
     clock = DrumClock(ClockSettings(0.1, 0.0, 0.0))
     none = frozen(np.zeros(3))

@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from cablewright.machine.simulated.severities import with_severity
 from cablewright.robot import load
 from cablewright.signals import Command, Estimate, Truth
 from cablewright.studies.estimator_settings import OBSERVERS
-from twins import machine
+from twins import SETTINGS, TWIN, machine
 
 
 def stand(estimator: str, covered_from: int, steps: int) -> list[tuple[Estimate, Truth]]:
@@ -49,3 +50,24 @@ def test_a_filter_knows_that_a_drum_stands_that_no_lidar_sees_go() -> None:
     assert late.covariance[2, 2] < 4.0 * early.covariance[2, 2] + 0.005**2
     assert not any(fault.source == "encoders" for estimate, _ in recording for fault in estimate.faults)
     assert np.abs(late.velocity).max() < 1e-3
+
+
+@pytest.mark.parametrize("estimator", OBSERVERS)
+def test_a_drum_that_sinks_under_new_powder_is_where_the_floor_says(estimator: str) -> None:
+    """A refill stretches the lines, at once: no shaking, no count, and all the floor in sight is nearer."""
+    nearly_empty = TWIN.with_owner(drum=SETTINGS.drum.model_copy(update={"powder": 2.0}))
+    twin, one = (
+        machine(with_severity(nearly_empty, "rough", ("exits",)), plant="quasi-static", seed=3),
+        OBSERVERS[estimator],
+    )
+    known = one.settings(load("merlet2023"), twin.settings, ())
+    state, still, off, heights = one.start(known), Command(0.0, np.zeros(4)), [], []
+    for step in range(60):
+        if step == 30:
+            twin.refill(28.0)
+        estimate = one.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
+        off.append(estimate.position[2] - twin.truth.position[2])
+        heights.append(float(twin.truth.position[2]))
+    assert heights[29] - heights[30] > 0.01
+    assert np.abs(off[20:30]).max() < 5e-3
+    assert np.abs(off[36:]).max() < 5e-3

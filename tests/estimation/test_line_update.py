@@ -71,6 +71,33 @@ def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: Filter
     assert twelve_seconds_ago < line_update.excess(state)[line] < 1.1 * now
 
 
+def test_the_zero_of_a_slack_line_stays_within_what_was_told(later: FilterState) -> None:
+    """A line that the state takes for taut hangs loose by 20 mm: its length is wrong, and not its accelerometer."""
+    settings, state = dataclasses.replace(KNOWN, layers=None, zero_sigma=np.radians(0.5)), copy.deepcopy(later)
+    assert state.taut is not None
+    assert state.sag is not None
+    lay, m = state.layout, len(state.lengths)
+    weight = state.mass * settings.machine.tilt.gravity
+    may_be = balanced(settings.machine.slackness, state.taut, weight, 0.2 * weight)
+    assert may_be is not None
+    line = int(np.argmin(may_be.first))
+    shares = np.geomspace(1e-3, 0.2, 400)
+    share = np.interp(0.02, state.sag.excess(may_be.forces(shares))[::-1, line], shares[::-1])
+    differences = state.sag.differences(may_be.forces(np.array([share])))[0]
+    state.lengths[line] -= line_update.excess(state)[line]
+    for states, sigma in ((lay.lengths, 7e-3), (lay.zeros, settings.zero_sigma)):
+        state.P[states], state.P[:, states] = 0.0, 0.0
+        state.P[states, states] = sigma**2 * np.eye(m)
+    variances, seen = np.full(m, np.radians(0.1) ** 2), state.slackness
+    state.slackness = seen._replace(differences=differences, variances=variances, excess=np.zeros(m))
+    for _ in range(60):
+        line_update.predict(settings, state, np.zeros(m), 1.0)
+        state.time += 1.0
+        line_update.update(settings, state)
+        assert np.abs(state.zeros).max() < 2.0 * settings.zero_sigma
+    assert line_update.excess(state)[line] == pytest.approx(0.02, abs=4e-3)
+
+
 def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covariance(later: FilterState) -> None:
     """The covariance of a prediction is that of its own differences, but for what it adds as noise."""
     lay, rotation, dt = later.layout, np.array([1e-3, -2e-3, 1e-3, 5e-4]), 0.01

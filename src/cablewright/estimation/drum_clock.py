@@ -1,8 +1,9 @@
 """The clock on the drum: how far it is ahead of the machine's, by the stamps of what comes over the link.
 
 A reading cannot arrive earlier than its shortest way over the link takes, so the least lag of many bounds how far the
-drum's clock is ahead from one side; that the least one was read within a period bounds it from the other. Between both
-bounds nothing is known; the filter estimates the rest by the motion that lidars see.
+drum's clock is ahead from one side; that the least one was read within a period, or another time that its owner knows,
+bounds it from the other. Between both bounds nothing is known; the filter estimates the rest by the motion that lidars
+see.
 """
 
 from __future__ import annotations
@@ -28,12 +29,13 @@ class ClockSettings:
     """What is known of the drum's clock.
 
     ``offset``: s, standard deviation at the start. ``drift``: of its rate. ``latency``: s, shortest time of a reading
-    over the link.
+    over the link. ``age``: s, by how much more the youngest that a frame has may be old; None: the machine's period.
     """
 
     offset: float
     drift: float
     latency: float
+    age: float | None = None
 
 
 @dataclass(eq=False)
@@ -51,7 +53,7 @@ class DrumClock:
     @property
     def sigma(self) -> float:
         """Standard deviation of what is left, s."""
-        bounded = 0.5 * self.period
+        bounded = max(0.5 * self._age, self.settings.drift * _BUCKETS * _BUCKET)
         if len(self._leads) < _FULL:
             return max(self.settings.offset, bounded)
         return bounded if self.settings.drift else min(self.settings.offset, bounded)
@@ -78,13 +80,18 @@ class DrumClock:
         largest = max(lead for _, lead in self._leads)
         self.doubt = max(0.0, largest - max(lead for _, lead in list(self._leads)[-_SUDDEN:]) - _JITTER)
         earliest = largest + self.settings.latency
-        latest = earliest + self.period if len(self._leads) >= _FULL else math.inf
+        latest = earliest + self._age if len(self._leads) >= _FULL else math.inf
         self.ahead = min(max(self.ahead, earliest), latest)
 
     def restart(self) -> None:
         """Forget the lags: the machine's clock was set."""
         self._leads.clear()
         self._time, self.doubt = math.inf, 0.0
+
+    @property
+    def _age(self) -> float:
+        """How old the youngest reading of a frame may be besides the latency, s."""
+        return self.period if self.settings.age is None else self.settings.age
 
     def _far(self) -> float:
         """Lead, s, from which a reading's stamp is no longer like those before."""

@@ -114,12 +114,14 @@ class ClockSettings(Description):
     """The clock on the drum, which stamps what is heard over the wireless link, as its owner knows it.
 
     ``offset``: standard deviation, s, of its difference from the machine's at the start; ``drift``: of its rate.
-    ``latency``: s, the shortest time that a reading takes.
+    ``latency``: s, the shortest time that a reading takes. ``age``: s, by how much more the youngest of those that a
+    step hears may be old; None: by as much as the step is long.
     """
 
     offset: Annotated[Delay, Field(le=10.0)] = 0.0
     drift: Annotated[Share, Field(le=0.01)] = 0.0
     latency: Annotated[Delay, Field(le=10.0)] = 0.0
+    age: Annotated[Delay, Field(le=10.0)] | None = None
 
 
 class MachineSettings(FileDescription):

@@ -80,7 +80,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
         valve_depth=settings.point_drum.valve,
         lasers=tuple(lasers),
         timeouts=_timeouts(settings),
-        clock=None if clock is None else ClockSettings(clock.offset, clock.drift, clock.latency),
+        clock=None if clock is None else ClockSettings(clock.offset, clock.drift, clock.latency, clock.age),
     )
 
 

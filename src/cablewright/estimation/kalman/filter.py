@@ -8,7 +8,6 @@ a position that others have found. docs/estimation.md has the equations.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.estimation import slackness
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
+from cablewright.estimation.kalman.fading import fade_clock, fade_survey
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, diagonal, inflate_position
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
@@ -53,8 +53,6 @@ _GROUND_SIGMA: Final = 0.1  # m, of the ground under the valve at the start
 _MAX_GAP: Final = 0.1  # s without readings, or a step and a half, after which a sensor is not relied on
 _JUMP_YAW: Final = math.radians(2.0)  # deviation of yaw while the clock jumped
 _DOUBTFUL_TURNS: Final = 2  # rejected turns in a row after which position and yaw are as uncertain as at the start
-_WALK: Final = 0.1 / math.sqrt(60.0)  # of each surveyed number's first deviation, per root second: no model is exact
-_CLOCK_TIME: Final = 60.0  # s over which the drum's clock wanders
 _MIN_TRACKING_TIME: Final = 10.0  # s between two initialisations
 _WINCH_DRIFT: Final = 5e-3  # m per root second, of a length whose winch is not measured
 _MIN_SPEED: Final = 0.01  # m/s, from which B moves
@@ -97,7 +95,9 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         return estimate(settings, state)
     dt = _advance_clock(settings, state, frame.time)
     line_angles = []
-    for reading in _accepted(state, frame, dt):
+    fade_clock(state, dt)
+    fade_survey(state, dt)
+    for reading in state.checks.accepted(frame):
         if isinstance(reading, LineAngles):
             line_angles.append(reading)
         else:
@@ -117,20 +117,6 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
         line_update.update(settings, state)
     state.monitor.check_timeouts(state.time)
     return estimate(settings, state)
-
-
-def _accepted(state: FilterState, frame: SensorFrame, dt: float) -> Iterator[Reading]:
-    """Yield the frame's readings by the machine's clock; the drum's wanders off within the bounds of its lag."""
-    clock, at, surveyed = state.checks.clock, state.layout.clock, state.layout.surveyed
-    diagonal(state.P)[surveyed] += _WALK**2 * dt * state.survey_variances
-    if clock is not None:
-        keep = math.exp(-dt / _CLOCK_TIME)
-        state.clock_error *= keep
-        state.P[at] *= keep
-        state.P[:, at] *= keep
-        state.P[at, at] += (1.0 - keep * keep) * clock.sigma**2
-        state.P[at, at] = max(state.P[at, at], clock.doubt**2)
-    return state.checks.accepted(frame)
 
 
 def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> float:
@@ -165,7 +151,7 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.compliances, state.loosened, state.by_compliance = np.ones(m), np.zeros(m), np.zeros((3, m))
     state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
     state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
-    state.gyro_yaw, state.coasted, state.stretching = 0.0, np.zeros(4), 0.0
+    state.gyro_yaw, state.coasted, state.stretching, state.unfaded = 0.0, np.zeros(4), 0.0, 0.0
     checks = state.checks
     state.last_encoder_time = now if checks.last_encoders is None else checks.last_encoders.time
     state.last_imu_time = now if checks.last_imu is None else checks.last_imu.time

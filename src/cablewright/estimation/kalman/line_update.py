@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.estimation.kalman.coil_layers import CoilLayers
+from cablewright.estimation.kalman.fading import fade
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone, share_at
 from cablewright.estimation.kalman.state import (
     FilterSettings,
@@ -36,7 +37,7 @@ _ENOUGH: Final = 10  # likely forces
 _UNLIKELY: Final = 12.0  # twice the logarithm of a likelihood below the largest
 _SHAPE_ERROR: Final = 0.01  # of an angle near the platform
 _SHAKEN_TIME: Final = 2.0  # s after an acceleration that encoders do not show, without updates
-_MAX_SHAKEN: Final = 50  # updates in a row that are left out
+_MAX_SHAKEN: Final = 10.0  # s in which updates are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
 _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
 
@@ -136,10 +137,7 @@ def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
     columns = dt * P[:, lay.stretch]
     P[:, lay.position] += columns @ J.T
     P[:, lay.lengths] += columns
-    keep = math.exp(-dt / settings.stretch_time)
-    P[lay.stretch] *= keep
-    P[:, lay.stretch] *= keep
-    diagonal(P)[lay.stretch] += (1.0 - keep * keep) * (settings.stretch_rate_sigma * state.lengths) ** 2
+    keep = fade(P, lay.stretch, dt / settings.stretch_time, (settings.stretch_rate_sigma * state.lengths) ** 2)
     state.stretch_rates = keep * state.stretch_rates
 
 
@@ -160,7 +158,8 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     Of all forces that balance the drum the likeliest are taken, by their excesses and angles; along the number that the
     balance leaves open they are not relied on.
     """
-    if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.sag is None:
+    interval = state.time - state.last_angle_time
+    if interval < _ANGLE_INTERVAL or state.taut is None or state.sag is None:
         return
     state.last_angle_time = state.time
     sensors, lay, m = settings.machine.slackness, state.layout, len(state.lengths)
@@ -176,7 +175,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     H[:m, lay.compliances] = np.diag(sag.stretching * alone)
     known = H @ state.P @ H.T
     angles = (state.slackness.differences - state.zeros)[lines]
-    measured = _Angles(lines, angles, state.slackness.variances[lines])
+    measured = _Angles(lines, angles, state.slackness.variances[lines], state.zeros[lines])
     weight = state.mass * settings.machine.tilt.gravity
     may_be = balanced(sensors, state.taut, weight, settings.mass_sigma * weight) or each_alone(alone)
     found = _mixture(settings, sag, may_be, known, now, measured)
@@ -186,7 +185,8 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         return
     count = 0 if found.nis <= _CHI2_OF_LINES else state.rejections.get("line_angles", 0) + 1
     state.rejections["line_angles"] = count
-    if 0 < count <= _MAX_SHAKEN:  # forces of a drum that is shaken do not balance its weight
+    shaken = count * min(interval, _MAX_SHAKEN)
+    if 0.0 < shaken <= _MAX_SHAKEN:  # forces of a drum that is shaken do not balance its weight
         inflate_shaken(state)
         return
     if count:  # the position is measured, so lengths must be wrong
@@ -218,6 +218,7 @@ class _Angles(NamedTuple):
     lines: NDArray[np.intp]
     angles: Array  # (j,) rad
     variances: Array  # (j,) rad^2
+    zeros: Array  # (j,) rad, that were taken off
 
 
 class _Mixture(NamedTuple):
@@ -247,6 +248,8 @@ def _mixture(
         S = known + noise
         nis = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
         cost = nis + np.linalg.slogdet(S)[1] - 2.0 * np.log(np.gradient(shares))
+        if settings.zero_sigma > 0.0:  # what was learnt step by step may not leave what the owner was told
+            cost += ((off[:, len(now) :] + measured.zeros) ** 2).sum(axis=1) / settings.zero_sigma**2
         likely = np.flatnonzero(cost <= cost.min() + _UNLIKELY)
         if len(likely) >= _ENOUGH:
             break

@@ -194,6 +194,7 @@ class FilterState:
     loosened: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m of excess, since the covariance had it
     by_compliance: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B, per `loosened`
     clock_error: float = 0.0  # s
+    unfaded: float = 0.0  # s since what was learnt of surveyed numbers faded
     survey_variances: Array = field(default_factory=lambda: np.zeros(0))  # of `Layout.surveyed`, at first
     consistency: Consistency = field(default_factory=Consistency)
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out

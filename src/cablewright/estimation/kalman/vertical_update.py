@@ -35,7 +35,7 @@ _GATE: Final = 3.0  # sigmas from the expected value, of points and heights
 _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
-_LOWER_TURNS: Final = 2  # refused measurements of a lower floor before it is believed
+_REFUSALS: Final = 2  # in a row of a certain floor, before it is believed
 _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height
 
 
@@ -141,13 +141,14 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         H[0, lay.clock] = -float(moving_velocity(state)[2])
         own = settings.height_sigma**2 + _coasting_variance(settings, coasting_time)
         R = noise_factor(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + own]])
-        if over > 0.0 and count < FLOOR_MAJORITY * np.count_nonzero(inside):  # it may be no floor
+        certain = over < 0.0 or count >= FLOOR_MAJORITY * np.count_nonzero(inside)  # nothing is below a floor
+        if not certain:
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
-        refused = over < 0.0 and not passes_gate(state.P, H, np.array([-over]), R)[0]
-        if refused and state.rejections.get("height", 0) >= _LOWER_TURNS:
-            inflate_position(state, [0.0, 0.0, over])  # nothing is below a floor, so a lower one is believed
+        refused = certain and not passes_gate(state.P, H, np.array([-over]), R)[0]
+        if refused and state.rejections.get("height", 0) >= _REFUSALS:
+            inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
         gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
     if seen:

@@ -362,7 +362,7 @@ def _identity_of(robot: Robot, settings: TwinSettings, seed: int, plant: str) ->
 
 
 def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
-    """Settings for quasi-static periods: faster sensors are read once a period, as means; links have no delay."""
+    """Settings for quasi-static periods: faster sensors are read at the end of each, as means; no link delays."""
     max_rate = 1.0 / settings.simulation.quasi_static_period
     slowed: dict[str, Any] = {}
     for name, _ in _TIMED_SENSORS.values():
@@ -376,7 +376,7 @@ def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
         for name in ("wifi", "wire")
     }
     if settings.owner.clock is not None:
-        slowed["clock"] = settings.owner.clock.model_copy(update={"latency": 0.0})
+        slowed["clock"] = settings.owner.clock.model_copy(update={"latency": 0.0, "age": 0.0})
     return settings.with_owner(**slowed).with_simulation(**links)
 
 

@@ -1,0 +1,49 @@
+"""What was learnt fades where no model is exact: states as Gauss-Markov processes about what was told.
+
+Lidars see no shift of all walls and mounts together. Without fading, what is wrong in the models of lines, the same in
+each layer of a print, would move them farther and farther.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from cablewright.arrays import Array
+from cablewright.estimation.kalman.state import FilterState, diagonal
+
+_SURVEY_TIME: Final = 1000.0  # s over which what was learnt of surveyed numbers fades
+_INTERVAL: Final = 1.0  # s between two times at which it does
+_CLOCK_TIME: Final = 60.0  # s over which the drum's clock wanders
+
+
+def fade(P: Array, states: slice, share: float, variances: float | Array) -> float:
+    """Predict the covariance *P* (n, n) of *states* over a *share* of their time; return the factor of their means.
+
+    *variances*: theirs where nothing is known.
+    """
+    keep = math.exp(-share)
+    P[states] *= keep
+    P[:, states] *= keep
+    diagonal(P)[states] += (1.0 - keep * keep) * variances
+    return keep
+
+
+def fade_clock(state: FilterState, dt: float) -> None:
+    """Predict the drum's clock, which wanders within the bounds of its lag, by *dt*, s."""
+    clock, at = state.checks.clock, state.layout.clock
+    if clock is not None:
+        state.clock_error *= fade(state.P, slice(at, at + 1), dt / _CLOCK_TIME, clock.sigma**2)
+        state.P[at, at] = max(state.P[at, at], clock.doubt**2)
+
+
+def fade_survey(state: FilterState, dt: float) -> None:
+    """Predict walls and mounts by *dt*, s, about where the owner was told that they are."""
+    state.unfaded += dt
+    if state.unfaded < _INTERVAL:
+        return
+    keep = fade(state.P, state.layout.surveyed, state.unfaded / _SURVEY_TIME, state.survey_variances)
+    state.unfaded = 0.0
+    state.wall_errors = keep * state.wall_errors
+    state.mount_errors = keep * state.mount_errors
+    state.vertical_mount_error = keep * state.vertical_mount_error
