@@ -35,7 +35,7 @@ _GATE: Final = 3.0  # sigmas from the expected value, of points and heights
 _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
-_REFUSALS: Final = 2  # in a row of a certain floor, before it is believed
+_REFUSALS: Final = 2  # in a row of a floor that is lower, or is most of what is aside, before it is believed
 _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height
 
 
@@ -146,8 +146,9 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
-        refused = certain and not passes_gate(state.P, H, np.array([-over]), R)[0]
-        if refused and state.rejections.get("height", 0) >= _REFUSALS:
+        refused = not passes_gate(state.P, H, np.array([-over]), R)[0]
+        believed = over < 0.0 or (certain and low > 0.0)  # what was laid may be all that is below
+        if refused and believed and state.rejections.get("height", 0) >= _REFUSALS:
             inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
         gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
