@@ -178,6 +178,21 @@ main()
     return ended.returncode, ended.stdout, ended.stderr
 
 
+def test_a_request_while_llvm_makes_something_waits_until_that_is_made() -> None:
+    """What it leaves half made has ended the process with a segmentation fault."""
+    making = """
+text = "def make():\\n    os.kill(os.getpid(), signal.SIGINT)\\n    time.sleep(0.15)\\n    print('made')"
+llvm = {"__name__": "llvmlite.binding.module", "os": os, "signal": signal, "time": time}
+exec(text, llvm)
+
+def solve(*arguments, **options):
+    llvm["make"]()
+    time.sleep(5.0)
+    print("not ended")
+"""
+    assert solved_by(making) == (130, "made\n", "cablewright: interrupted\n")
+
+
 def test_a_request_in_a_callback_from_c_is_not_lost() -> None:
     """There Python cannot raise: LLVM calls back while it compiles."""
     compiling = """

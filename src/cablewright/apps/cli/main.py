@@ -10,6 +10,7 @@ import signal
 import sys
 import traceback
 from importlib import import_module
+from types import FrameType
 from typing import Annotated, Any, ClassVar
 
 import typer
@@ -171,13 +172,14 @@ class _Interrupts:
     asked = 0
 
 
-def _interrupt(number: int, _frame: object) -> None:
+def _interrupt(number: int, frame: FrameType | None) -> None:
     _Interrupts.asked = number
     _look_later(LOOK_AGAIN)
-    raise KeyboardInterrupt
+    if not _is_in_llvm(frame):
+        raise KeyboardInterrupt
 
 
-def _look_again(_number: int, _frame: object) -> None:
+def _look_again(_number: int, frame: FrameType | None) -> None:
     """Interrupt once more, unless that is being handled.
 
     It is lost in callbacks from C, where Python cannot raise, as LLVM's while it compiles, and in C code that catches
@@ -187,8 +189,20 @@ def _look_again(_number: int, _frame: object) -> None:
     error = sys.exc_info()[1]
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__context__
-    if error is None:
+    if error is None and not _is_in_llvm(frame):
         raise KeyboardInterrupt
+
+
+def _is_in_llvm(frame: FrameType | None) -> bool:
+    """Whether *frame* is, or is called by, LLVM's wrapper: what is left half made there may end the process at once.
+
+    Its calls are short, and an interruption is looked at again soon; where nobody looks again, it is not awaited.
+    """
+    while frame is not None and hasattr(signal, "setitimer"):
+        if str(frame.f_globals.get("__name__")).partition(".")[0] == "llvmlite":
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _look_later(seconds: float) -> None:
