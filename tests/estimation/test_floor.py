@@ -71,3 +71,28 @@ def test_a_drum_that_sinks_under_new_powder_is_where_the_floor_says(estimator: s
     assert heights[29] - heights[30] > 0.01
     assert np.abs(off[20:30]).max() < 5e-3
     assert np.abs(off[40:]).max() < 5e-3  # two turns of the lidar later
+
+
+def test_where_no_floor_is_in_sight_the_ground_that_was_seen_tells_the_height() -> None:
+    """Most of the ground is laid on while the rest shows the floor; then all is, and new powder stretches the lines."""
+    nearly_empty = TWIN.with_owner(drum=SETTINGS.drum.model_copy(update={"powder": 2.0}))
+    twin, one = (
+        machine(with_severity(nearly_empty, "rough", ("exits",)), plant="quasi-static", seed=3),
+        OBSERVERS["filter"],
+    )
+    known = one.settings(load("merlet2023"), twin.settings, ())
+    state, still, off = one.start(known), Command(0.0, np.zeros(4)), []
+    x, y, _ = twin.truth.position.tolist()
+    for step in range(400):
+        for begin, first, last in ((30, -0.1, 1.8), (90, -1.8, -0.1)):
+            for aside in (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9) if step == begin else ():
+                twin.rig.ground.deposit((x + first, y + aside), (x + last, y + aside), 16.0 * (last - first))
+        if step == 150:
+            twin.refill(28.0)
+        estimate = one.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
+        off.append(estimate.position[2] - twin.truth.position[2])
+        assert estimate.valid or step < 30
+    assert "no floor in sight near the expected height" in {fault.sentence for fault in estimate.faults}
+    assert np.abs(off[20:150]).max() < 3e-3
+    assert off[151] > 8e-3  # nothing has told yet
+    assert np.abs(off[350:]).max() < 4e-3

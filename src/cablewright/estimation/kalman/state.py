@@ -14,6 +14,7 @@ from cablewright.errors import InputError
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
+from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.sag import Sag
 from cablewright.estimation.known_creep import KnownCreep
 from cablewright.estimation.known_machine import KnownMachine
@@ -182,6 +183,7 @@ class FilterState:
     accelerometer_bias: Array = field(default_factory=lambda: np.zeros(2))
     range_bias: Array = field(default_factory=lambda: np.zeros(0))
     ground_height: float = 0.0  # m, under the valve
+    ground_map: GroundMap = field(default_factory=GroundMap)
     layer_radii: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m, expected by the layers of the coils
     stretching: float = 0.0  # s since the covariance had what the rates of stretch did
     stretch_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m/s, of unstrained lengths

@@ -1,4 +1,4 @@
-"""Update by the vertical lidar: distances of floor and walls, which also show its range bias.
+"""Update by the vertical lidar: distances of floor, ground and walls, which also show its range bias.
 
 The bias is the same in every range, so it changes the height the less the farther aside the floor is measured; and it
 changes the sum of the distances to two opposite walls, which is known.
@@ -11,8 +11,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.estimation.height import FLOOR_MAJORITY, HeightSettings, floor_points, height_over_structure, tilted
+from cablewright.estimation.kalman.ground_map import FLOOR
 from cablewright.estimation.kalman.lidar_update import gated_update, noise_factor
 from cablewright.estimation.kalman.state import (
     FilterSettings,
@@ -21,6 +22,7 @@ from cablewright.estimation.kalman.state import (
     inflate_position,
     moving_velocity,
     passes_gate,
+    update_state,
 )
 from cablewright.signals import Scan
 
@@ -35,7 +37,12 @@ _GATE: Final = 3.0  # sigmas from the expected value, of points and heights
 _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
-_REFUSALS: Final = 2  # in a row of a floor that is lower, or is most of what is aside, before it is believed
+_REFUSALS: Final = 2  # in a row of a floor that is lower or certain, or of known ground, before it is believed
+_MIN_GROUND: Final = 40  # points on ground that was seen before
+_GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: it is cells, some on flanks
+_GROUND_REACH: Final = 0.03  # m, of their median
+_LAID_SIGMA: Final = 2e-3  # m, of their mean, by what was laid since ...
+_GROUND_TURNS: Final = 10  # ... in about as many turns the same
 _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height
 
 
@@ -107,15 +114,17 @@ def _moved(state: FilterState, turn: VerticalTurn) -> Array:
 
 
 def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
-    """Update by the points near the expected floor, in two rings: below and aside, where the bias counts less."""
+    """Update by the points near the expected floor, in two rings: below and aside, where the bias counts less.
+
+    What was seen of the ground before tells what is no floor, and the height where none is in sight.
+    """
     lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
     below = [lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2]  # what a ray down adds up
     variance = state.P[np.ix_(below, below)].sum()
     band = _FLOOR_BAND + _GATE * math.sqrt(float(variance))
-    seen = False
+    seen, used = False, False
     for low, high in _RINGS:
-        place = turn.position + _moved(state, turn)
-        heights = place[:, 2] + turn.points[:, 2] - height.floor - float(state.range_bias[-1]) * turn.rays[:, 2]
+        heights = _heights(state, height, turn)
         inside = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
         good = inside.copy()
         good[inside] = floor_points(
@@ -125,37 +134,119 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         if count < 2 * _MIN_POINTS:
             continue
         over = float(heights[good].mean())
-        x, y, _ = turn.points[good].mean(axis=0).tolist()
-        steep = turn.rays[good, 2]
-        H = np.zeros((1, lay.size))
-        H[0, lay.position][2] = 1.0
-        H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.rotation[good].mean(axis=0)
-        coasting_time = float(turn.coasting_time[good].mean())
-        H[0, lay.velocity][2] = -coasting_time
-        H[0, lay.stretch] = -state.jacobian[2] * turn.counted_time[good].mean()
-        H[0, lay.attitude] = y, -x, 0.0
-        H[0, lay.gyro_bias] = turn.gyro_time[good].mean() * H[0, lay.attitude]
-        H[0, lay.range_bias.stop - 1] = -float(steep.mean())
-        bx, by, _ = turn.beams[good].mean(axis=0).tolist()
-        H[0, lay.vertical_mount] = 0.0, 0.0, 1.0, by, -bx, 0.0
-        H[0, lay.clock] = -float(moving_velocity(state)[2])
-        own = settings.height_sigma**2 + _coasting_variance(settings, coasting_time)
-        R = noise_factor(state) * np.array([[sigma**2 * float(steep @ steep) / count**2 + own]])
+        H, R = _level(settings, state, turn, good)
         certain = over < 0.0 or count >= FLOOR_MAJORITY * np.count_nonzero(inside)  # nothing is below a floor
+        known = _is_floor(state, turn, good)
+        if known is False and over > 0.0:
+            continue
         if not certain:
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
         refused = not passes_gate(state.P, H, np.array([-over]), R)[0]
-        believed = over < 0.0 or (certain and low > 0.0)  # what was laid may be all that is below
+        believed = over < 0.0 or (certain and (known or low > 0.0))  # what was laid may be all that is below
         if refused and believed and state.rejections.get("height", 0) >= _REFUSALS:
             inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
-        gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
+        used |= gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
     if seen:
         state.monitor.clear("vertical", "floor")
     else:
         state.monitor.report("vertical", "floor", "no floor in sight near the expected height")
+    if used:
+        _remember_ground(state, height, turn)
+    else:
+        _update_by_ground(settings, state, height, turn)
+
+
+def _heights(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> Array:
+    """Heights (k,), m, of the points of a *turn* over the floor."""
+    place = turn.position + _moved(state, turn)
+    return np.asarray(place[:, 2] + turn.points[:, 2] - height.floor - float(state.range_bias[-1]) * turn.rays[:, 2])
+
+
+def _level(settings: FilterSettings, state: FilterState, turn: VerticalTurn, good: Mask) -> tuple[Array, Array]:
+    """Jacobian (1, n) of the mean height, m, of the *good* points, and the variance (1, 1), m^2, of its noise."""
+    assert settings.machine.height is not None
+    lay, sigma = state.layout, settings.machine.height.sigma or settings.height_bias_sigma
+    x, y, _ = turn.points[good].mean(axis=0).tolist()
+    steep = turn.rays[good, 2]
+    H = np.zeros((1, lay.size))
+    H[0, lay.position][2] = 1.0
+    H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.rotation[good].mean(axis=0)
+    coasting_time = float(turn.coasting_time[good].mean())
+    H[0, lay.velocity][2] = -coasting_time
+    H[0, lay.stretch] = -state.jacobian[2] * turn.counted_time[good].mean()
+    H[0, lay.attitude] = y, -x, 0.0
+    H[0, lay.gyro_bias] = turn.gyro_time[good].mean() * H[0, lay.attitude]
+    H[0, lay.range_bias.stop - 1] = -float(steep.mean())
+    bx, by, _ = turn.beams[good].mean(axis=0).tolist()
+    H[0, lay.vertical_mount] = 0.0, 0.0, 1.0, by, -bx, 0.0
+    H[0, lay.clock] = -float(moving_velocity(state)[2])
+    own = settings.height_sigma**2 + _coasting_variance(settings, coasting_time)
+    R = noise_factor(state) * np.array([[sigma**2 * float(steep @ steep) / len(steep) ** 2 + own]])
+    return H, R
+
+
+def _ground_places(state: FilterState, turn: VerticalTurn) -> tuple[Array, Mask]:
+    """Places (k, 2), m, world, of the points of a *turn*, and which of them are near enough to tell heights."""
+    c, s = np.cos(turn.yaw), np.sin(turn.yaw)
+    x, y, _ = turn.points.T
+    away = np.stack([c * x - s * y, s * x + c * y], axis=1)
+    near = turn.axis_cosine > math.cos(math.radians(_RINGS[0][1]))
+    return (turn.position + _moved(state, turn))[:, :2] + away, near
+
+
+def _remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
+    """Remember the ground of a *turn* in which the floor was in sight."""
+    places, near = _ground_places(state, turn)
+    state.ground_map.write(places[near], _heights(state, height, turn)[near], state.time)
+
+
+def _is_floor(state: FilterState, turn: VerticalTurn, level: Mask) -> bool | None:
+    """Whether the points of a *level* (k,) were floor when they were seen before; None: most were not seen."""
+    places, _ = _ground_places(state, turn)
+    expected, known = state.ground_map.at(places[level], state.time)
+    if np.count_nonzero(known) < 0.5 * len(known):
+        return None
+    return float(np.median(expected[known])) < FLOOR
+
+
+def _known_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, float] | None:
+    """Points (k,) of a *turn* whose ground was seen before, and how far over it they are on average, m; None: too few.
+
+    Of these at least half are about equally far over it, and not very far: the others are of what has come or gone.
+    """
+    places, near = _ground_places(state, turn)
+    expected, known = state.ground_map.at(places, state.time)
+    good = near & known
+    if np.count_nonzero(good) < _MIN_GROUND:
+        return None
+    over = _heights(state, height, turn) - expected
+    middle = float(np.median(over[good]))
+    same = good & (np.abs(over - middle) < _GROUND_BAND)
+    if abs(middle) > _GROUND_REACH or np.count_nonzero(same) < 0.5 * np.count_nonzero(good):
+        return None
+    return same, float(over[same].mean())
+
+
+def _update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
+    """Update by the ground that was seen before, where no floor is in sight."""
+    found = _known_ground(state, height, turn)
+    if found is None:
+        return
+    good, over = found
+    H, R = _level(settings, state, turn, good)
+    innovation = np.array([-over])
+    refused = not passes_gate(state.P, H, innovation, R + _LAID_SIGMA**2)[0]
+    count = state.rejections.get("ground", 0) + 1 if refused else 0
+    if 0 < count <= _REFUSALS:
+        state.rejections["ground"] = count
+        return
+    state.rejections["ground"] = 0
+    if refused:
+        inflate_position(state, [0.0, 0.0, over])
+    update_state(state, "vertical", H, innovation, R + _GROUND_TURNS * _LAID_SIGMA**2)
 
 
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
