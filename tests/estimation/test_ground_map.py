@@ -52,3 +52,11 @@ def test_a_map_forgets_no_floor_that_does_not_grow() -> None:
     heights, known = ground.at(places, 1e6)
     assert known.all()
     assert np.abs(heights).max() == 0.0
+
+
+def test_what_was_seen_later_than_now_is_not_known() -> None:
+    """The machine's clock was set back."""
+    ground, here = GroundMap(), np.array([[0.1, 0.2]])
+    ground.write(here, np.array([0.1]), 1e9 + 0.5)
+    assert ground.at(here, 1e9 + 0.5)[1].all()
+    assert not ground.at(here, 3.0)[1].any()

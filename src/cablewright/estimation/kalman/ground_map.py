@@ -30,7 +30,7 @@ class GroundMap:
     def __init__(self) -> None:
         """Begin with no ground in sight."""
         self.growth = 0.0
-        self._heights = self._times = np.zeros(0, dtype=np.float32)
+        self._heights, self._times = np.zeros(0, dtype=np.float32), np.zeros(0)
         self._owners = np.zeros(0, dtype=np.int32)
 
     def write(self, places: Array, heights: Array, now: float) -> None:
@@ -39,7 +39,7 @@ class GroundMap:
         Of each cell the last time counts.
         """
         if not len(self._heights):
-            self._heights, self._times = np.zeros((2, _SIDE * _SIDE), dtype=np.float32)
+            self._heights, self._times = np.zeros(_SIDE * _SIDE, dtype=np.float32), np.zeros(_SIDE * _SIDE)
             self._owners = np.full(_SIDE * _SIDE, _NOBODY, dtype=np.int32)
         cells, owners = _cells(places)
         self._learn_growth(cells, owners, heights, now)
@@ -54,7 +54,8 @@ class GroundMap:
         cells, owners = _cells(places)
         heights, ages = self._heights[cells].astype(np.float64), now - self._times[cells]
         grown = self.growth * ages
-        return heights + grown * (heights > FLOOR), (self._owners[cells] == owners) & (grown <= _MAX_GROWTH)
+        known = (self._owners[cells] == owners) & (ages >= 0.0) & (grown <= _MAX_GROWTH)  # a clock may be set back
+        return heights + grown * (heights > FLOOR), known
 
     def _learn_growth(self, cells: NDArray[np.int64], owners: NDArray[np.int32], heights: Array, now: float) -> None:
         """Learn how fast ground grows from *heights* (k,) that are seen again."""
