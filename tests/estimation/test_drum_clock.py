@@ -63,9 +63,18 @@ def test_in_long_steps_a_drift_is_followed_closely_where_readings_are_known_to_b
     clock, none = DrumClock(ClockSettings(0.01, 5e-5, 0.0, age=0.0)), frozen(np.zeros(3))
     for now in range(1, 36_001):
         (moved,) = by_machine_clock(clock, (Inertial(now * (1.0 + drift) + 4e-3, none, none),), float(now))
-        assert abs(moved.time - now) <= 1e-3 + 5e-3 * (now < 10)
+        assert abs(moved.time - now) <= 1e-3
     assert clock.ahead == pytest.approx(36_000 * drift + 4e-3, abs=1e-3)
     assert 0.0 < clock.sigma <= 1e-3
+
+
+@pytest.mark.parametrize("period", [0.99, 10.0, 60.0])
+def test_in_steps_of_any_length_the_clock_is_as_sure_as_it_says(period: float) -> None:
+    clock, none = DrumClock(ClockSettings(0.01, 5e-5, 0.0, age=0.0)), frozen(np.zeros(3))
+    for step in range(1, 200):
+        now = step * period
+        by_machine_clock(clock, (Inertial(now * (1.0 - 5e-5), none, none),), now)
+        assert abs(clock.ahead + 5e-5 * now) <= clock.sigma * (2.0 if step < 10 else 1.0) + 1e-9
 
 
 def test_only_the_drums_readings_are_moved() -> None:

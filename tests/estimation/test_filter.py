@@ -13,7 +13,9 @@ from scipy import stats
 from cablewright.choices import SeverityName
 from cablewright.errors import InputError
 from cablewright.estimation import started_filter
+from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import lidar_update
+from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
@@ -279,6 +281,20 @@ def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
     assert any(fault.source == "clock" for fault in found[700].faults)
     assert errors(found[1000:], again[1000:], 0.0).max() < 0.03
     assert found[-1].valid
+
+
+def test_ground_that_was_seen_is_forgotten_where_the_position_is_found_anew(later: FilterState) -> None:
+    """It may have been seen from elsewhere, or at another time."""
+    state, here = copy.deepcopy(later), later.position[None, :2]
+    state.ground_map.write(here, np.array([0.1]), state.time)
+    first = FirstState(
+        state.time, state.position, state.velocity, state.yaw, state.lengths, state.radii, state.slackness
+    )
+    assert error_state.begin(KNOWN, state, first)
+    assert not state.ground_map.at(here, state.time)[1].any()
+    state.ground_map.write(here, np.array([0.1]), state.time)
+    error_state.step(KNOWN, state, SensorFrame(state.time - 5.0, ()))
+    assert not state.ground_map.at(here, state.time + 60.0)[1].any()
 
 
 def test_a_quasi_static_machine_is_found_too() -> None:

@@ -7,6 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from cablewright.estimation.kalman.ground_map import GroundMap
+from cablewright.estimation.kalman.state import inflate_position
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.robot import load
 from cablewright.signals import Command, Estimate, Truth
@@ -70,7 +72,7 @@ def test_a_drum_that_sinks_under_new_powder_is_where_the_floor_says(estimator: s
         heights.append(float(twin.truth.position[2]))
     assert heights[29] - heights[30] > 0.01
     assert np.abs(off[20:30]).max() < 5e-3
-    assert np.abs(off[40:]).max() < 5e-3  # two turns of the lidar later
+    assert np.abs(off[40:]).max() < 5e-3  # two turns of the lidar later, five steps each
 
 
 def test_where_no_floor_is_in_sight_the_ground_that_was_seen_tells_the_height() -> None:
@@ -81,7 +83,7 @@ def test_where_no_floor_is_in_sight_the_ground_that_was_seen_tells_the_height() 
         OBSERVERS["filter"],
     )
     known = one.settings(load("merlet2023"), twin.settings, ())
-    state, still, off = one.start(known), Command(0.0, np.zeros(4)), []
+    state, still, off, heights = one.start(known), Command(0.0, np.zeros(4)), [], []
     x, y, _ = twin.truth.position.tolist()
     for step in range(400):
         for begin, first, last in ((30, -0.1, 1.8), (90, -1.8, -0.1)):
@@ -91,8 +93,34 @@ def test_where_no_floor_is_in_sight_the_ground_that_was_seen_tells_the_height() 
             twin.refill(28.0)
         estimate = one.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
         off.append(estimate.position[2] - twin.truth.position[2])
+        heights.append(float(twin.truth.position[2]))
         assert estimate.valid or step < 30
     assert "no floor in sight near the expected height" in {fault.sentence for fault in estimate.faults}
     assert np.abs(off[20:150]).max() < 3e-3
-    assert off[151] > 8e-3  # nothing has told yet
-    assert np.abs(off[350:]).max() < 4e-3
+    assert heights[149] - heights[150] > 0.01
+    assert np.abs(off[200:]).max() < 4e-3
+
+
+def test_a_wrong_height_does_not_make_its_own_ground() -> None:
+    """Few rays meet the floor, and the state is 8 mm too high: no ground is remembered by it, and the floor wins."""
+    twin, one = machine(plant="quasi-static", seed=3), OBSERVERS["filter"]
+    known, still, off = one.settings(load("merlet2023"), twin.settings, ()), Command(0.0, np.zeros(4)), []
+    state = one.start(known)
+    x, y, _ = twin.truth.position.tolist()
+    for step in range(1000):
+        for aside in (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9) if step == 30 else ():
+            twin.rig.ground.deposit((x - 0.3, y + aside), (x + 1.8, y + aside), 33.0)
+        estimate = one.step(known, state, twin.step(dataclasses.replace(still, time=twin.time)))
+        if step == 60:
+            assert state.filter is not None
+            assert state.filter.taut is not None
+            wrong = np.array([0.0, 0.0, 8e-3])
+            state.filter.position = state.filter.position + wrong
+            state.filter.lengths = state.filter.lengths + state.filter.taut.toward @ wrong
+            state.filter.ground_height += 8e-3
+            inflate_position(state.filter, [0.0, 0.0, 3e-3])
+            state.filter.ground_map = GroundMap()
+        off.append(estimate.position[2] - twin.truth.position[2])
+    assert np.abs(off[20:60]).max() < 3e-3
+    assert off[61] > 6e-3
+    assert abs(off[-1]) < 3e-3

@@ -45,7 +45,7 @@ def test_ground_that_grows_is_expected_to_and_known_until_it_has_grown_much() ->
     assert not ground.at(places, last + 10_000.0)[1].any()
 
 
-def test_a_map_forgets_no_floor_that_does_not_grow() -> None:
+def test_where_nothing_grows_nothing_is_forgotten() -> None:
     ground, places = GroundMap(), np.array([[0.03 * i, 0.0] for i in range(40)])
     for time in (0.0, 1000.0, 2000.0):
         ground.write(places, np.zeros(40), time)
@@ -57,6 +57,13 @@ def test_a_map_forgets_no_floor_that_does_not_grow() -> None:
 def test_what_was_seen_later_than_now_is_not_known() -> None:
     """The machine's clock was set back."""
     ground, here = GroundMap(), np.array([[0.1, 0.2]])
-    ground.write(here, np.array([0.1]), 1e9 + 0.5)
-    assert ground.at(here, 1e9 + 0.5)[1].all()
+    ground.write(here, np.array([0.1]), 1e9 + 40.0)
+    assert ground.at(here, 1e9 + 40.0)[1].all()
     assert not ground.at(here, 3.0)[1].any()
+
+
+def test_who_stands_on_the_ground_and_what_goes_up_a_wall_is_no_growth() -> None:
+    ground, places = GroundMap(), np.array([[0.03 * i, 0.0] for i in range(40)])
+    for time, height in ((0.0, 0.1), (120.0, 0.5), (240.0, 1.7), (360.0, 0.1)):
+        ground.write(places, np.full(40, height), time)
+    assert ground.growth == 0.0

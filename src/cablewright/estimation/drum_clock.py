@@ -29,7 +29,7 @@ class ClockSettings:
     """What is known of the drum's clock.
 
     ``offset``: s, standard deviation at the start. ``drift``: of its rate. ``latency``: s, shortest time of a reading
-    over the link. ``age``: s, by how much more the youngest that a frame has may be old; None: the machine's period.
+    over the link. ``age``: s, how old the youngest of a frame may be beyond that; None: as the machine's period.
     """
 
     offset: float
@@ -53,7 +53,8 @@ class DrumClock:
     @property
     def sigma(self) -> float:
         """Standard deviation of what is left, s."""
-        bounded = max(0.5 * self._age, self.settings.drift * _BUCKETS * _BUCKET)
+        since = self._time - self._leads[0][0] if self._leads else 0.0
+        bounded = max(0.5 * self._age, self.settings.drift * since)
         if len(self._leads) < _FULL:
             return max(self.settings.offset, bounded)
         return bounded if self.settings.drift else min(self.settings.offset, bounded)

@@ -114,8 +114,8 @@ class ClockSettings(Description):
     """The clock on the drum, which stamps what is heard over the wireless link, as its owner knows it.
 
     ``offset``: standard deviation, s, of its difference from the machine's at the start; ``drift``: of its rate.
-    ``latency``: s, the shortest time that a reading takes. ``age``: s, by how much more the youngest of those that a
-    step hears may be old; None: by as much as the step is long.
+    ``latency``: s, the shortest time that a reading takes. ``age``: s, how old the youngest one of a step may be
+    beyond that; None: as the step is long.
     """
 
     offset: Annotated[Delay, Field(le=10.0)] = 0.0

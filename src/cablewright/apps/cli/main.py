@@ -196,7 +196,7 @@ def _look_again(_number: int, frame: FrameType | None) -> None:
 def _is_in_llvm(frame: FrameType | None) -> bool:
     """Whether *frame* is, or is called by, LLVM's wrapper: what is left half made there may end the process at once.
 
-    Its calls are short, and an interruption is looked at again soon; where nobody looks again, it is not awaited.
+    The interruption is looked at again until it comes between two of its calls; where nobody looks again, never.
     """
     while frame is not None and hasattr(signal, "setitimer"):
         if str(frame.f_globals.get("__name__")).partition(".")[0] == "llvmlite":

@@ -16,6 +16,7 @@ from cablewright.arrays import Array
 from cablewright.estimation import slackness
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.fading import fade_clock, fade_survey
+from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, diagonal, inflate_position
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
@@ -148,6 +149,7 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.wall_errors = np.zeros((len(settings.machine.walls.room.walls), 2))
     state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.machine.lidars), 3)), np.zeros(6)
     state.zeros, state.clock_error, state.stretch_rates = np.zeros(m), 0.0, np.zeros(m)
+    state.ground_map = GroundMap()
     state.compliances, state.loosened, state.by_compliance = np.ones(m), np.zeros(m), np.zeros((3, m))
     state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
     state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
@@ -217,7 +219,7 @@ def _restart_clock(state: FilterState, now: float) -> None:
     state.pending_scans.clear()
     state.measured_tilts.clear()
     state.slackness = slackness.restarted(state.slackness)
-    state.extracted_turn = None
+    state.extracted_turn, state.ground_map = None, GroundMap()
     state.taut_time = state.last_angle_time = state.shaken_time = state.shaken_since = -math.inf
     state.time = -math.inf
     state.last_encoder_time = state.last_motion_time = state.last_imu_time = now

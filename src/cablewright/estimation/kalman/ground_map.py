@@ -16,6 +16,7 @@ _CELL: Final = 0.025  # m
 _SIDE: Final = 1024  # cells; places that are 25.6 m apart share one, which knows whose it is
 _NOBODY: Final = np.iinfo(np.int32).min
 _MAX_GROWTH: Final = 5e-3  # m by which ground may have grown on average, to be known
+_MAX_RISE: Final = 0.03  # m, of ground that was seen again, and not of who stands on it or of a wall
 _MIN_AGE: Final = 100.0  # s of ground that tells how fast it grows ...
 _MIN_POINTS: Final = 16  # ... and so many points of it
 _GAIN: Final = 0.05  # of each time it was seen, in how fast the ground grows
@@ -60,9 +61,10 @@ class GroundMap:
     def _learn_growth(self, cells: NDArray[np.int64], owners: NDArray[np.int32], heights: Array, now: float) -> None:
         """Learn how fast ground grows from *heights* (k,) that are seen again."""
         before, ages = self._heights[cells], now - self._times[cells]
-        old = (self._owners[cells] == owners) & (ages > _MIN_AGE) & (before > FLOOR)
+        rises = heights - before
+        old = (self._owners[cells] == owners) & (ages > _MIN_AGE) & (before > FLOOR) & (np.abs(rises) < _MAX_RISE)
         if np.count_nonzero(old) >= _MIN_POINTS:
-            seen = float(np.median((heights[old] - before[old]) / ages[old]))
+            seen = float(np.median(rises[old] / ages[old]))
             self.growth = max(0.0, self.growth + _GAIN * (seen - self.growth))
 
 

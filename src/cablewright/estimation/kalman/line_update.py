@@ -37,7 +37,7 @@ _ENOUGH: Final = 10  # likely forces
 _UNLIKELY: Final = 12.0  # twice the logarithm of a likelihood below the largest
 _SHAPE_ERROR: Final = 0.01  # of an angle near the platform
 _SHAKEN_TIME: Final = 2.0  # s after an acceleration that encoders do not show, without updates
-_MAX_SHAKEN: Final = 10.0  # s in which updates are left out
+_MAX_SHAKEN: Final = 10.0  # s from the first that is refused, in which updates are left out
 _CHI2_OF_LINES: Final = 31.8  # exceeded by one of 10 000
 _UNKNOWN_SLACK_NOISE: Final = 0.02  # m per root metre that B moves, where it is not known which line is slack
 
@@ -158,8 +158,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     Of all forces that balance the drum the likeliest are taken, by their excesses and angles; along the number that the
     balance leaves open they are not relied on.
     """
-    interval = state.time - state.last_angle_time
-    if interval < _ANGLE_INTERVAL or state.taut is None or state.sag is None:
+    if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.sag is None:
         return
     state.last_angle_time = state.time
     sensors, lay, m = settings.machine.slackness, state.layout, len(state.lengths)
@@ -185,8 +184,9 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         return
     count = 0 if found.nis <= _CHI2_OF_LINES else state.rejections.get("line_angles", 0) + 1
     state.rejections["line_angles"] = count
-    shaken = count * min(interval, _MAX_SHAKEN)
-    if 0.0 < shaken <= _MAX_SHAKEN:  # forces of a drum that is shaken do not balance its weight
+    if count == 1:
+        state.angles_refused_since = state.time
+    if count and state.time - state.angles_refused_since < _MAX_SHAKEN:  # a shaken drum's forces do not balance it
         inflate_shaken(state)
         return
     if count:  # the position is measured, so lengths must be wrong
@@ -249,7 +249,8 @@ def _mixture(
         nis = np.einsum("ki,ki->k", off, np.linalg.solve(S, off[:, :, None])[:, :, 0])
         cost = nis + np.linalg.slogdet(S)[1] - 2.0 * np.log(np.gradient(shares))
         if settings.zero_sigma > 0.0:  # what was learnt step by step may not leave what the owner was told
-            cost += ((off[:, len(now) :] + measured.zeros) ** 2).sum(axis=1) / settings.zero_sigma**2
+            told = settings.zero_sigma**2 + settings.line_angle_sigma**2 + measured.variances
+            cost += ((off[:, len(now) :] + measured.zeros) ** 2 / told).sum(axis=1)
         likely = np.flatnonzero(cost <= cost.min() + _UNLIKELY)
         if len(likely) >= _ENOUGH:
             break

@@ -225,6 +225,7 @@ class FilterState:
     level_acceleration: Array = field(default_factory=lambda: np.zeros(2))  # ... and m/s^2, smoothed
     measured_tilts: list[tuple[float, float]] = field(default_factory=list)  # rad, by the accelerometer, not used yet
     last_angle_time: float = -math.inf  # s: of the last update by line angles
+    angles_refused_since: float = -math.inf  # s: of the first in a row that was refused
     rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
     settling_start: float = -math.inf  # s: when the first state, or encoders after a gap, were first used
     last_position_time: float = -math.inf  # s: of the last update by a wall

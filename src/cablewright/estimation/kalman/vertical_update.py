@@ -26,10 +26,10 @@ from cablewright.estimation.kalman.state import (
 )
 from cablewright.signals import Scan
 
-_RINGS: Final = (
-    (35.0, 70.0),
-    (0.0, 35.0),
-)  # degrees from the axis: two parts of the floor, the one more often free first
+_RINGS: Final = {
+    "aside": (35.0, 70.0),
+    "below": (0.0, 35.0),
+}  # degrees from the axis: two parts of the floor, the one more often free first
 _WALL_COSINE: Final = math.cos(math.radians(60.0))  # rays farther from the axis meet walls
 _WALL_HEIGHT: Final = 0.1  # m over the floor, from which points are taken for a wall's
 _MIN_POINTS: Final = 8  # of a wall; twice as many of the floor
@@ -37,12 +37,14 @@ _GATE: Final = 3.0  # sigmas from the expected value, of points and heights
 _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
-_REFUSALS: Final = 2  # in a row of a floor that is lower or certain, or of known ground, before it is believed
+_REFUSALS: Final = 1  # turns before this one that refused a floor that is lower, or certain, before it is believed
+_TRUSTED: Final = 3e-3  # m from the expected floor, of one that tells the heights of all ground in sight
 _MIN_GROUND: Final = 40  # points on ground that was seen before
-_GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: it is cells, some on flanks
-_GROUND_REACH: Final = 0.03  # m, of their median
-_LAID_SIGMA: Final = 2e-3  # m, of their mean, by what was laid since ...
-_GROUND_TURNS: Final = 10  # ... in about as many turns the same
+_GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: cells are coarse, and some lie on flanks
+_GROUND_REACH: Final = 0.03  # m, of their median, besides the uncertainty of the height
+_GROUND_REFUSALS: Final = 2  # turns before this one that refused what such ground tells, before it is believed
+_LAID_SIGMA: Final = 2e-3  # m, of their mean, by what was laid since
+_LOWEST: Final = -0.1  # m over the floor, of points that are seen on the ground
 _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height
 
 
@@ -118,12 +120,10 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
 
     What was seen of the ground before tells what is no floor, and the height where none is in sight.
     """
-    lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
-    below = [lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2]  # what a ray down adds up
-    variance = state.P[np.ix_(below, below)].sum()
-    band = _FLOOR_BAND + _GATE * math.sqrt(float(variance))
-    seen, used = False, False
-    for low, high in _RINGS:
+    sigma = height.sigma or settings.height_bias_sigma
+    band = _FLOOR_BAND + _GATE * _level_sigma(state)
+    seen, trusted = False, False
+    for ring, (low, high) in _RINGS.items():
         heights = _heights(state, height, turn)
         inside = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
         good = inside.copy()
@@ -133,30 +133,40 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         count = int(np.count_nonzero(good))
         if count < 2 * _MIN_POINTS:
             continue
-        over = float(heights[good].mean())
+        over, is_floor = float(heights[good].mean()), _is_floor(state, turn, good)
+        certain = over < 0.0 or count >= FLOOR_MAJORITY * int(np.count_nonzero(inside))  # nothing is below a floor
         H, R = _level(settings, state, turn, good)
-        certain = over < 0.0 or count >= FLOOR_MAJORITY * np.count_nonzero(inside)  # nothing is below a floor
-        known = _is_floor(state, turn, good)
-        if known is False and over > 0.0:
-            continue
-        if not certain:
+        if is_floor is False or not certain:
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
+                if over < 0.0:  # even ground is not below a floor
+                    inflate_position(state, [0.0, 0.0, over])
+                continue
+            if is_floor is False:
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
-        refused = not passes_gate(state.P, H, np.array([-over]), R)[0]
-        believed = over < 0.0 or (certain and (known or low > 0.0))  # what was laid may be all that is below
-        if refused and believed and state.rejections.get("height", 0) >= _REFUSALS:
+        what, innovation = f"height {ring}", np.array([-over])
+        believed = over < 0.0 or (certain and is_floor)
+        refused = not passes_gate(state.P, H, innovation, R)[0]
+        if refused and believed and state.rejections.get(what, 0) >= _REFUSALS:
             inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
-        used |= gated_update(state, "height", H, np.array([-over]), R, ("vertical", "gate"), sentence)
+        if gated_update(state, what, H, innovation, R, ("vertical", "gate"), sentence):
+            trusted |= certain or bool(is_floor and over < _TRUSTED)
     if seen:
         state.monitor.clear("vertical", "floor")
     else:
         state.monitor.report("vertical", "floor", "no floor in sight near the expected height")
-    if used:
+    if trusted:
         _remember_ground(state, height, turn)
     else:
         _update_by_ground(settings, state, height, turn)
+
+
+def _level_sigma(state: FilterState) -> float:
+    """Standard deviation, m, of what a ray straight down adds up: height, range bias and mount."""
+    lay = state.layout
+    below = [lay.position.start + 2, lay.range_bias.stop - 1, lay.vertical_mount.start + 2]
+    return math.sqrt(max(0.0, float(state.P[np.ix_(below, below)].sum())))
 
 
 def _heights(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> Array:
@@ -188,25 +198,31 @@ def _level(settings: FilterSettings, state: FilterState, turn: VerticalTurn, goo
     return H, R
 
 
-def _ground_places(state: FilterState, turn: VerticalTurn) -> tuple[Array, Mask]:
-    """Places (k, 2), m, world, of the points of a *turn*, and which of them are near enough to tell heights."""
-    c, s = np.cos(turn.yaw), np.sin(turn.yaw)
-    x, y, _ = turn.points.T
+def _places(state: FilterState, turn: VerticalTurn, chosen: Mask) -> Array:
+    """Places (j, 2), m, world, of the *chosen* points (k,) of a *turn*, j of them."""
+    c, s = np.cos(turn.yaw[chosen]), np.sin(turn.yaw[chosen])
+    x, y, _ = turn.points[chosen].T
     away = np.stack([c * x - s * y, s * x + c * y], axis=1)
-    near = turn.axis_cosine > math.cos(math.radians(_RINGS[0][1]))
-    return (turn.position + _moved(state, turn))[:, :2] + away, near
+    return np.asarray((turn.position[chosen] + _moved(state, turn))[:, :2] + away)
+
+
+def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array]:
+    """Which points (k,) of a *turn* are near enough to tell heights of the ground, and these (j,), m over the floor."""
+    heights = _heights(state, height, turn)
+    near = (turn.axis_cosine > math.cos(math.radians(_RINGS["aside"][1]))) & (heights > _LOWEST)
+    return near, heights[near]
 
 
 def _remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Remember the ground of a *turn* in which the floor was in sight."""
-    places, near = _ground_places(state, turn)
-    state.ground_map.write(places[near], _heights(state, height, turn)[near], state.time)
+    near, heights = _ground_points(state, height, turn)
+    state.ground_map.write(_places(state, turn, near), heights, state.time)
+    state.rejections["ground"] = 0
 
 
 def _is_floor(state: FilterState, turn: VerticalTurn, level: Mask) -> bool | None:
     """Whether the points of a *level* (k,) were floor when they were seen before; None: most were not seen."""
-    places, _ = _ground_places(state, turn)
-    expected, known = state.ground_map.at(places[level], state.time)
+    expected, known = state.ground_map.at(_places(state, turn, level), state.time)
     if np.count_nonzero(known) < 0.5 * len(known):
         return None
     return float(np.median(expected[known])) < FLOOR
@@ -217,36 +233,42 @@ def _known_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn
 
     Of these at least half are about equally far over it, and not very far: the others are of what has come or gone.
     """
-    places, near = _ground_places(state, turn)
-    expected, known = state.ground_map.at(places, state.time)
-    good = near & known
-    if np.count_nonzero(good) < _MIN_GROUND:
+    near, heights = _ground_points(state, height, turn)
+    expected, known = state.ground_map.at(_places(state, turn, near), state.time)
+    if np.count_nonzero(known) < _MIN_GROUND:
         return None
-    over = _heights(state, height, turn) - expected
-    middle = float(np.median(over[good]))
-    same = good & (np.abs(over - middle) < _GROUND_BAND)
-    if abs(middle) > _GROUND_REACH or np.count_nonzero(same) < 0.5 * np.count_nonzero(good):
+    over = heights - expected
+    middle = float(np.median(over[known]))
+    same = known & (np.abs(over - middle) < _GROUND_BAND)
+    too_far = abs(middle) > _GROUND_REACH + _GATE * _level_sigma(state)
+    if too_far or np.count_nonzero(same) < 0.5 * np.count_nonzero(known):
         return None
-    return same, float(over[same].mean())
+    chosen = near.copy()
+    chosen[near] = same
+    return chosen, float(over[same].mean())
 
 
 def _update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
-    """Update by the ground that was seen before, where no floor is in sight."""
-    found = _known_ground(state, height, turn)
+    """Update by the ground that was seen before, where no floor tells the height.
+
+    It is known no better than to what was laid since, however often it is seen.
+    """
+    found, before = _known_ground(state, height, turn), state.rejections.get("ground", 0)
+    state.rejections["ground"] = 0
     if found is None:
         return
     good, over = found
     H, R = _level(settings, state, turn, good)
-    innovation = np.array([-over])
-    refused = not passes_gate(state.P, H, innovation, R + _LAID_SIGMA**2)[0]
-    count = state.rejections.get("ground", 0) + 1 if refused else 0
-    if 0 < count <= _REFUSALS:
-        state.rejections["ground"] = count
-        return
-    state.rejections["ground"] = 0
-    if refused:
+    R, innovation = R + _LAID_SIGMA**2, np.array([-over])
+    if not passes_gate(state.P, H, innovation, R)[0]:
+        if before < _GROUND_REFUSALS:
+            state.rejections["ground"] = before + 1
+            return
         inflate_position(state, [0.0, 0.0, over])
-    update_state(state, "vertical", H, innovation, R + _GROUND_TURNS * _LAID_SIGMA**2)
+    update_state(state, "vertical", H, innovation, R)
+    lost = _LAID_SIGMA**2 - float((H @ state.P @ H.T)[0, 0])
+    if lost > 0.0:
+        inflate_position(state, [0.0, 0.0, math.sqrt(lost)])
 
 
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:

@@ -362,7 +362,7 @@ def _identity_of(robot: Robot, settings: TwinSettings, seed: int, plant: str) ->
 
 
 def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
-    """Settings for quasi-static periods: faster sensors are read at the end of each, as means; no link delays."""
+    """Settings for quasi-static periods: faster sensors are read as each ends, as means; no link delays."""
     max_rate = 1.0 / settings.simulation.quasi_static_period
     slowed: dict[str, Any] = {}
     for name, _ in _TIMED_SENSORS.values():
