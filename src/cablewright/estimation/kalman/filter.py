@@ -149,7 +149,6 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.wall_errors = np.zeros((len(settings.machine.walls.room.walls), 2))
     state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.machine.lidars), 3)), np.zeros(6)
     state.zeros, state.clock_error, state.stretch_rates = np.zeros(m), 0.0, np.zeros(m)
-    state.ground_map = GroundMap()
     state.compliances, state.loosened, state.by_compliance = np.ones(m), np.zeros(m), np.zeros((3, m))
     state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
     state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)

@@ -134,7 +134,8 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         if count < 2 * _MIN_POINTS:
             continue
         over, is_floor = float(heights[good].mean()), _is_floor(state, turn, good)
-        certain = over < 0.0 or count >= FLOOR_MAJORITY * int(np.count_nonzero(inside))  # nothing is below a floor
+        most = count >= FLOOR_MAJORITY * int(np.count_nonzero(inside))
+        certain = most or over < 0.0  # nothing is below a floor
         H, R = _level(settings, state, turn, good)
         if is_floor is False or not certain:
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
@@ -151,7 +152,7 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
             inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
         if gated_update(state, what, H, innovation, R, ("vertical", "gate"), sentence):
-            trusted |= certain or bool(is_floor and over < _TRUSTED)
+            trusted |= bool(is_floor and over < _TRUSTED) or (is_floor is None and most and low > 0.0)
     if seen:
         state.monitor.clear("vertical", "floor")
     else:
