@@ -38,7 +38,8 @@ _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
 _REFUSALS: Final = 1  # turns before this one that refused a floor that is lower, or certain, before it is believed
-_TRUSTED: Final = 3e-3  # m from the expected floor, of one that tells the heights of all ground in sight
+_TRUSTED: Final = 3e-3  # m from the expected floor, of one that tells the heights of all ground in sight ...
+_TRUSTED_SIGMA: Final = 1.5e-3  # m, of the height before: less than where ground alone tells it
 _MIN_GROUND: Final = 40  # points on ground that was seen before
 _GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: cells are coarse, and some lie on flanks
 _GROUND_REACH: Final = 0.03  # m, of their median, besides the uncertainty of the height
@@ -120,8 +121,8 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
 
     What was seen of the ground before tells what is no floor, and the height where none is in sight.
     """
-    sigma = height.sigma or settings.height_bias_sigma
-    band = _FLOOR_BAND + _GATE * _level_sigma(state)
+    sigma, before = height.sigma or settings.height_bias_sigma, _level_sigma(state)
+    band = _FLOOR_BAND + _GATE * before
     seen, trusted = False, False
     for ring, (low, high) in _RINGS.items():
         heights = _heights(state, height, turn)
@@ -134,25 +135,22 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         if count < 2 * _MIN_POINTS:
             continue
         over, is_floor = float(heights[good].mean()), _is_floor(state, turn, good)
+        if is_floor is False and over > 0.0:
+            continue
         most = count >= FLOOR_MAJORITY * int(np.count_nonzero(inside))
-        certain = most or over < 0.0  # nothing is below a floor
         H, R = _level(settings, state, turn, good)
-        if is_floor is False or not certain:
+        if over > 0.0 and not most:  # it may be no floor
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
-                if over < 0.0:  # even ground is not below a floor
-                    inflate_position(state, [0.0, 0.0, over])
-                continue
-            if is_floor is False:
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
         what, innovation = f"height {ring}", np.array([-over])
-        believed = over < 0.0 or (certain and is_floor)
         refused = not passes_gate(state.P, H, innovation, R)[0]
+        believed = over < 0.0 or (most and is_floor)  # nothing is below a floor
         if refused and believed and state.rejections.get(what, 0) >= _REFUSALS:
             inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
         if gated_update(state, what, H, innovation, R, ("vertical", "gate"), sentence):
-            trusted |= bool(is_floor and over < _TRUSTED) or (is_floor is None and most and low > 0.0)
+            trusted |= before < _TRUSTED_SIGMA and abs(over) < _TRUSTED
     if seen:
         state.monitor.clear("vertical", "floor")
     else:
