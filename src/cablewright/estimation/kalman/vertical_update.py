@@ -43,7 +43,6 @@ _TRUSTED_SIGMA: Final = 1.5e-3  # m, of the height before: less than where groun
 _MIN_GROUND: Final = 40  # points on ground that was seen before
 _GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: cells are coarse, and some lie on flanks
 _GROUND_REACH: Final = 0.03  # m, of their median, besides the uncertainty of the height
-_GROUND_REFUSALS: Final = 2  # turns before this one that refused what such ground tells, before it is believed
 _LAID_SIGMA: Final = 2e-3  # m, of their mean, by what was laid since
 _LOWEST: Final = -0.1  # m over the floor, of points that are seen on the ground
 _FLOOR_BAND: Final = 0.01  # m from the expected floor, besides the uncertainty of the height
@@ -216,7 +215,6 @@ def _remember_ground(state: FilterState, height: HeightSettings, turn: VerticalT
     """Remember the ground of a *turn* in which the floor was in sight."""
     near, heights = _ground_points(state, height, turn)
     state.ground_map.write(_places(state, turn, near), heights, state.time)
-    state.rejections["ground"] = 0
 
 
 def _is_floor(state: FilterState, turn: VerticalTurn, level: Mask) -> bool | None:
@@ -250,20 +248,16 @@ def _known_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn
 def _update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the ground that was seen before, where no floor tells the height.
 
-    It is known no better than to what was laid since, however often it is seen.
+    It is known no better than to what was laid since, however often it is seen, and never believed against the state.
     """
-    found, before = _known_ground(state, height, turn), state.rejections.get("ground", 0)
-    state.rejections["ground"] = 0
+    found = _known_ground(state, height, turn)
     if found is None:
         return
     good, over = found
     H, R = _level(settings, state, turn, good)
     R, innovation = R + _LAID_SIGMA**2, np.array([-over])
     if not passes_gate(state.P, H, innovation, R)[0]:
-        if before < _GROUND_REFUSALS:
-            state.rejections["ground"] = before + 1
-            return
-        inflate_position(state, [0.0, 0.0, over])
+        return
     update_state(state, "vertical", H, innovation, R)
     lost = _LAID_SIGMA**2 - float((H @ state.P @ H.T)[0, 0])
     if lost > 0.0:
