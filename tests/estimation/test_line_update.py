@@ -4,18 +4,37 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
+from cablewright.arrays import Array
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.sag import balanced
-from cablewright.estimation.kalman.state import FilterState, inject_correction
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, inject_correction
 from cablewright.robot import load
 from cablewright.studies.estimator_settings import started_settings
 from twins import SETTINGS
 
 KNOWN = started_settings(load("merlet2023"), SETTINGS).filter
+
+
+def slackest(settings: FilterSettings, state: FilterState) -> tuple[int, Callable[[float], Array]]:
+    """The line that pulls least, and angles (m,), rad, of all lines less those of taut ones by its excess, m."""
+    assert state.taut is not None
+    assert state.sag is not None
+    sag, weight = state.sag, state.mass * settings.machine.tilt.gravity
+    may_be = balanced(settings.machine.slackness, state.taut, weight, 0.2 * weight)
+    assert may_be is not None
+    line, shares = int(np.argmin(may_be.first)), np.geomspace(1e-3, 0.2, 400)
+    by_share = sag.excess(may_be.forces(shares))[:, line]
+
+    def hanging(excess: float) -> Array:
+        share = np.interp(excess, by_share[::-1], shares[::-1])
+        return np.asarray(sag.differences(may_be.forces(np.array([share])))[0])
+
+    return line, hanging
 
 
 def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
@@ -49,19 +68,10 @@ def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -
 def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: FilterState) -> None:
     """Half a millimetre each 0.2 s: by the weight, which is hardly known, its force is as small as its angle says."""
     settings, state = dataclasses.replace(KNOWN, layers=None), copy.deepcopy(later)
-    assert state.taut is not None
-    assert state.sag is not None
-    weight, m = state.mass * settings.machine.tilt.gravity, len(state.lengths)
-    may_be = balanced(settings.machine.slackness, state.taut, weight, 0.2 * weight)
-    assert may_be is not None
-    line = int(np.argmin(may_be.first))
-    shares = np.geomspace(1e-3, 0.2, 400)
-    by_share = state.sag.excess(may_be.forces(shares))[:, line]
+    m, (line, hanging) = len(state.lengths), slackest(settings, state)
     begin = max(float(line_update.excess(state)[line]), 1e-3)
     for k in range(80):
-        share = np.interp(begin + 5e-4 * k, by_share[::-1], shares[::-1])
-        differences = state.sag.differences(may_be.forces(np.array([share])))[0]
-        seen = state.slackness
+        differences, seen = hanging(begin + 5e-4 * k), state.slackness
         variances, excess = np.full(m, np.radians(0.1) ** 2), np.where(np.isnan(seen.excess), 0.0, seen.excess)
         state.slackness = seen._replace(differences=differences, variances=variances, excess=excess)
         line_update.predict(settings, state, np.zeros(m), 0.2)
@@ -74,16 +84,8 @@ def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: Filter
 def test_the_zero_of_a_slack_line_stays_within_what_was_told(later: FilterState) -> None:
     """A line that the state takes for taut hangs loose by 20 mm: its length is wrong, and not its accelerometer."""
     settings, state = dataclasses.replace(KNOWN, layers=None, zero_sigma=np.radians(0.5)), copy.deepcopy(later)
-    assert state.taut is not None
-    assert state.sag is not None
-    lay, m = state.layout, len(state.lengths)
-    weight = state.mass * settings.machine.tilt.gravity
-    may_be = balanced(settings.machine.slackness, state.taut, weight, 0.2 * weight)
-    assert may_be is not None
-    line = int(np.argmin(may_be.first))
-    shares = np.geomspace(1e-3, 0.2, 400)
-    share = np.interp(0.02, state.sag.excess(may_be.forces(shares))[::-1, line], shares[::-1])
-    differences = state.sag.differences(may_be.forces(np.array([share])))[0]
+    lay, m, (line, hanging) = state.layout, len(state.lengths), slackest(settings, state)
+    differences = hanging(0.02)
     state.lengths[line] -= line_update.excess(state)[line]
     for states, sigma in ((lay.lengths, 7e-3), (lay.zeros, settings.zero_sigma)):
         state.P[states], state.P[:, states] = 0.0, 0.0
