@@ -198,7 +198,9 @@ def _is_in_llvm(frame: FrameType | None) -> bool:
 
     The interruption is looked at again until it comes between two of its calls; where nobody looks again, never.
     """
-    while frame is not None and hasattr(signal, "setitimer"):
+    if not hasattr(signal, "setitimer"):
+        return False
+    while frame is not None:
         if str(frame.f_globals.get("__name__")).partition(".")[0] == "llvmlite":
             return True
         frame = frame.f_back
