@@ -8,16 +8,16 @@ from collections import deque
 import numpy as np
 import pytest
 
-from cablewright.estimation.drum_clock import ClockSettings, DrumClock
+from cablewright.estimation.drum_clock import ClockLead, ClockLeadSettings
 from cablewright.estimation.reading_checks import by_machine_clock
 from cablewright.signals import Encoders, Inertial, LineAngles, Reading, frozen
 
 LATENCY, PERIOD = 5e-3, 0.01
 
 
-def drive(ahead: float, drift: float, seconds: float, jump: float = 0.0, at: float = 1e9) -> tuple[DrumClock, float]:
+def drive(ahead: float, drift: float, seconds: float, jump: float = 0.0, at: float = 1e9) -> tuple[ClockLead, float]:
     """Send readings through a link with jitter; return the clock, and the largest error of a time after 10 s, s."""
-    clock, random = DrumClock(ClockSettings(0.01, 1e-4, LATENCY)), np.random.default_rng(3)
+    clock, random = ClockLead(ClockLeadSettings(0.01, 1e-4, LATENCY)), np.random.default_rng(3)
     sent: deque[tuple[float, float, Reading]] = deque()
     worst, arrives = 0.0, 0.0
     for step in range(round(seconds / PERIOD)):
@@ -60,7 +60,7 @@ def test_a_jump_is_followed_within_half_a_minute(jump: float) -> None:
 @pytest.mark.parametrize("drift", [-5e-5, 5e-5])
 def test_in_long_steps_a_drift_is_followed_closely_where_readings_are_known_to_be_young(drift: float) -> None:
     """Read at the end of each step of a second, for ten hours: the clock ends 1.8 s off."""
-    clock, none = DrumClock(ClockSettings(0.01, 5e-5, 0.0, age=0.0)), frozen(np.zeros(3))
+    clock, none = ClockLead(ClockLeadSettings(0.01, 5e-5, 0.0, age=0.0)), frozen(np.zeros(3))
     for now in range(1, 36_001):
         (moved,) = by_machine_clock(clock, (Inertial(now * (1.0 + drift) + 4e-3, none, none),), float(now))
         assert abs(moved.time - now) <= 1e-3
@@ -70,7 +70,7 @@ def test_in_long_steps_a_drift_is_followed_closely_where_readings_are_known_to_b
 
 @pytest.mark.parametrize("period", [0.99, 10.0, 60.0])
 def test_in_steps_of_any_length_the_clock_is_as_sure_as_it_says(period: float) -> None:
-    clock, none = DrumClock(ClockSettings(0.01, 5e-5, 0.0, age=0.0)), frozen(np.zeros(3))
+    clock, none = ClockLead(ClockLeadSettings(0.01, 5e-5, 0.0, age=0.0)), frozen(np.zeros(3))
     for step in range(1, 200):
         now = step * period
         by_machine_clock(clock, (Inertial(now * (1.0 - 5e-5), none, none),), now)
@@ -78,7 +78,7 @@ def test_in_steps_of_any_length_the_clock_is_as_sure_as_it_says(period: float) -
 
 
 def test_only_the_drums_readings_are_moved() -> None:
-    clock = DrumClock(ClockSettings(0.1, 0.0, 0.0))
+    clock = ClockLead(ClockLeadSettings(0.1, 0.0, 0.0))
     none = frozen(np.zeros(3))
     imu, encoders = Inertial(1.5, none, none), Encoders(1.0, np.zeros(4, dtype=np.int64))
     moved, same = by_machine_clock(clock, (imu, encoders), 1.0)
@@ -88,7 +88,7 @@ def test_only_the_drums_readings_are_moved() -> None:
 
 @pytest.mark.parametrize("stamp", [1000.0, math.inf, math.nan])
 def test_one_wrong_stamp_moves_nothing(stamp: float) -> None:
-    clock, none = DrumClock(ClockSettings(0.01, 0.0, 0.0)), frozen(np.zeros(3))
+    clock, none = ClockLead(ClockLeadSettings(0.01, 0.0, 0.0)), frozen(np.zeros(3))
     for step in range(1000):
         now = step * PERIOD
         wrong = step == 500
@@ -101,7 +101,7 @@ def test_one_wrong_stamp_moves_nothing(stamp: float) -> None:
 
 
 def test_a_late_link_is_no_clock_set_back_and_the_doubt_is_told() -> None:
-    clock, none = DrumClock(ClockSettings(0.01, 0.0, 0.0)), frozen(np.zeros(3))
+    clock, none = ClockLead(ClockLeadSettings(0.01, 0.0, 0.0)), frozen(np.zeros(3))
     for step in range(3000):
         now = step * PERIOD
         late = 0.25 if 1000 <= step < 1700 else 0.0

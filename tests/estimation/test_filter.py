@@ -17,9 +17,9 @@ from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import lidar_update
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import (
+    FilterLayout,
     FilterSettings,
     FilterState,
-    Layout,
     inject_correction,
     kalman_update,
     passes_gate,
@@ -352,7 +352,7 @@ def test_frames_without_readings_tell_no_place() -> None:
 
 
 def test_the_layout_has_room_for_all() -> None:
-    lay = Layout.of(4, 2, 4)
+    lay = FilterLayout.of(4, 2, 4)
     parts = [part if isinstance(part, slice) else slice(part, part + 1) for part in lay[:-1]]
     assert [part.stop for part in parts] == [part.start for part in parts[1:]] + [lay.size]
 

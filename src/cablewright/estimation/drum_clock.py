@@ -25,7 +25,7 @@ _AGREE: Final = 3  # frames in a row, for a clock that was set forward
 
 
 @dataclass(frozen=True)
-class ClockSettings:
+class ClockLeadSettings:
     """What is known of the drum's clock.
 
     ``offset``: s, standard deviation at the start. ``drift``: of its rate. ``latency``: s, shortest time of a reading
@@ -39,10 +39,10 @@ class ClockSettings:
 
 
 @dataclass(eq=False)
-class DrumClock:
+class ClockLead:
     """How far the drum's clock is ahead of the machine's, s; changed in place by each frame."""
 
-    settings: ClockSettings
+    settings: ClockLeadSettings
     ahead: float = 0.0
     period: float = 0.0  # s, of the machine's frames
     doubt: float = 0.0  # s by which it may have been set back: or the link is late

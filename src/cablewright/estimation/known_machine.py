@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from cablewright.errors import InputError
-from cablewright.estimation.drum_clock import ClockSettings
+from cablewright.estimation.drum_clock import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.lidar.localisation import WallSettings
 from cablewright.estimation.slackness import SlacknessSettings
@@ -39,7 +39,7 @@ class KnownMachine:
     max_rejections: int = 4
     position_timeout: float = 30.0
     timeouts: Mapping[str, float] = field(default_factory=dict)
-    clock: ClockSettings | None = None
+    clock: ClockLeadSettings | None = None
 
     def __post_init__(self) -> None:
         """Refuse lidars without a model, platforms with a rotation and counts that are not positive."""

@@ -10,7 +10,7 @@ from typing import Final, TypeVar
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.estimation.drum_clock import DrumClock
+from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import TiltSettings
@@ -61,7 +61,7 @@ class ReadingChecks:
     """The last reading of each sensor, and how many of the IMU's in a row were bad."""
 
     monitor: FaultMonitor
-    clock: DrumClock | None = None
+    clock: ClockLead | None = None
     lines: int = 0
     last_imu: Inertial | None = None
     imu_repeats: int = 0  # identical to the last bit
@@ -102,7 +102,7 @@ class ReadingChecks:
             self.clock.restart()
 
 
-def by_machine_clock(clock: DrumClock, readings: tuple[Reading, ...], now: float) -> tuple[Reading, ...]:
+def by_machine_clock(clock: ClockLead, readings: tuple[Reading, ...], now: float) -> tuple[Reading, ...]:
     """Return the *readings* of a frame of time *now*, s, those of the drum by the machine's clock, or not at all."""
     wrong = clock.hear([each.time for each in readings if isinstance(each, _STAMPED)], now)
     if wrong < math.inf:

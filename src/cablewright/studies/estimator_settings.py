@@ -13,7 +13,7 @@ from cablewright.estimation import started_filter
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.drum_radius import RadiusSettings
 from cablewright.estimation.chain.state import ObserverSettings
-from cablewright.estimation.drum_clock import ClockSettings
+from cablewright.estimation.drum_clock import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.state import FilterSettings
@@ -80,7 +80,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
         valve_depth=settings.point_drum.valve,
         lasers=tuple(lasers),
         timeouts=_timeouts(settings),
-        clock=None if clock is None else ClockSettings(clock.offset, clock.drift, clock.latency, clock.age),
+        clock=None if clock is None else ClockLeadSettings(clock.offset, clock.drift, clock.latency, clock.age),
     )
 
 

@@ -12,7 +12,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import Status
 from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings
-from cablewright.estimation.body.unknowns import Layout, prior
+from cablewright.estimation.body.unknowns import BodyLayout, prior
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.kernels.layout import Packed
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
@@ -60,7 +60,7 @@ class Contradiction:
 class BodyState:
     """Changed in place by `step`."""
 
-    layout: Layout
+    layout: BodyLayout
     tracker: Tracker
     unknowns: Array  # (size,)
     covariance: Array  # (size, size)
@@ -84,7 +84,7 @@ class BodyState:
     time: float = -math.inf
     retraction: float = math.nan  # m
     window: Window = field(default_factory=Window)
-    untold: Array = field(default_factory=lambda: np.zeros((0, 0)))  # covariance of `Layout.laws` before a measurement
+    untold: Array = field(default_factory=lambda: np.zeros((0, 0)))  # covariance of `layout.laws` before a measurement
     pose_covariance: Array = field(default_factory=lambda: np.zeros((6, 6)))
     consistency: dict[str, float] = field(default_factory=dict)
     silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
@@ -115,7 +115,7 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
     if lengths is None:
         lengths = solve_inverse(model, pose).checked().lengths
     tracker = _tracker_near(model, lengths, pose)
-    layout = Layout(model.m)
+    layout = BodyLayout(model.m)
     wound = [
         coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
     ]

@@ -24,7 +24,7 @@ _SAME_CABLE: Final = 0.9  # assumed: correlation of how far the creep of two lin
 _SAME_FRAME: Final = 0.5  # ... of two mounts, and of the hysteresis of two lines whose loads went the same way
 
 
-class Layout:
+class BodyLayout:
     """Places of the unknowns in the state, for *m* lines: slices."""
 
     def __init__(self, m: int) -> None:
@@ -41,7 +41,7 @@ class Layout:
         self.m, self.size = m, bounds[-1]
 
 
-def prior(settings: BodySettings, layout: Layout) -> Array:
+def prior(settings: BodySettings, layout: BodyLayout) -> Array:
     """Return the covariance (size, size) of the unknowns before any measurement.
 
     Mounts, where nothing is told of them, are off by `UNSURE` of what the robot file describes, or by 1 um/N.
@@ -74,7 +74,7 @@ def prior(settings: BodySettings, layout: Layout) -> Array:
 
 
 def length_gradients(
-    layout: Layout,
+    layout: BodyLayout,
     paid: Array,
     toward: Array,
     toward_home: Array,
@@ -104,14 +104,14 @@ def length_gradients(
     return found
 
 
-def wind(settings: BodySettings, layout: Layout, unknowns: Array, covariance: Array, wound: Array) -> None:
+def wind(settings: BodySettings, layout: BodyLayout, unknowns: Array, covariance: Array, wound: Array) -> None:
     """Let the uneven lengths change by the cable (m,), m, that was *wound*; the two arrays change in place."""
     told = settings.deviations
     keep = np.exp(-np.abs(wound) / told.uneven_length)
     _forget(unknowns, covariance, layout.uneven, keep, np.diag((1.0 - keep * keep) * told.uneven**2))
 
 
-def load(settings: BodySettings, layout: Layout, unknowns: Array, covariance: Array, ways: Array) -> None:
+def load(settings: BodySettings, layout: BodyLayout, unknowns: Array, covariance: Array, ways: Array) -> None:
     """Let the strains by hysteresis change by the *ways* (m,) of the loads, see `LoadPath`; as `wind`.
 
     Those of lines that are loaded, or unloaded, together are of the same sign rather than not.

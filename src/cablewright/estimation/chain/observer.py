@@ -18,7 +18,7 @@ from cablewright.errors import Status
 from cablewright.estimation import slackness, tilt
 from cablewright.estimation.chain import drum_radius, lengths
 from cablewright.estimation.chain.state import ObserverSettings, ObserverState
-from cablewright.estimation.drum_clock import DrumClock
+from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
 from cablewright.estimation.known_creep import KnownCreep, known_creep
@@ -78,7 +78,7 @@ def start(settings: ObserverSettings) -> ObserverState:
     return ObserverState(
         ReadingChecks(
             FaultMonitor(dict(settings.timeouts)),
-            None if settings.clock is None else DrumClock(settings.clock),
+            None if settings.clock is None else ClockLead(settings.clock),
             settings.model.m,
         ),
         localisation.start(),

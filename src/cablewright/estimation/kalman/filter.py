@@ -17,7 +17,7 @@ from cablewright.estimation import slackness
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.fading import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, Layout, diagonal, inflate_position
+from cablewright.estimation.kalman.state import FilterLayout, FilterSettings, FilterState, diagonal, inflate_position
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
     LONG_STEP,
@@ -79,7 +79,7 @@ class FirstState(NamedTuple):
 def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
     """Return the state before `begin`."""
     own = settings.machine
-    lay = Layout.of(own.model.m, len(own.lidars), len(own.walls.room.walls))
+    lay = FilterLayout.of(own.model.m, len(own.lidars), len(own.walls.room.walls))
     weight = float(PlatformNumbers(own.model.packed.platform).weight)
     return FilterState(
         checks,
@@ -159,6 +159,7 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.settling_start, state.last_position_time, state.coasting = now, now, False
     state.extracted_turn = None
     state.shaken_time = state.shaken_since = -math.inf
+    state.angles_refused_since = math.inf
     state.pending_scans.clear()
     state.rejections.clear()
     state.last_wall_times = dict.fromkeys({wall.kind for wall in settings.machine.walls.room.walls}, now)

@@ -182,14 +182,12 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         state.creep.follow(found.forces / np.cos(state.taut.angles), state.time)
     if state.time - state.shaken_time < _SHAKEN_TIME:
         return
-    count = 0 if found.nis <= _CHI2_OF_LINES else state.rejections.get("line_angles", 0) + 1
-    state.rejections["line_angles"] = count
-    if count == 1:
-        state.angles_refused_since = state.time
-    if count and state.time - state.angles_refused_since < _MAX_SHAKEN:  # a shaken drum's forces do not balance it
+    refused = not found.nis <= _CHI2_OF_LINES
+    state.angles_refused_since = min(state.angles_refused_since, state.time) if refused else math.inf
+    if state.time - state.angles_refused_since < _MAX_SHAKEN and refused:  # a shaken drum's forces do not balance it
         inflate_shaken(state)
         return
-    if count:  # the position is measured, so lengths must be wrong
+    if refused:  # the position is measured, so lengths must be wrong
         diagonal(state.P)[lay.lengths] += found.innovation[:m] ** 2
         _doubt_zeros(settings, state, lines, found.innovation[m:] ** 2)
     judge(state, "line_angles", found.nis, len(found.innovation) - 1)

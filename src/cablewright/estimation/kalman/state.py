@@ -102,7 +102,7 @@ class FilterSettings:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
 
-class Layout(NamedTuple):
+class FilterLayout(NamedTuple):
     """Slices of the error state; ``range_bias`` has one entry for each horizontal lidar, then the vertical one.
 
     From ``walls`` on they are constants of a machine as built: errors of what its owner was told.
@@ -127,7 +127,7 @@ class Layout(NamedTuple):
     size: int
 
     @classmethod
-    def of(cls, m: int, lidars: int, walls: int) -> Layout:
+    def of(cls, m: int, lidars: int, walls: int) -> FilterLayout:
         """Return the layout for *m* lines and so many horizontal *lidars* and *walls*."""
         sizes = [3, 3, 3, m, m, 3, 2, lidars + 1, 1, m, 2 * walls, 3 * lidars, 6, m, m, 1]
         ends = np.cumsum(sizes).tolist()
@@ -165,10 +165,10 @@ class MotionSince(NamedTuple):
 
 @dataclass(eq=False)
 class FilterState:
-    """Changed in place by `step`. Position, velocity, tilt and so on are what `Layout` names."""
+    """Changed in place by `step`. Position, velocity, tilt and so on are what `FilterLayout` names."""
 
     checks: ReadingChecks
-    layout: Layout
+    layout: FilterLayout
     slackness: SlacknessState
     mass: float  # kg of the drum; to be set as powder leaves
     P: Array  # (size, size)
@@ -197,7 +197,7 @@ class FilterState:
     by_compliance: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B, per `loosened`
     clock_error: float = 0.0  # s
     unfaded: float = 0.0  # s since what was learnt of surveyed numbers faded
-    survey_variances: Array = field(default_factory=lambda: np.zeros(0))  # of `Layout.surveyed`, at first
+    survey_variances: Array = field(default_factory=lambda: np.zeros(0))  # of `FilterLayout.surveyed`, at first
     consistency: Consistency = field(default_factory=Consistency)
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
@@ -225,7 +225,7 @@ class FilterState:
     level_acceleration: Array = field(default_factory=lambda: np.zeros(2))  # ... and m/s^2, smoothed
     measured_tilts: list[tuple[float, float]] = field(default_factory=list)  # rad, by the accelerometer, not used yet
     last_angle_time: float = -math.inf  # s: of the last update by line angles
-    angles_refused_since: float = -math.inf  # s: of the first in a row that was refused
+    angles_refused_since: float = math.inf  # s: of the first in a row that was refused; inf: the last was not
     rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
     settling_start: float = -math.inf  # s: when the first state, or encoders after a gap, were first used
     last_position_time: float = -math.inf  # s: of the last update by a wall

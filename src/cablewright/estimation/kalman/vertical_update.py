@@ -37,7 +37,7 @@ _GATE: Final = 3.0  # sigmas from the expected value, of points and heights
 _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
-_REFUSALS: Final = 1  # turns before this one that refused a floor that is lower, or certain, before it is believed
+_REFUSALS: Final = 1  # turns before this one that refused a floor that is lower, or was one before, to believe it
 _TRUSTED: Final = 3e-3  # m from the expected floor, of one that tells the heights of all ground in sight ...
 _TRUSTED_SIGMA: Final = 1.5e-3  # m, of the height before: less than where ground alone tells it
 _MIN_GROUND: Final = 40  # points on ground that was seen before
@@ -137,16 +137,16 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         if is_floor is False and over > 0.0:
             continue
         most = count >= FLOOR_MAJORITY * int(np.count_nonzero(inside))
-        H, R = _level(settings, state, turn, good)
+        H, R = _level(settings, state, height, turn, good)
         if over > 0.0 and not most:  # it may be no floor
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
         what, innovation = f"height {ring}", np.array([-over])
-        refused = not passes_gate(state.P, H, innovation, R)[0]
-        believed = over < 0.0 or (most and is_floor)  # nothing is below a floor
-        if refused and believed and state.rejections.get(what, 0) >= _REFUSALS:
-            inflate_position(state, [0.0, 0.0, over])
+        if over < 0.0 or (most and is_floor):  # nothing is below a floor
+            refusals = state.rejections.get(what, 0)
+            if refusals >= _REFUSALS and not passes_gate(state.P, H, innovation, R)[0]:
+                inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
         if gated_update(state, what, H, innovation, R, ("vertical", "gate"), sentence):
             trusted |= before < _TRUSTED_SIGMA and abs(over) < _TRUSTED
@@ -173,10 +173,11 @@ def _heights(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> 
     return np.asarray(place[:, 2] + turn.points[:, 2] - height.floor - float(state.range_bias[-1]) * turn.rays[:, 2])
 
 
-def _level(settings: FilterSettings, state: FilterState, turn: VerticalTurn, good: Mask) -> tuple[Array, Array]:
+def _level(
+    settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn, good: Mask
+) -> tuple[Array, Array]:
     """Jacobian (1, n) of the mean height, m, of the *good* points, and the variance (1, 1), m^2, of its noise."""
-    assert settings.machine.height is not None
-    lay, sigma = state.layout, settings.machine.height.sigma or settings.height_bias_sigma
+    lay, sigma = state.layout, height.sigma or settings.height_bias_sigma
     x, y, _ = turn.points[good].mean(axis=0).tolist()
     steep = turn.rays[good, 2]
     H = np.zeros((1, lay.size))
@@ -254,7 +255,7 @@ def _update_by_ground(settings: FilterSettings, state: FilterState, height: Heig
     if found is None:
         return
     good, over = found
-    H, R = _level(settings, state, turn, good)
+    H, R = _level(settings, state, height, turn, good)
     R, innovation = R + _LAID_SIGMA**2, np.array([-over])
     if not passes_gate(state.P, H, innovation, R)[0]:
         return
