@@ -7,63 +7,92 @@ import pytest
 
 from cablewright.estimation.kalman.ground_map import GroundMap
 
+_ROW = np.array([[0.03 * i, 0.0] for i in range(40)])
+"""Places, m, in as many cells."""
+
 
 def test_a_cell_has_the_mean_of_what_was_seen_there_last() -> None:
     ground = GroundMap()
     places = np.array([[-0.001, -2.001], [-0.012, -2.012], [0.001, -2.001], [3.0, 4.0]])
-    assert not ground.at(places, 0.0)[1].any()
-    ground.write(places[:3], np.array([0.01, 0.03, 0.5]), 0.0)
-    heights, known = ground.at(places, 0.0)
+    assert not ground.at(places).known.any()
+    ground.write(places[:3], np.array([0.01, 0.03, 0.5]))
+    heights, grown, known = ground.at(places)
     assert known.tolist() == [True, True, True, False]
     assert heights[:3] == pytest.approx([0.02, 0.02, 0.5])
-    ground.write(places[1:2], np.array([0.04]), 0.0)
-    assert ground.at(places, 0.0)[0][:3] == pytest.approx([0.04, 0.04, 0.5])
+    assert not grown[:3].any()
+    ground.write(places[1:2], np.array([0.04]))
+    assert ground.at(places).heights[:3] == pytest.approx([0.04, 0.04, 0.5])
 
 
 @pytest.mark.parametrize("apart", [(25.6, 0.0), (0.0, 25.6), (-51.2, 25.6), (25.6 * 40_009, 0.0)])
 def test_no_place_answers_for_another_that_shares_its_memory(apart: tuple[float, float]) -> None:
     ground, here = GroundMap(), np.array([[0.51, -1.01]])
     there = here + apart
-    ground.write(here, np.array([0.1]), 0.0)
-    assert not ground.at(there, 0.0)[1].any()
-    ground.write(there, np.array([0.2]), 0.0)
-    assert not ground.at(here, 0.0)[1].any()
-    assert ground.at(there, 0.0)[0] == pytest.approx([0.2])
+    ground.write(here, np.array([0.1]))
+    ground.passing(*(here[0] - 0.05))
+    ground.passing(*here[0])
+    assert ground.passed(here).all()
+    assert not ground.at(there).known.any()
+    assert not ground.passed(there).any()
+    ground.write(there, np.array([0.2]))
+    assert not ground.at(here).known.any()
+    assert not ground.passed(here).any()
+    assert not ground.passed(there).any()
+    assert ground.at(there).heights == pytest.approx([0.2])
+
+
+def test_the_path_near_each_place_is_counted() -> None:
+    """Of a straight way of the nozzle, the chord of 15 cm about the place, however it is divided into turns."""
+    distances = np.array([0.0, 0.06, 0.12, 0.18])
+    places = np.column_stack([np.full(4, 0.5), distances])
+    chords = 2.0 * np.sqrt(np.maximum(0.15**2 - distances**2, 0.0))
+    for step in (0.01, 0.11, 1.0):
+        ground = GroundMap()
+        ground.write(places, np.zeros(4))
+        for x in np.arange(0.0, 1.001, step):
+            ground.passing(x, 0.0)
+        ground.growth = 1.0
+        assert ground.at(places).grown == pytest.approx(chords, abs=0.05)
+        assert ground.passed(places).tolist() == [True, True, True, False]
+
+
+def test_who_stands_or_comes_from_far_away_has_laid_nothing() -> None:
+    ground, random = GroundMap(), np.random.default_rng(3)
+    for x, y in 2e-3 * random.standard_normal((1000, 2)):
+        ground.passing(x, y)
+    ground.passing(100.0, 0.0)
+    assert not ground.passed(np.array([[0.0, 0.0], [50.0, 0.0], [100.0, 0.0]])).any()
 
 
 def test_ground_that_grows_is_expected_to_and_known_until_it_has_grown_much() -> None:
-    """1.5 mm each 900 s, as by layers; the floor beside it stays as it is."""
-    ground, places = GroundMap(), np.array([[0.03 * i, 0.0] for i in range(40)])
-    laid = np.arange(40) < 30
-    for layer in range(40):
-        ground.write(places, laid * (0.02 + 1.5e-3 * layer), 900.0 * layer)
-    last = 900.0 * 39
-    assert ground.growth == pytest.approx(1.5e-3 / 900.0, rel=0.2)
-    later, known = ground.at(places, last + 900.0)
-    assert known.all()
-    assert later == pytest.approx(laid * (0.02 + 1.5e-3 * 40), abs=4e-4)
-    assert not ground.at(places, last + 10_000.0)[1].any()
+    """1.5 mm each time that the nozzle passes; the floor beside its way stays as it is."""
+    ground, laid = GroundMap(), np.arange(40) < 30
+    ground.passing(-1.0, 0.0)
+
+    def layer() -> None:
+        for corner in ((-1.0, 0.0), (0.72, 0.0), (0.72, -2.0), (-1.0, -2.0)):
+            ground.passing(*corner)
+
+    for number in range(1, 70):
+        layer()
+        ground.write(_ROW, laid * (0.02 + 1.5e-3 * number))
+    inside = _ROW[:, 0] < 0.5  # all of the chord
+    layer()
+    expected = ground.at(_ROW)
+    assert expected.known.all()
+    assert expected.heights[inside] == pytest.approx(0.02 + 1.5e-3 * 70, abs=3e-4)
+    assert expected.grown[inside] == pytest.approx(1.5e-3, abs=3e-4)
+    assert expected.heights[~laid] == pytest.approx(0.0, abs=1e-9)
+    for _ in range(20):
+        layer()
+    assert ground.at(_ROW).known[inside].sum() == 0
+    assert ground.at(_ROW).known[~laid].all()
 
 
-def test_where_nothing_grows_nothing_is_forgotten() -> None:
-    ground, places = GroundMap(), np.array([[0.03 * i, 0.0] for i in range(40)])
-    for time in (0.0, 1000.0, 2000.0):
-        ground.write(places, np.zeros(40), time)
-    heights, known = ground.at(places, 1e6)
-    assert known.all()
-    assert np.abs(heights).max() == 0.0
-
-
-def test_what_was_seen_later_than_now_is_not_known() -> None:
-    """The machine's clock was set back."""
-    ground, here = GroundMap(), np.array([[0.1, 0.2]])
-    ground.write(here, np.array([0.1]), 1e9 + 40.0)
-    assert ground.at(here, 1e9 + 40.0)[1].all()
-    assert not ground.at(here, 3.0)[1].any()
-
-
-def test_who_stands_on_the_ground_and_what_goes_up_a_wall_is_no_growth() -> None:
-    ground, places = GroundMap(), np.array([[0.03 * i, 0.0] for i in range(40)])
-    for time, height in ((0.0, 0.1), (120.0, 0.5), (240.0, 1.7), (360.0, 0.1)):
-        ground.write(places, np.full(40, height), time)
+def test_what_comes_and_goes_and_what_goes_up_a_wall_is_no_growth() -> None:
+    ground = GroundMap()
+    for height in (0.1, 0.5, 1.7, 0.1):
+        ground.passing(0.0, 0.0)
+        ground.passing(1.2, 0.0)
+        ground.write(_ROW, np.full(40, height))
     assert ground.growth == 0.0

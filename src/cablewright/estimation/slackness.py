@@ -27,7 +27,8 @@ _MIN_SLOPE: Final = 1e-6  # difference of slopes below which a line counts as st
 _MAX_REPEATS: Final = 10  # identical readings in a row: a sensor with noise gives none
 _MAX_OUTLIERS: Final = 5  # readings in a row beyond the gate before they are accepted
 _FIRST_SIGMA: Final = math.radians(5.0)  # of one reading of a line that vibrates
-_SCATTER_TIMES: Final = 5.0  # smoothing times over which the scatter of readings is averaged
+_SCATTER_TIMES: Final = 5.0  # smoothing times over which the scatter of readings is averaged ...
+_FIRST_TIMES: Final = 0.01  # ... and for how many the first one counts
 _MAX_ITERATIONS: Final = 6
 _TOLERANCE: Final = 1e-6  # rad, of the angle that an excess has to give
 
@@ -97,7 +98,8 @@ class SlacknessState(NamedTuple):
     repeats: NDArray[np.int64]  # identical readings in a row
     outliers: NDArray[np.int64]  # readings in a row beyond the gate
     scatter: Array  # rad^2, of single readings about the smoothed differences
-    variances: Array  # rad^2, of these
+    scatter_times: Array  # smoothing times of readings in that
+    variances: Array  # rad^2, of the smoothed differences
     time: float
     straight: Straight | None = None  # where the last reading was
 
@@ -113,7 +115,8 @@ def start(settings: SlacknessSettings) -> SlacknessState:
     nothing = np.full(m, np.nan)
     zeros = np.zeros(m, dtype=np.int64)
     unsure = np.full(m, _FIRST_SIGMA**2)
-    return SlacknessState(nothing, nothing, np.full(m, -np.inf), nothing, zeros, zeros, unsure, unsure, -math.inf)
+    never, counts = np.full(m, -np.inf), np.full(m, _FIRST_TIMES)
+    return SlacknessState(nothing, nothing, never, nothing, zeros, zeros, unsure, counts, unsure, -math.inf)
 
 
 def restarted(state: SlacknessState) -> SlacknessState:
@@ -146,14 +149,17 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     base = np.where(restart, difference, state.differences)
     off = np.where(accepted, difference - base, 0.0)
     smoothed = np.where(accepted, base + gain * off, state.differences)
-    share = np.where(accepted & ~restart, gain / _SCATTER_TIMES, 0.0)
-    scatter = state.scatter + share * (off**2 - state.scatter)
+    new = np.where(accepted & ~restart, gain, 0.0)
+    seen = np.minimum(state.scatter_times + new, _SCATTER_TIMES)
+    scatter = state.scatter + new / seen * (off**2 - state.scatter)
     mixed = (1.0 - gain) ** 2 * state.variances + gain**2 * scatter  # of independent readings
     variances = np.where(accepted, mixed, state.variances)
     times = np.where(accepted, reading.time, state.last_times)
     excess = np.where(reading.time - times > settings.timeout, np.nan, straight.excess(settings, smoothed))
     outliers, last = np.where(accepted, 0, outliers), np.where(known, angles, state.last_angles)
-    return SlacknessState(smoothed, excess, times, last, repeats, outliers, scatter, variances, reading.time, straight)
+    return SlacknessState(
+        smoothed, excess, times, last, repeats, outliers, scatter, seen, variances, reading.time, straight
+    )
 
 
 def _usual(
@@ -175,11 +181,12 @@ def _usual(
     gain = -math.expm1(-(reading.time - state.time) / settings.smoothing_time)
     keep = 1.0 - gain
     smoothed = state.differences + gain * off
-    scatter = state.scatter + gain / _SCATTER_TIMES * (off * off - state.scatter)
+    seen = np.minimum(state.scatter_times + gain, _SCATTER_TIMES)
+    scatter = state.scatter + gain / seen * (off * off - state.scatter)
     variances = keep * keep * state.variances + gain * gain * scatter
     times, none = np.full(len(off), reading.time), np.zeros(len(off), dtype=np.int64)
     return SlacknessState(
-        smoothed, straight.excess(settings, smoothed), times, reading.angles, none, none, scatter, variances,
+        smoothed, straight.excess(settings, smoothed), times, reading.angles, none, none, scatter, seen, variances,
         reading.time, straight,
     )  # fmt: skip
 

@@ -40,6 +40,8 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     state.last_imu_time = reading.time
     _predict_covariance(state, dt, dt * wz)
     diagonal(state.P)[state.layout.attitude] += settings.gyro_noise**2 * dt
+    if state.has_long_steps:  # one rate in a step does not tell how a swing ends
+        _predict_upright(settings, state)
     state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
     g = settings.machine.tilt.gravity
@@ -109,12 +111,18 @@ def predict_without_imu(settings: FilterSettings, state: FilterState, time: floa
     if not 0.0 < dt < 1e6:
         state.last_imu_time = max(state.last_imu_time, time)
         return
-    lay, P = state.layout, state.P
     state.last_imu_time = state.imu_gap_end = time
     state.measured_tilts.clear()
-    P[lay.tilt] = 0.0
-    P[:, lay.tilt] = 0.0
-    diagonal(P)[lay.tilt] = settings.swing_sigma**2
-    P[lay.yaw, lay.yaw] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
-    state.tilt, state.angular_rate = np.zeros(2), np.zeros(3)
+    _predict_upright(settings, state)
+    state.P[state.layout.yaw, state.layout.yaw] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
+    state.angular_rate = np.zeros(3)
     state.attitude_history.add(time, (state.gyro_yaw, 0.0, 0.0))
+
+
+def _predict_upright(settings: FilterSettings, state: FilterState) -> None:
+    """Predict the tilt of a drum that hangs from one point, without what it was before."""
+    tilt, P = state.layout.tilt, state.P
+    P[tilt] = 0.0
+    P[:, tilt] = 0.0
+    diagonal(P)[tilt] = settings.swing_sigma**2
+    state.tilt = np.zeros(2)

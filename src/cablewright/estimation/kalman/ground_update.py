@@ -1,0 +1,82 @@
+"""Ground that the vertical lidar saw before: what of it is no floor, and the height where no floor is in sight."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from cablewright.arrays import Array, Mask
+from cablewright.estimation.height import HeightSettings
+from cablewright.estimation.kalman.ground_map import FLOOR
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, passes_gate, update_state
+from cablewright.estimation.kalman.vertical_turn import VerticalTurn, heights_of, level_sigma, mean_height, places_of
+
+_MIN_GROUND: Final = 40  # points on ground that was seen before
+_GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: cells are coarse, and some lie on flanks
+_GROUND_REACH: Final = 0.03  # m, of their median, besides the uncertainty of the height
+_LAID_SIGMA: Final = 2e-3  # m, of their mean, by what was laid since ...
+_GROWTH_SHARE: Final = 0.3  # ... and a share of what that is expected to be
+_LOWEST: Final = -0.1  # m over the floor, of points that are seen on the ground
+_GATE: Final = 3.0  # sigmas of the height before, by which ground may be off
+_CONE: Final = math.cos(math.radians(70.0))  # from the axis: where ground is seen
+
+
+def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
+    """Remember the ground of a *turn* in which the floor was in sight."""
+    near, heights = _ground_points(state, height, turn)
+    state.ground_map.write(places_of(state, turn, near), heights)
+
+
+def was_floor(state: FilterState, turn: VerticalTurn, level: Mask) -> bool | None:
+    """Whether the points of a *level* (k,) were floor when they were seen before; None: most were not seen."""
+    expected = state.ground_map.at(places_of(state, turn, level))
+    if np.count_nonzero(expected.known) < 0.5 * len(expected.known):
+        return None
+    return float(np.median(expected.heights[expected.known])) < FLOOR
+
+
+def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array]:
+    """Which points (k,) of a *turn* are near enough to tell heights of the ground, and these (j,), m over the floor."""
+    heights = heights_of(state, height, turn)
+    near = (turn.axis_cosine > _CONE) & (heights > _LOWEST)
+    return near, heights[near]
+
+
+def _known_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, float, float] | None:
+    """Points (k,) of a *turn* whose ground was seen before, how far over it they are, m, and how sure it is, m.
+
+    At least half of them are about equally far over it, and not very far: others are of what has come or gone.
+    None: too few are.
+    """
+    near, heights = _ground_points(state, height, turn)
+    expected = state.ground_map.at(places_of(state, turn, near))
+    known = expected.known
+    if np.count_nonzero(known) < _MIN_GROUND:
+        return None
+    over = heights - expected.heights
+    middle = float(np.median(over[known]))
+    same = known & (np.abs(over - middle) < _GROUND_BAND)
+    too_far = abs(middle) > _GROUND_REACH + _GATE * level_sigma(state)
+    if too_far or np.count_nonzero(same) < 0.5 * np.count_nonzero(known):
+        return None
+    chosen = near.copy()
+    chosen[near] = same
+    return chosen, float(over[same].mean()), math.hypot(_LAID_SIGMA, _GROWTH_SHARE * float(expected.grown[same].mean()))
+
+
+def update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
+    """Update by the ground that was seen before, where no floor tells the height.
+
+    It is used where the state is less sure of the height than the ground is, and never believed against the state: what
+    is wrong in it is the same in each turn.
+    """
+    found = _known_ground(state, height, turn)
+    if found is None:
+        return
+    good, over, sigma = found
+    H, R = mean_height(settings, state, height, turn, good)
+    R, innovation = R + sigma**2, np.array([-over])
+    if float((H @ state.P @ H.T)[0, 0]) > sigma**2 and passes_gate(state.P, H, innovation, R)[0]:
+        update_state(state, "vertical", H, innovation, R)
