@@ -31,13 +31,12 @@ def test_no_place_answers_for_another_that_shares_its_memory(apart: tuple[float,
     ground.write(here, np.array([0.1]))
     ground.passing(*(here[0] - 0.05))
     ground.passing(*here[0])
-    assert ground.passed(here).all()
+    assert not ground.may_be_floor(here).any()
     assert not ground.at(there).known.any()
-    assert not ground.passed(there).any()
+    assert ground.may_be_floor(there).all()
     ground.write(there, np.array([0.2]))
     assert not ground.at(here).known.any()
-    assert not ground.passed(here).any()
-    assert not ground.passed(there).any()
+    assert ground.may_be_floor(here).all()
     assert ground.at(there).heights == pytest.approx([0.2])
 
 
@@ -51,9 +50,9 @@ def test_the_path_near_each_place_is_counted() -> None:
         ground.write(places, np.zeros(4))
         for x in np.arange(0.0, 1.001, step):
             ground.passing(x, 0.0)
+        assert ground.may_be_floor(places).tolist() == [False, False, False, True]
         ground.growth = 1.0
         assert ground.at(places).grown == pytest.approx(chords, abs=0.05)
-        assert ground.passed(places).tolist() == [True, True, True, False]
 
 
 def test_who_stands_or_comes_from_far_away_has_laid_nothing() -> None:
@@ -61,7 +60,7 @@ def test_who_stands_or_comes_from_far_away_has_laid_nothing() -> None:
     for x, y in 2e-3 * random.standard_normal((1000, 2)):
         ground.passing(x, y)
     ground.passing(100.0, 0.0)
-    assert not ground.passed(np.array([[0.0, 0.0], [50.0, 0.0], [100.0, 0.0]])).any()
+    assert ground.may_be_floor(np.array([[0.0, 0.0], [50.0, 0.0], [100.0, 0.0]])).all()
 
 
 def test_ground_that_grows_is_expected_to_and_known_until_it_has_grown_much() -> None:
@@ -87,6 +86,34 @@ def test_ground_that_grows_is_expected_to_and_known_until_it_has_grown_much() ->
         layer()
     assert ground.at(_ROW).known[inside].sum() == 0
     assert ground.at(_ROW).known[~laid].all()
+
+
+def test_floor_beside_what_is_laid_counts_as_long_as_it_is_seen() -> None:
+    """The foot of what is laid may hide it: 25 cm beside the path it is expected to after a metre of path near it."""
+    ground, beside, far = GroundMap(), np.array([[0.0, 0.25]]), np.array([[0.0, 0.6]])
+    ground.write(beside, np.zeros(1))
+    ground.passing(-1.0, 0.0)
+    counts = []
+    for way in range(6):
+        ground.passing(1.0 if way % 2 == 0 else -1.0, 0.0)
+        counts.append(bool(ground.may_be_floor(beside)[0]))
+        if way == 2:
+            ground.write(beside, np.array([1e-3]))
+    assert counts == [True, True, False, True, True, False]
+    assert ground.may_be_floor(far).all()
+    ground.write(beside, np.array([0.01]))
+    assert not ground.may_be_floor(beside).any()
+
+
+def test_what_was_floor_just_now_is_not_what_was_floor_once() -> None:
+    ground, here = GroundMap(), np.array([[0.0, 0.0], [0.0, 0.1]])
+    ground.passing(-1.0, 0.0)
+    ground.write(here, np.array([2e-3, 9e-3]))
+    assert ground.was_floor(here).tolist() == [True, False]
+    ground.passing(-0.6, 0.0)
+    assert ground.was_floor(here).tolist() == [True, False]
+    ground.passing(-0.4, 0.0)
+    assert not ground.was_floor(here).any()
 
 
 def test_what_comes_and_goes_and_what_goes_up_a_wall_is_no_growth() -> None:

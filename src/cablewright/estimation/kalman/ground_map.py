@@ -16,15 +16,32 @@ FLOOR: Final = 5e-3
 _CELL: Final = 0.025  # m
 _SIDE: Final = 1024  # cells; places that are 25.6 m apart share one, which knows whose it is
 _NOBODY: Final = np.iinfo(np.int32).min
-_REACH: Final = 0.15  # m beside the nozzle, of what it lays
+_REACH: Final = 0.15  # m beside the nozzle, of what it lays ...
+_FOOT: Final = 0.35  # ... and of the foot of what has been laid
 _STRIDE: Final = 0.03  # m along its path, between two places from which ground is reached
 _STANDS: Final = 0.02  # m within which the nozzle stands
 _MAX_LEAP: Final = 5.0  # m from one place to the next, along which nothing is known to be laid
+_FOOT_PATH: Final = 1.0  # m of path since the floor was seen, whose foot may have come as far
+_RECENT: Final = 0.5  # m that the nozzle has gone since ground was seen, in which it is as it was
 _MAX_GROWTH: Final = 0.02  # m by which ground may have grown by what is known of all, to be known
 _MAX_RISE: Final = 0.03  # m, of ground that was seen again, and not of who stands on it or of a wall
 _MIN_PATH: Final = 0.1  # m of path, of ground that tells how fast it grows ...
 _MIN_POINTS: Final = 16  # ... and so many points of it
-_GAIN: Final = 0.05  # of each time it was seen, in how fast the ground grows
+_GAIN: Final = 0.05  # of each time it was seen, in how fast the ground grows on average
+_OWN_PATH: Final = 2.0  # m of path near a cell, over which its own growth is averaged
+
+
+_KEPT: Final = np.dtype([
+    ("owner", np.int32),  # of the squares that share a cell
+    ("height", np.float32),  # m over the floor as last seen; NaN: never
+    ("growth", np.float32),  # by which it rises for each metre of path; NaN: as all
+    ("path", np.float32),  # m of the nozzle's path within reach ...
+    ("path_seen", np.float32),  # ... when it was last seen
+    ("foot", np.float32),  # m of the path whose foot may come as far ...
+    ("foot_seen", np.float32),  # ... when it was last seen
+    ("seen_at", np.float32),  # m that the nozzle had gone then
+])  # fmt: skip
+_UNSEEN: Final = np.array((_NOBODY, np.nan, np.nan, 0.0, 0.0, 0.0, 0.0, 0.0), dtype=_KEPT)
 
 
 class KnownGround(NamedTuple):
@@ -44,9 +61,9 @@ class GroundMap:
     def __init__(self) -> None:
         """Begin with no ground in sight."""
         self.growth = 0.0
+        self._gone = 0.0  # m, by the nozzle
         self._place: Array | None = None  # (2,) m, world, of the nozzle at the last `passing`
-        self._heights, self._owners = np.zeros(0, dtype=np.float32), np.zeros(0, dtype=np.int32)
-        self._paths, self._paths_seen = np.zeros(0, dtype=np.float32), np.zeros(0, dtype=np.float32)  # m
+        self._kept = np.zeros(0, dtype=_KEPT)
 
     def passing(self, x: float, y: float) -> None:
         """The nozzle is over (x, y), m, world, on a straight way from where it was: it may have laid."""
@@ -57,10 +74,12 @@ class GroundMap:
         self._place = place
         if before is None or away > _MAX_LEAP:
             return
+        self._gone += away
         steps = math.ceil(away / _STRIDE)
         reached = before + np.linspace(1.0, 0.0, steps, endpoint=False)[:, None, None] * (place - before)
-        cells = self._own((reached + _DISC).reshape(-1, 2))
-        np.add.at(self._paths, cells, away / steps)
+        for kind, disc in (("foot", _WIDE), ("path", _LAID)):
+            cells = self._own((reached + disc).reshape(-1, 2))
+            np.add.at(self._kept[kind], cells, away / steps)
 
     def write(self, places: Array, heights: Array) -> None:
         """Keep *heights* (k,), m over the floor, of the ground at *places* (k, 2), m, world.
@@ -68,47 +87,62 @@ class GroundMap:
         Of each cell the last time counts.
         """
         cells = self._own(places)
-        self._learn_growth(cells, heights)
+        self._learn_growth(self._kept[cells], heights)
         chosen, own, count = np.unique(cells, return_inverse=True, return_counts=True)
-        self._heights[chosen] = np.bincount(own, heights) / count
-        self._paths_seen[chosen] = self._paths[chosen]
+        kept, seen = self._kept[chosen], np.bincount(own, heights) / count
+        paths, rises = kept["path"] - kept["path_seen"], seen - kept["height"]
+        learnt = (rises + _OWN_PATH * self._growths(kept)) / (paths + _OWN_PATH)
+        is_growth = (paths > 0.0) & (np.abs(rises) < _MAX_RISE)
+        kept["growth"] = np.where(is_growth, np.maximum(learnt, 0.0), kept["growth"])
+        kept["height"], kept["path_seen"], kept["foot_seen"] = seen, kept["path"], kept["foot"]
+        kept["seen_at"] = self._gone
+        self._kept[chosen] = kept
 
     def at(self, places: Array) -> KnownGround:
         """Return what is expected at *places* (k, 2), m, world."""
-        if not len(self._heights):
-            return KnownGround(np.zeros(len(places)), np.zeros(len(places)), np.zeros(len(places), dtype=np.bool_))
-        cells, owners = _cells(places)
-        heights = self._heights[cells].astype(np.float64)
-        grown = self.growth * (self._paths[cells] - self._paths_seen[cells]).astype(np.float64)
-        known = (self._owners[cells] == owners) & np.isfinite(heights) & (grown <= _MAX_GROWTH)
-        return KnownGround(heights + grown, grown, known)
+        kept, ours = self._find(places)
+        grown = self._growths(kept) * (kept["path"] - kept["path_seen"])
+        known = ours & np.isfinite(kept["height"]) & (grown <= _MAX_GROWTH)
+        return KnownGround(kept["height"] + grown, grown, known)
 
-    def passed(self, places: Array) -> Mask:
-        """Return over which of the *places* (k, 2), m, world, the nozzle has passed: ground that may have grown."""
-        if not len(self._heights):
-            return np.zeros(len(places), dtype=np.bool_)
+    def may_be_floor(self, places: Array) -> Mask:
+        """Return at which of the *places* (k, 2), m, world, the floor may be in sight.
+
+        The nozzle has not passed there, the floor was in sight the last time, and little may have been laid near since.
+        """
+        kept, ours = self._find(places)
+        free = (kept["path"] == 0.0) & (kept["foot"] - kept["foot_seen"] <= _FOOT_PATH)
+        return np.asarray((free & ~(kept["height"] > FLOOR)) | ~ours)  # NaN: never seen
+
+    def was_floor(self, places: Array) -> Mask:
+        """Return at which of the *places* (k, 2), m, world, the floor was in sight just now."""
+        kept, ours = self._find(places)
+        return np.asarray(ours & (kept["height"] < FLOOR) & (self._gone - kept["seen_at"] < _RECENT))
+
+    def _find(self, places: Array) -> tuple[NDArray[np.void], Mask]:
+        """Return what is kept (k,) in the cells of *places* (k, 2), m, and whether it is of these."""
+        if not len(self._kept):
+            return np.full(len(places), _UNSEEN), np.zeros(len(places), dtype=np.bool_)
         cells, owners = _cells(places)
-        return np.asarray((self._owners[cells] == owners) & (self._paths[cells] > 0.0))
+        kept = self._kept[cells]
+        return kept, np.asarray(kept["owner"] == owners)
 
     def _own(self, places: Array) -> NDArray[np.int64]:
         """Cells (k,) of *places* (k, 2), m, which from now on are those of no other places."""
-        if not len(self._heights):
-            size = _SIDE * _SIDE
-            self._heights, self._owners = (
-                np.full(size, np.nan, dtype=np.float32),
-                np.full(size, _NOBODY, dtype=np.int32),
-            )
-            self._paths, self._paths_seen = np.zeros(size, dtype=np.float32), np.zeros(size, dtype=np.float32)
+        if not len(self._kept):
+            self._kept = np.full(_SIDE * _SIDE, _UNSEEN)
         cells, owners = _cells(places)
-        lost = cells[self._owners[cells] != owners]
-        self._heights[lost] = np.nan
-        self._paths[lost] = self._paths_seen[lost] = 0.0
-        self._owners[cells] = owners
+        self._kept[cells[self._kept["owner"][cells] != owners]] = _UNSEEN
+        self._kept["owner"][cells] = owners
         return cells
 
-    def _learn_growth(self, cells: NDArray[np.int64], heights: Array) -> None:
-        """Learn how fast ground grows from *heights* (k,) that are seen again."""
-        rises, paths = heights - self._heights[cells], self._paths[cells] - self._paths_seen[cells]
+    def _growths(self, kept: NDArray[np.void]) -> Array:
+        """By how much each of the *kept* (k,) rises for each metre of path: as it did, or as all do on average."""
+        return np.where(np.isnan(kept["growth"]), self.growth, kept["growth"].astype(np.float64))
+
+    def _learn_growth(self, kept: NDArray[np.void], heights: Array) -> None:
+        """Learn how fast ground grows from *heights* (k,) where something is *kept* (k,)."""
+        rises, paths = heights - kept["height"], kept["path"] - kept["path_seen"]
         old = (paths > _MIN_PATH) & (np.abs(rises) < _MAX_RISE)
         if np.count_nonzero(old) >= _MIN_POINTS:
             seen = float(np.median(rises[old] / paths[old]))
@@ -122,12 +156,13 @@ def _cells(places: Array) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
     return (row % _SIDE) * _SIDE + column % _SIDE, square.astype(np.int32)
 
 
-def _disc() -> Array:
-    """Places (d, 2), m, one in each cell within reach of the nozzle."""
-    steps = np.arange(-_REACH, _REACH + _CELL, _CELL)
+def _disc(radius: float) -> Array:
+    """Places (d, 2), m, one in each cell within a *radius*, m."""
+    steps = np.arange(-radius, radius + _CELL, _CELL)
     x, y = np.meshgrid(steps, steps)
-    near = np.hypot(x, y) <= _REACH
+    near = np.hypot(x, y) <= radius
     return np.stack([x[near], y[near]], axis=1)
 
 
-_DISC: Final = _disc()
+_LAID: Final = _disc(_REACH)
+_WIDE: Final = _disc(_FOOT)

@@ -9,8 +9,7 @@ import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.estimation.height import HeightSettings
-from cablewright.estimation.kalman.ground_map import FLOOR
-from cablewright.estimation.kalman.state import FilterSettings, FilterState, passes_gate, update_state
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, apply_update, passes_gate
 from cablewright.estimation.kalman.vertical_turn import VerticalTurn, heights_of, level_sigma, mean_height, places_of
 
 _MIN_GROUND: Final = 40  # points on ground that was seen before
@@ -27,14 +26,6 @@ def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTu
     """Remember the ground of a *turn* in which the floor was in sight."""
     near, heights = _ground_points(state, height, turn)
     state.ground_map.write(places_of(state, turn, near), heights)
-
-
-def was_floor(state: FilterState, turn: VerticalTurn, level: Mask) -> bool | None:
-    """Whether the points of a *level* (k,) were floor when they were seen before; None: most were not seen."""
-    expected = state.ground_map.at(places_of(state, turn, level))
-    if np.count_nonzero(expected.known) < 0.5 * len(expected.known):
-        return None
-    return float(np.median(expected.heights[expected.known])) < FLOOR
 
 
 def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array]:
@@ -69,8 +60,8 @@ def _known_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn
 def update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the ground that was seen before, where no floor tells the height.
 
-    It is used where the state is less sure of the height than the ground is, and never believed against the state: what
-    is wrong in it is the same in each turn.
+    What is wrong in it is the same in each turn. So it is used where the state is less sure of the height than the
+    ground is, never believed against the state, and corrects only where B is and how long lines are (Schmidt 1966).
     """
     found = _known_ground(state, height, turn)
     if found is None:
@@ -79,4 +70,5 @@ def update_by_ground(settings: FilterSettings, state: FilterState, height: Heigh
     H, R = mean_height(settings, state, height, turn, good)
     R, innovation = R + sigma**2, np.array([-over])
     if float((H @ state.P @ H.T)[0, 0]) > sigma**2 and passes_gate(state.P, H, innovation, R)[0]:
-        update_state(state, "vertical", H, innovation, R)
+        lay = state.layout
+        apply_update(state, H, innovation, R, considered=slice(lay.radii.start, lay.size))

@@ -7,12 +7,13 @@ changes the sum of the distances to two opposite walls, which is known.
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from cablewright.arrays import Mask
 from cablewright.estimation.height import FLOOR_MAJORITY, HeightSettings, floor_points, height_over_structure
-from cablewright.estimation.kalman.ground_update import remember_ground, update_by_ground, was_floor
+from cablewright.estimation.kalman.ground_update import remember_ground, update_by_ground
 from cablewright.estimation.kalman.lidar_update import gated_update, noise_factor
 from cablewright.estimation.kalman.state import (
     FilterSettings,
@@ -67,41 +68,39 @@ def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     _update_walls(settings, state, height, turn)
 
 
+class _Floor(NamedTuple):
+    """What may be the floor in one ring."""
+
+    what: str
+    good: Mask  # (k,) points of the turn
+    over: float  # m, their mean height over the expected floor
+    most: bool  # of the points in the ring
+
+
 def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Update by the points near the expected floor, in two rings: below and aside, where the bias counts less.
 
     What was seen of the ground before tells what is no floor, and the height where none is in sight.
     """
-    sigma, before = range_sigma(settings, height), level_sigma(state)
-    band = _FLOOR_BAND + _GATE * before
-    seen, trusted = False, False
-    for ring, (low, high) in _RINGS.items():
-        heights = heights_of(state, height, turn)
-        inside = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
-        inside[inside] = ~state.ground_map.passed(places_of(state, turn, inside))  # it may have grown
-        good = inside.copy()
-        good[inside] = floor_points(
-            height, turn.points[inside], heights[inside], _GATE * sigma * turn.axis_cosine[inside], _MIN_SHARE, band
-        )
-        count = int(np.count_nonzero(good))
-        if count < 2 * _MIN_POINTS:
-            continue
-        over, is_floor = float(heights[good].mean()), was_floor(state, turn, good)
-        if is_floor is False and over > 0.0:
-            continue
-        most = count >= FLOOR_MAJORITY * int(np.count_nonzero(inside))
-        H, R = mean_height(settings, state, height, turn, good)
-        if over > 0.0 and not most:  # it may be no floor
+    before = level_sigma(state)
+    floors = [floor for ring in _RINGS if (floor := _floor_in(settings, state, height, turn, ring, before)) is not None]
+    seen = accepted = trusted = False
+    for floor in sorted(floors, key=lambda floor: abs(floor.over)):
+        over = float(heights_of(state, height, turn)[floor.good].mean())
+        H, R = mean_height(settings, state, height, turn, floor.good)
+        if over > 0.0 and not floor.most:  # it may be no floor
             if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
-        what, innovation = f"height {ring}", np.array([-over])
-        if over < 0.0 or (most and is_floor):  # nothing is below a floor
-            refusals = state.rejections.get(what, 0)
+        innovation = np.array([-over])
+        sank = floor.most and not accepted and _was_floor(state, turn, floor)
+        if over < 0.0 or sank:  # nothing is below a floor
+            refusals = state.rejections.get(floor.what, 0)
             if refusals >= _REFUSALS and not passes_gate(state.P, H, innovation, R)[0]:
                 inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
-        if gated_update(state, what, H, innovation, R, ("vertical", "gate"), sentence):
+        if gated_update(state, floor.what, H, innovation, R, ("vertical", "gate"), sentence):
+            accepted = True
             trusted |= before < _TRUSTED_SIGMA and abs(over) < _TRUSTED
     if seen:
         state.monitor.clear("vertical", "floor")
@@ -111,6 +110,29 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         remember_ground(state, height, turn)
     else:
         update_by_ground(settings, state, height, turn)
+
+
+def _was_floor(state: FilterState, turn: VerticalTurn, floor: _Floor) -> bool:
+    """Whether most points of a *floor* were floor just now."""
+    known = state.ground_map.was_floor(places_of(state, turn, floor.good))
+    return int(np.count_nonzero(known)) >= FLOOR_MAJORITY * len(known)
+
+
+def _floor_in(
+    settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn, ring: str, sigma: float
+) -> _Floor | None:
+    """Return what may be the floor in one *ring* of a *turn*, by a height known to *sigma*, m; None: too little."""
+    low, high = _RINGS[ring]
+    inside = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
+    inside[inside] = state.ground_map.may_be_floor(places_of(state, turn, inside))
+    good, heights = inside.copy(), heights_of(state, height, turn)
+    noise, ceiling = range_sigma(settings, height) * turn.axis_cosine[inside], _FLOOR_BAND + _GATE * sigma
+    good[inside] = floor_points(height, turn.points[inside], heights[inside], _GATE * noise, _MIN_SHARE, ceiling)
+    count = int(np.count_nonzero(good))
+    if count < 2 * _MIN_POINTS:
+        return None
+    over = float(heights[good].mean())
+    return _Floor(f"height {ring}", good, over, count >= FLOOR_MAJORITY * int(np.count_nonzero(inside)))
 
 
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
