@@ -60,7 +60,7 @@ def move(state: FilterState, up: float, sigma: float) -> None:
     state.lengths = state.lengths + state.taut.toward @ wrong
     inflate_position(state, [0.0, 0.0, sigma])
     ground = state.layout.ground
-    state.P[ground, ground] += 0.1**2  # or the distance sensor tells at once that it is none the less sure
+    state.P[ground, ground] += 0.1**2  # or the distance sensor would correct the height at once
 
 
 @pytest.mark.parametrize("estimator", OBSERVERS)

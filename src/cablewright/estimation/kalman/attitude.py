@@ -22,6 +22,7 @@ _INTERVAL: Final = 0.1  # s between updates
 _QUIET_TIME: Final = 3.0  # s without shaking, after which it begins anew
 _MAX_SHAKING: Final = 20.0  # s
 _MAX_NIS: Final = 40.0  # of one update, as it counts for the sensor's consistency
+_MAX_INTERVAL: Final = 0.1  # s between readings, by which a swing is followed
 _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
 
 
@@ -40,7 +41,7 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     state.last_imu_time = reading.time
     _predict_covariance(state, dt, dt * wz)
     diagonal(state.P)[state.layout.attitude] += settings.gyro_noise**2 * dt
-    if state.has_long_steps:  # one rate in a step does not tell how a swing ends
+    if dt > _MAX_INTERVAL:  # one rate does not tell how a swing ends
         _predict_upright(settings, state)
     state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
@@ -115,7 +116,7 @@ def predict_without_imu(settings: FilterSettings, state: FilterState, time: floa
     state.measured_tilts.clear()
     _predict_upright(settings, state)
     state.P[state.layout.yaw, state.layout.yaw] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
-    state.angular_rate = np.zeros(3)
+    state.angular_rate[2] = 0.0
     state.attitude_history.add(time, (state.gyro_yaw, 0.0, 0.0))
 
 
@@ -125,4 +126,4 @@ def _predict_upright(settings: FilterSettings, state: FilterState) -> None:
     P[tilt] = 0.0
     P[:, tilt] = 0.0
     diagonal(P)[tilt] = settings.swing_sigma**2
-    state.tilt = np.zeros(2)
+    state.tilt, state.angular_rate[:2] = np.zeros(2), 0.0

@@ -61,6 +61,7 @@ _REST_TIME: Final = 4.0  # s of constant counts after which B is at rest unless 
 _COASTING_SPEED: Final = 0.05  # m/s, about the largest of B while nothing measures it
 _DIRECTIONS: Final = np.array([1.0, 1.0, 0.2])  # vertical motion is slower
 _EYE: Final = np.eye(3)
+_MAX_DISTANCE: Final = 1e3  # m
 _MAX_GROUND_REJECTIONS: Final = 5  # readings of the distance sensor in a row, after which the ground has changed
 
 
@@ -108,6 +109,8 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
     if state.coasting:
         _predict_coasting(settings, state, dt)
     line_update.update_jacobian(settings, state)
+    if settings.machine.height is not None:
+        state.ground_map.passing(*state.position[:2].tolist())
     _process_scan(settings, state)
     while dt > LONG_STEP and (state.pending_scans or state.extracted_turn is not None):
         _process_scan(settings, state)
@@ -162,6 +165,7 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.angles_refused_since = math.inf
     state.pending_scans.clear()
     state.rejections.clear()
+    state.ground_map.interrupt()
     state.last_wall_times = dict.fromkeys({wall.kind for wall in settings.machine.walls.room.walls}, now)
     line_update.update_jacobian(settings, state, at_once=True)
     if state.taut is None:
@@ -275,7 +279,7 @@ def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading
 def _update_ground(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
     """Update by the distance sensor: height of B over the ground under the valve."""
     depth, lay = settings.machine.valve_depth, state.layout
-    if depth is None or not math.isfinite(reading.distance):
+    if depth is None or not abs(reading.distance) < _MAX_DISTANCE:
         return
     H = np.zeros((1, lay.size))
     H[0, lay.position][2], H[0, lay.ground] = 1.0, -1.0

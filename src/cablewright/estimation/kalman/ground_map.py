@@ -18,12 +18,12 @@ _SIDE: Final = 1024  # cells; places that are 25.6 m apart share one, which know
 _NOBODY: Final = np.iinfo(np.int32).min
 _REACH: Final = 0.15  # m beside the nozzle, of what it lays ...
 _FOOT: Final = 0.35  # ... and of the foot of what has been laid
-_STRIDE: Final = 0.03  # m along its path, between two places from which ground is reached
-_STANDS: Final = 0.02  # m within which the nozzle stands
+_STRIDE: Final = 0.05  # m along its path, between two places from which ground is reached
 _MAX_LEAP: Final = 5.0  # m from one place to the next, along which nothing is known to be laid
 _FOOT_PATH: Final = 1.0  # m of path since the floor was seen, whose foot may have come as far
 _RECENT: Final = 0.5  # m that the nozzle has gone since ground was seen, in which it is as it was
-_MAX_GROWTH: Final = 0.02  # m by which ground may have grown by what is known of all, to be known
+_GROWS: Final = 5e-4  # m for each metre of path, from which something is laid
+_MAX_GROWTH: Final = 0.02  # m by which ground may have grown, to be known
 _MAX_RISE: Final = 0.03  # m, of ground that was seen again, and not of who stands on it or of a wall
 _MIN_PATH: Final = 0.1  # m of path, of ground that tells how fast it grows ...
 _MIN_POINTS: Final = 16  # ... and so many points of it
@@ -48,38 +48,44 @@ class KnownGround(NamedTuple):
     """What is expected at some places."""
 
     heights: Array  # (k,) m over the floor
-    grown: Array  # (k,) m of it, since it was seen
+    may_have_grown: Array  # (k,) m, since it was seen
     known: Mask  # (k,)
 
 
 class GroundMap:
     """Heights of the ground over the floor, by cells of 2.5 cm, and how much of the nozzle's path was near each.
 
-    ``growth``: by how much ground rises on average for each metre of path near it, as seen.
+    ``growth``: m by which ground rises on average for each metre of path near it, as seen.
     """
 
     def __init__(self) -> None:
         """Begin with no ground in sight."""
         self.growth = 0.0
         self._gone = 0.0  # m, by the nozzle
-        self._place: Array | None = None  # (2,) m, world, of the nozzle at the last `passing`
+        self._place: tuple[float, float] | None = None  # m, world, to which the nozzle's path is counted
         self._kept = np.zeros(0, dtype=_KEPT)
 
     def passing(self, x: float, y: float) -> None:
         """The nozzle is over (x, y), m, world, on a straight way from where it was: it may have laid."""
-        place, before = np.array([x, y]), self._place
-        away = math.inf if before is None else float(np.hypot(*(place - before)))
-        if away < _STANDS:
+        before, away = self._place, math.inf
+        if before is not None:
+            away = math.hypot(x - before[0], y - before[1])
+        if away < _STRIDE or not math.isfinite(x + y):
             return
-        self._place = place
+        self._place = x, y
         if before is None or away > _MAX_LEAP:
             return
         self._gone += away
         steps = math.ceil(away / _STRIDE)
-        reached = before + np.linspace(1.0, 0.0, steps, endpoint=False)[:, None, None] * (place - before)
+        shares = np.linspace(1.0, 0.0, steps, endpoint=False)[:, None, None]
+        reached = np.array(before) + shares * (np.array([x, y]) - before)
         for kind, disc in (("foot", _WIDE), ("path", _LAID)):
             cells = self._own((reached + disc).reshape(-1, 2))
             np.add.at(self._kept[kind], cells, away / steps)
+
+    def interrupt(self) -> None:
+        """How the nozzle comes to its next place is not known."""
+        self._place = None
 
     def write(self, places: Array, heights: Array) -> None:
         """Keep *heights* (k,), m over the floor, of the ground at *places* (k, 2), m, world.
@@ -93,7 +99,7 @@ class GroundMap:
         paths, rises = kept["path"] - kept["path_seen"], seen - kept["height"]
         learnt = (rises + _OWN_PATH * self._growths(kept)) / (paths + _OWN_PATH)
         is_growth = (paths > 0.0) & (np.abs(rises) < _MAX_RISE)
-        kept["growth"] = np.where(is_growth, np.maximum(learnt, 0.0), kept["growth"])
+        kept["growth"] = np.where(is_growth, learnt, kept["growth"])
         kept["height"], kept["path_seen"], kept["foot_seen"] = seen, kept["path"], kept["foot"]
         kept["seen_at"] = self._gone
         self._kept[chosen] = kept
@@ -101,17 +107,21 @@ class GroundMap:
     def at(self, places: Array) -> KnownGround:
         """Return what is expected at *places* (k, 2), m, world."""
         kept, ours = self._find(places)
-        grown = self._growths(kept) * (kept["path"] - kept["path_seen"])
-        known = ours & np.isfinite(kept["height"]) & (grown <= _MAX_GROWTH)
-        return KnownGround(kept["height"] + grown, grown, known)
+        growths, paths = self._growths(kept), (kept["path"] - kept["path_seen"]).astype(np.float64)
+        may_have_grown = np.maximum(growths, self.growth) * paths
+        known = ours & np.isfinite(kept["height"]) & (may_have_grown <= _MAX_GROWTH)
+        return KnownGround(kept["height"] + growths * paths, may_have_grown, known)
 
     def may_be_floor(self, places: Array) -> Mask:
         """Return at which of the *places* (k, 2), m, world, the floor may be in sight.
 
-        The nozzle has not passed there, the floor was in sight the last time, and little may have been laid near since.
+        It was the last time, and where ground is seen to grow, the nozzle has not passed there and little may have been
+        laid near since.
         """
         kept, ours = self._find(places)
         free = (kept["path"] == 0.0) & (kept["foot"] - kept["foot_seen"] <= _FOOT_PATH)
+        if self.growth < _GROWS:
+            free[:] = True
         return np.asarray((free & ~(kept["height"] > FLOOR)) | ~ours)  # NaN: never seen
 
     def was_floor(self, places: Array) -> Mask:

@@ -1,4 +1,4 @@
-"""Ground that the vertical lidar saw before: what of it is no floor, and the height where no floor is in sight."""
+"""Ground that the vertical lidar saw before, which tells the height where no floor is in sight."""
 
 from __future__ import annotations
 
@@ -54,7 +54,11 @@ def _known_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn
         return None
     chosen = near.copy()
     chosen[near] = same
-    return chosen, float(over[same].mean()), math.hypot(_LAID_SIGMA, _GROWTH_SHARE * float(expected.grown[same].mean()))
+    return (
+        chosen,
+        float(over[same].mean()),
+        math.hypot(_LAID_SIGMA, _GROWTH_SHARE * float(expected.may_have_grown[same].mean())),
+    )
 
 
 def update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
@@ -68,7 +72,9 @@ def update_by_ground(settings: FilterSettings, state: FilterState, height: Heigh
         return
     good, over, sigma = found
     H, R = mean_height(settings, state, height, turn, good)
-    R, innovation = R + sigma**2, np.array([-over])
-    if float((H @ state.P @ H.T)[0, 0]) > sigma**2 and passes_gate(state.P, H, innovation, R)[0]:
-        lay = state.layout
-        apply_update(state, H, innovation, R, considered=slice(lay.radii.start, lay.size))
+    innovation, before = np.array([-over]), float((H @ state.P @ H.T)[0, 0])
+    if before <= sigma**2 or not passes_gate(state.P, H, innovation, R + sigma**2)[0]:
+        return
+    R += sigma**2 * before / (before - sigma**2)  # by which no more than that is claimed, however often it is used
+    lay = state.layout
+    apply_update(state, H, innovation, R, considered=np.r_[lay.velocity, lay.attitude, lay.radii.start : lay.size])

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -260,7 +260,12 @@ class FilterState:
 
 
 def kalman_update(
-    P: Array, H: Array, innovation: Array, R: Array, spread: Array | None = None, considered: slice = _NONE
+    P: Array,
+    H: Array,
+    innovation: Array,
+    R: Array,
+    spread: Array | None = None,
+    considered: slice | NDArray[np.intp] = _NONE,
 ) -> tuple[Array, Array]:
     """Return the correction (n,) and the updated covariance, in Joseph's form, which stays symmetric and positive.
 
@@ -292,7 +297,12 @@ def update_state(state: FilterState, sensor: str, H: Array, innovation: Array, R
 
 
 def apply_update(
-    state: FilterState, H: Array, innovation: Array, R: Array, spread: Array | None = None, considered: slice = _NONE
+    state: FilterState,
+    H: Array,
+    innovation: Array,
+    R: Array,
+    spread: Array | None = None,
+    considered: slice | NDArray[np.intp] = _NONE,
 ) -> None:
     """Update the state and its covariance by one measurement, as `kalman_update`."""
     correction, state.P = kalman_update(state.P, H, innovation, R, spread, considered)

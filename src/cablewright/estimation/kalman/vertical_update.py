@@ -38,7 +38,7 @@ from cablewright.signals import Scan
 _RINGS: Final = {
     "aside": (35.0, 70.0),
     "below": (0.0, 35.0),
-}  # degrees from the axis: two parts of the floor, the one more often free first
+}  # degrees from the axis: two parts of the floor
 _WALL_COSINE: Final = math.cos(math.radians(60.0))  # rays farther from the axis meet walls
 _WALL_HEIGHT: Final = 0.1  # m over the floor, from which points are taken for a wall's
 _MIN_POINTS: Final = 8  # of a wall; twice as many of the floor
@@ -60,10 +60,8 @@ def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     attitudes, motion = state.attitude_history.at(scan.times), state.motion_since(scan.times)
     turn = turn_of(state, height, scan, attitudes, motion)
     over = height_over_structure(height, scan, attitudes[:, 1:])
-    x, y, z = (state.position - motion.displacement[len(attitudes) // 2]).tolist()
     if math.isfinite(over):
-        state.clearance_offset = over - z
-    state.ground_map.passing(x, y)
+        state.clearance_offset = over - float((state.position - motion.displacement[len(attitudes) // 2])[2])
     _update_floor(settings, state, height, turn)
     _update_walls(settings, state, height, turn)
 
@@ -84,7 +82,7 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
     """
     before = level_sigma(state)
     floors = [floor for ring in _RINGS if (floor := _floor_in(settings, state, height, turn, ring, before)) is not None]
-    seen = accepted = trusted = False
+    seen = accepted = refused = trusted = False
     for floor in sorted(floors, key=lambda floor: abs(floor.over)):
         over = float(heights_of(state, height, turn)[floor.good].mean())
         H, R = mean_height(settings, state, height, turn, floor.good)
@@ -99,14 +97,16 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
             if refusals >= _REFUSALS and not passes_gate(state.P, H, innovation, R)[0]:
                 inflate_position(state, [0.0, 0.0, over])
         seen, sentence = True, "its floor is not at the expected height: not used"
-        if gated_update(state, floor.what, H, innovation, R, ("vertical", "gate"), sentence):
-            accepted = True
-            trusted |= before < _TRUSTED_SIGMA and abs(over) < _TRUSTED
+        if not gated_update(state, floor.what, H, innovation, R, ("vertical", "gate"), sentence):
+            refused = True
+            continue
+        accepted = True
+        trusted |= before < _TRUSTED_SIGMA and abs(over) < _TRUSTED
     if seen:
         state.monitor.clear("vertical", "floor")
     else:
         state.monitor.report("vertical", "floor", "no floor in sight near the expected height")
-    if trusted:
+    if trusted and not refused:
         remember_ground(state, height, turn)
     else:
         update_by_ground(settings, state, height, turn)
@@ -114,25 +114,25 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
 
 def _was_floor(state: FilterState, turn: VerticalTurn, floor: _Floor) -> bool:
     """Whether most points of a *floor* were floor just now."""
-    known = state.ground_map.was_floor(places_of(state, turn, floor.good))
-    return int(np.count_nonzero(known)) >= FLOOR_MAJORITY * len(known)
+    were = state.ground_map.was_floor(places_of(state, turn, floor.good))
+    return int(np.count_nonzero(were)) >= FLOOR_MAJORITY * len(were)
 
 
 def _floor_in(
-    settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn, ring: str, sigma: float
+    settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn, name: str, sigma: float
 ) -> _Floor | None:
-    """Return what may be the floor in one *ring* of a *turn*, by a height known to *sigma*, m; None: too little."""
-    low, high = _RINGS[ring]
-    inside = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
-    inside[inside] = state.ground_map.may_be_floor(places_of(state, turn, inside))
-    good, heights = inside.copy(), heights_of(state, height, turn)
-    noise, ceiling = range_sigma(settings, height) * turn.axis_cosine[inside], _FLOOR_BAND + _GATE * sigma
-    good[inside] = floor_points(height, turn.points[inside], heights[inside], _GATE * noise, _MIN_SHARE, ceiling)
+    """Return what may be the floor in a ring of a *turn*, by a height known to *sigma*, m; None: too little."""
+    low, high = _RINGS[name]
+    ring = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
+    heights, good = heights_of(state, height, turn), ring.copy()
+    possible = np.where(state.ground_map.may_be_floor(places_of(state, turn, ring)), heights[ring], np.inf)
+    band, ceiling = _GATE * range_sigma(settings, height) * turn.axis_cosine[ring], _FLOOR_BAND + _GATE * sigma
+    good[ring] = floor_points(height, turn.points[ring], possible, band, _MIN_SHARE, ceiling)
     count = int(np.count_nonzero(good))
     if count < 2 * _MIN_POINTS:
         return None
     over = float(heights[good].mean())
-    return _Floor(f"height {ring}", good, over, count >= FLOOR_MAJORITY * int(np.count_nonzero(inside)))
+    return _Floor(f"height {name}", good, over, count >= FLOOR_MAJORITY * int(np.count_nonzero(ring)))
 
 
 def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
