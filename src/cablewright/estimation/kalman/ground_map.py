@@ -17,31 +17,30 @@ _CELL: Final = 0.025  # m
 _SIDE: Final = 1024  # cells; places that are 25.6 m apart share one, which knows whose it is
 _NOBODY: Final = np.iinfo(np.int32).min
 _REACH: Final = 0.15  # m beside the nozzle, of what it lays ...
-_FOOT: Final = 0.35  # ... and of the foot of what has been laid
+_FOOT: Final = 0.5  # ... and of the foot of what has been laid
 _STRIDE: Final = 0.05  # m along its path, between two places from which ground is reached
 _MAX_LEAP: Final = 5.0  # m from one place to the next, along which nothing is known to be laid
-_FOOT_PATH: Final = 1.0  # m of path since the floor was seen, whose foot may have come as far
+_FOOT_PATH: Final = 2.0  # m of path since the floor was seen, whose foot may have come as far
 _RECENT: Final = 0.5  # m that the nozzle has gone since ground was seen, in which it is as it was
-_GROWS: Final = 5e-4  # m for each metre of path, from which something is laid
+_GROWS: Final = 3e-4  # m for each metre of path, from which something is laid
 _MAX_GROWTH: Final = 0.02  # m by which ground may have grown, to be known
 _MAX_RISE: Final = 0.03  # m, of ground that was seen again, and not of who stands on it or of a wall
-_MIN_PATH: Final = 0.1  # m of path, of ground that tells how fast it grows ...
+_MIN_PATH: Final = 0.5  # m of path, of ground that tells how fast it grows ...
 _MIN_POINTS: Final = 16  # ... and so many points of it
 _GAIN: Final = 0.05  # of each time it was seen, in how fast the ground grows on average
-_OWN_PATH: Final = 2.0  # m of path near a cell, over which its own growth is averaged
+_OWN_PATH: Final = 6.0  # m of path near a cell, over which its own growth is averaged
 
 
 _KEPT: Final = np.dtype([
     ("owner", np.int32),  # of the squares that share a cell
     ("height", np.float32),  # m over the floor as last seen; NaN: never
     ("growth", np.float32),  # by which it rises for each metre of path; NaN: as all
-    ("path", np.float32),  # m of the nozzle's path within reach ...
+    ("laid", np.float32),  # m of the nozzle's path so near that it lays there
+    ("path", np.float32),  # m of the path so near that the foot of what it lays comes there ...
     ("path_seen", np.float32),  # ... when it was last seen
-    ("foot", np.float32),  # m of the path whose foot may come as far ...
-    ("foot_seen", np.float32),  # ... when it was last seen
     ("seen_at", np.float32),  # m that the nozzle had gone then
 ])  # fmt: skip
-_UNSEEN: Final = np.array((_NOBODY, np.nan, np.nan, 0.0, 0.0, 0.0, 0.0, 0.0), dtype=_KEPT)
+_UNSEEN: Final = np.array((_NOBODY, np.nan, np.nan, 0.0, 0.0, 0.0, 0.0), dtype=_KEPT)
 
 
 class KnownGround(NamedTuple):
@@ -79,7 +78,7 @@ class GroundMap:
         steps = math.ceil(away / _STRIDE)
         shares = np.linspace(1.0, 0.0, steps, endpoint=False)[:, None, None]
         reached = np.array(before) + shares * (np.array([x, y]) - before)
-        for kind, disc in (("foot", _WIDE), ("path", _LAID)):
+        for kind, disc in (("path", _WIDE), ("laid", _LAID)):
             cells = self._own((reached + disc).reshape(-1, 2))
             np.add.at(self._kept[kind], cells, away / steps)
 
@@ -100,8 +99,7 @@ class GroundMap:
         learnt = (rises + _OWN_PATH * self._growths(kept)) / (paths + _OWN_PATH)
         is_growth = (paths > 0.0) & (np.abs(rises) < _MAX_RISE)
         kept["growth"] = np.where(is_growth, learnt, kept["growth"])
-        kept["height"], kept["path_seen"], kept["foot_seen"] = seen, kept["path"], kept["foot"]
-        kept["seen_at"] = self._gone
+        kept["height"], kept["path_seen"], kept["seen_at"] = seen, kept["path"], self._gone
         self._kept[chosen] = kept
 
     def at(self, places: Array) -> KnownGround:
@@ -119,7 +117,7 @@ class GroundMap:
         laid near since.
         """
         kept, ours = self._find(places)
-        free = (kept["path"] == 0.0) & (kept["foot"] - kept["foot_seen"] <= _FOOT_PATH)
+        free = (kept["laid"] == 0.0) & (kept["path"] - kept["path_seen"] <= _FOOT_PATH)
         if self.growth < _GROWS:
             free[:] = True
         return np.asarray((free & ~(kept["height"] > FLOOR)) | ~ours)  # NaN: never seen
