@@ -12,6 +12,7 @@ import pytest
 from cablewright.arrays import Array
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import FilterState, inflate_position
+from cablewright.estimation.kalman.vertical_turn import level_sigma
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -112,8 +113,12 @@ def test_where_no_floor_is_in_sight_the_ground_that_was_seen_tells_the_height(wr
             lay(twin, -1.8, -0.1, 27.2)
         if step == 151:
             move(state.filter, wrong, 4e-3)
+        if step > 160:
+            claimed.append(level_sigma(state.filter))
 
+    claimed: list[float] = []
     recording, off = stand("filter", 260, laid_on)
+    assert min(claimed) > 1.9e-3  # it is the same ground in each turn
     assert "no floor in sight near the expected height" in {fault.sentence for fault in recording[-1][0].faults}
     assert np.abs(off[20:150]).max() < 3e-3
     assert abs(off[152]) > 0.5 * abs(wrong)
