@@ -28,7 +28,7 @@ _MAX_REPEATS: Final = 10  # identical readings in a row: a sensor with noise giv
 _MAX_OUTLIERS: Final = 5  # readings in a row beyond the gate before they are accepted
 _FIRST_SIGMA: Final = math.radians(5.0)  # of one reading of a line that vibrates
 _SCATTER_TIMES: Final = 5.0  # smoothing times over which the scatter of readings is averaged ...
-_FIRST_TIMES: Final = 0.01  # ... and for how many the first one counts
+_FIRST_TIMES: Final = 0.01  # ... and for how many the first one counts, where readings are farther apart than one
 _MAX_ITERATIONS: Final = 6
 _TOLERANCE: Final = 1e-6  # rad, of the angle that an excess has to give
 
@@ -150,7 +150,7 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     off = np.where(accepted, difference - base, 0.0)
     smoothed = np.where(accepted, base + gain * off, state.differences)
     new = np.where(accepted & ~restart, gain, 0.0)
-    seen = np.minimum(state.scatter_times + new, _SCATTER_TIMES)
+    seen = _scatter_times(settings, state, dt, new)
     scatter = state.scatter + new / seen * (off**2 - state.scatter)
     mixed = (1.0 - gain) ** 2 * state.variances + gain**2 * scatter  # of independent readings
     variances = np.where(accepted, mixed, state.variances)
@@ -160,6 +160,16 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     return SlacknessState(
         smoothed, excess, times, last, repeats, outliers, scatter, seen, variances, reading.time, straight
     )
+
+
+def _scatter_times(settings: SlacknessSettings, state: SlacknessState, dt: float, new: float | Array) -> Array:
+    """Smoothing times (m,) over which the scatter is averaged, with *new* ones *dt*, s, after the last.
+
+    Readings that are closer than a smoothing time do not tell it soon: a line that vibrates hardly moves meanwhile.
+    """
+    if dt <= settings.smoothing_time:
+        return np.full(len(state.scatter), _SCATTER_TIMES)
+    return np.minimum(state.scatter_times + new, _SCATTER_TIMES)
 
 
 def _usual(
@@ -181,7 +191,7 @@ def _usual(
     gain = -math.expm1(-(reading.time - state.time) / settings.smoothing_time)
     keep = 1.0 - gain
     smoothed = state.differences + gain * off
-    seen = np.minimum(state.scatter_times + gain, _SCATTER_TIMES)
+    seen = _scatter_times(settings, state, reading.time - state.time, gain)
     scatter = state.scatter + gain / seen * (off * off - state.scatter)
     variances = keep * keep * state.variances + gain * gain * scatter
     times, none = np.full(len(off), reading.time), np.zeros(len(off), dtype=np.int64)

@@ -301,7 +301,7 @@ def replay(
             estimate = observer.step(settings, state, entry.frame)
             found.add(entry, estimate, state.taut, time.thread_time() - begin)
             if progress is not None and found.steps % 500 == 0:
-                progress("replaying (bytes)", entries.position, entries.size)
+                progress(f"replaying, {estimator} (bytes)", entries.position, entries.size)
         return Replay(
             log, head, estimator, tuple(entries.notes), found.steps, found.duration, found.valid, found.begin,
             found.slack_steps, found.faults, np.array(found.step_times), found.trace,
