@@ -98,7 +98,7 @@ class SlacknessState(NamedTuple):
     repeats: NDArray[np.int64]  # identical readings in a row
     outliers: NDArray[np.int64]  # readings in a row beyond the gate
     scatter: Array  # rad^2, of single readings about the smoothed differences
-    scatter_times: Array  # smoothing times of readings in that
+    scatter_times: float | Array  # smoothing times of readings in that, all or (m,)
     variances: Array  # rad^2, of the smoothed differences
     time: float
     straight: Straight | None = None  # where the last reading was
@@ -162,14 +162,14 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
     )
 
 
-def _scatter_times(settings: SlacknessSettings, state: SlacknessState, dt: float, new: float | Array) -> Array:
-    """Smoothing times (m,) over which the scatter is averaged, with *new* ones *dt*, s, after the last.
+def _scatter_times(settings: SlacknessSettings, state: SlacknessState, dt: float, new: float | Array) -> float | Array:
+    """Smoothing times, all or (m,), over which the scatter is averaged, with *new* ones *dt*, s, after the last.
 
     Readings that are closer than a smoothing time do not tell it soon: a line that vibrates hardly moves meanwhile.
     """
     if dt <= settings.smoothing_time:
-        return np.full(len(state.scatter), _SCATTER_TIMES)
-    return np.minimum(state.scatter_times + new, _SCATTER_TIMES)
+        return _SCATTER_TIMES
+    return np.asarray(np.minimum(state.scatter_times + new, _SCATTER_TIMES))
 
 
 def _usual(

@@ -67,7 +67,7 @@ def update_by_ground(settings: FilterSettings, state: FilterState, height: Heigh
     What is wrong in it is the same in each turn. So it is used where the state is less sure of the height than the
     ground is, never believed against the state, and corrects only where B is and how long lines are (Schmidt 1966).
     """
-    found = _known_ground(state, height, turn)
+    found = None if level_sigma(state) < _LAID_SIGMA else _known_ground(state, height, turn)
     if found is None:
         return
     good, over, sigma = found
