@@ -62,7 +62,7 @@ class SlacknessSettings:
                 raise InputError(f"{name} = {getattr(self, name):g}: a finite number over 0 is expected")
 
 
-class Straight(NamedTuple):
+class StraightLines(NamedTuple):
     """What a parabola's excess needs of straight lines, computed once for one place; (m,) arrays."""
 
     taut: Taut
@@ -73,7 +73,7 @@ class Straight(NamedTuple):
     stretching: Array  # m/N
 
     @classmethod
-    def at(cls, settings: SlacknessSettings, taut: Taut) -> Straight:
+    def at(cls, settings: SlacknessSettings, taut: Taut) -> StraightLines:
         """Return that of lines that are *taut*."""
         lines, c = settings.model.lines, np.cos(taut.angles)
         rising = lines.weight * (0.5 * taut.free - settings.from_platform)
@@ -101,7 +101,7 @@ class SlacknessState(NamedTuple):
     scatter_times: float | Array  # smoothing times of readings in that, all or (m,)
     variances: Array  # rad^2, of the smoothed differences
     time: float
-    straight: Straight | None = None  # where the last reading was
+    straight: StraightLines | None = None  # where the last reading was
 
     @property
     def stuck(self) -> Mask:
@@ -131,7 +131,7 @@ def step(settings: SlacknessSettings, state: SlacknessState, reading: LineAngles
         return state
     straight = state.straight
     if straight is None or straight.taut is not taut:
-        straight = Straight.at(settings, taut)
+        straight = StraightLines.at(settings, taut)
     angles = reading.angles
     difference = angles - taut.angles
     usual = _usual(settings, state, reading, difference, straight)
@@ -173,7 +173,7 @@ def _scatter_times(settings: SlacknessSettings, state: SlacknessState, dt: float
 
 
 def _usual(
-    settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, difference: Array, straight: Straight
+    settings: SlacknessSettings, state: SlacknessState, reading: LineAngles, difference: Array, straight: StraightLines
 ) -> SlacknessState | None:
     """Return the state after a reading that is as most are: of every line, new and near the smoothed one; else None.
 
@@ -207,7 +207,7 @@ def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array
     With horizontal force h the slope grows by w / h per metre, which from mid-span to the sensor gives the difference
     of slopes. The span is w^2 x^2 c cos^2 / 24 h^2 longer than its chord c, less the elastic stretch.
     """
-    return Straight.at(settings, taut).excess(settings, differences)
+    return StraightLines.at(settings, taut).excess(settings, differences)
 
 
 def catenary_excess(settings: SlacknessSettings, taut: Taut, line: int, difference: float) -> float:

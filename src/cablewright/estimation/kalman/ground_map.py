@@ -30,11 +30,10 @@ _MIN_POINTS: Final = 16  # ... and so many points of it
 _GAIN: Final = 0.05  # of each time it was seen, in how fast the ground grows on average
 _OWN_PATH: Final = 6.0  # m of path near a cell, over which its own growth is averaged
 
-
 _KEPT: Final = np.dtype([
     ("owner", np.int32),  # of the squares that share a cell
     ("height", np.float32),  # m over the floor as last seen; NaN: never
-    ("growth", np.float32),  # by which it rises for each metre of path; NaN: as all
+    ("growth", np.float32),  # m by which it rises for each metre of path; NaN: as all
     ("laid", np.float32),  # m of the nozzle's path so near that it lays there
     ("path", np.float32),  # m of the path so near that the foot of what it lays comes there ...
     ("path_seen", np.float32),  # ... when it was last seen
@@ -66,9 +65,8 @@ class GroundMap:
 
     def passing(self, x: float, y: float) -> None:
         """The nozzle is over (x, y), m, world, on a straight way from where it was: it may have laid."""
-        before, away = self._place, math.inf
-        if before is not None:
-            away = math.hypot(x - before[0], y - before[1])
+        before = self._place
+        away = math.inf if before is None else math.dist(before, (x, y))
         if away < _STRIDE or not math.isfinite(x + y):
             return
         self._place = x, y
@@ -117,9 +115,8 @@ class GroundMap:
         laid near since.
         """
         kept, ours = self._find(places)
-        free = (kept["laid"] == 0.0) & (kept["path"] - kept["path_seen"] <= _FOOT_PATH)
-        if self.growth < _GROWS:
-            free[:] = True
+        as_it_was = (kept["laid"] == 0.0) & (kept["path"] - kept["path_seen"] <= _FOOT_PATH)
+        free = as_it_was | (self.growth < _GROWS)
         return np.asarray((free & ~(kept["height"] > FLOOR)) | ~ours)  # NaN: never seen
 
     def was_floor(self, places: Array) -> Mask:

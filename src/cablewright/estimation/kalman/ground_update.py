@@ -10,7 +10,15 @@ import numpy as np
 from cablewright.arrays import Array, Mask
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, apply_update, passes_gate
-from cablewright.estimation.kalman.vertical_turn import VerticalTurn, heights_of, level_sigma, mean_height, places_of
+from cablewright.estimation.kalman.vertical_turn import (
+    CONE,
+    GATE,
+    VerticalTurn,
+    heights_of,
+    level_sigma,
+    mean_height,
+    places_of,
+)
 
 _MIN_GROUND: Final = 40  # points on ground that was seen before
 _GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: cells are coarse, and some lie on flanks
@@ -18,8 +26,6 @@ _GROUND_REACH: Final = 0.03  # m, of their median, besides the uncertainty of th
 _LAID_SIGMA: Final = 2e-3  # m, of their mean, by what was laid since ...
 _GROWTH_SHARE: Final = 0.3  # ... and a share of what that is expected to be
 _LOWEST: Final = -0.1  # m over the floor, of points that are seen on the ground
-_GATE: Final = 3.0  # sigmas of the height before, by which ground may be off
-_CONE: Final = math.cos(math.radians(70.0))  # from the axis: where ground is seen
 
 
 def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
@@ -31,15 +37,17 @@ def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTu
 def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array]:
     """Which points (k,) of a *turn* are near enough to tell heights of the ground, and these (j,), m over the floor."""
     heights = heights_of(state, height, turn)
-    near = (turn.axis_cosine > _CONE) & (heights > _LOWEST)
+    near = (turn.axis_cosine > math.cos(math.radians(CONE))) & (heights > _LOWEST)
     return near, heights[near]
 
 
-def _known_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, float, float] | None:
+def _known_ground(
+    state: FilterState, height: HeightSettings, turn: VerticalTurn, before: float
+) -> tuple[Mask, float, float] | None:
     """Points (k,) of a *turn* whose ground was seen before, how far over it they are, m, and how sure it is, m.
 
-    At least half of them are about equally far over it, and not very far: others are of what has come or gone.
-    None: too few are.
+    At least half of them are about equally far over it, and, by a height known to *before*, m, not very far: others are
+    of what has come or gone. None: too few are.
     """
     near, heights = _ground_points(state, height, turn)
     expected = state.ground_map.at(places_of(state, turn, near))
@@ -49,16 +57,13 @@ def _known_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn
     over = heights - expected.heights
     middle = float(np.median(over[known]))
     same = known & (np.abs(over - middle) < _GROUND_BAND)
-    too_far = abs(middle) > _GROUND_REACH + _GATE * level_sigma(state)
+    too_far = abs(middle) > _GROUND_REACH + GATE * before
     if too_far or np.count_nonzero(same) < 0.5 * np.count_nonzero(known):
         return None
     chosen = near.copy()
     chosen[near] = same
-    return (
-        chosen,
-        float(over[same].mean()),
-        math.hypot(_LAID_SIGMA, _GROWTH_SHARE * float(expected.may_have_grown[same].mean())),
-    )
+    grown = float(expected.may_have_grown[same].mean())
+    return chosen, float(over[same].mean()), math.hypot(_LAID_SIGMA, _GROWTH_SHARE * grown)
 
 
 def update_by_ground(settings: FilterSettings, state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
@@ -67,14 +72,15 @@ def update_by_ground(settings: FilterSettings, state: FilterState, height: Heigh
     What is wrong in it is the same in each turn. So it is used where the state is less sure of the height than the
     ground is, never believed against the state, and corrects only where B is and how long lines are (Schmidt 1966).
     """
-    found = None if level_sigma(state) < _LAID_SIGMA else _known_ground(state, height, turn)
+    before = level_sigma(state)
+    found = None if before < _LAID_SIGMA else _known_ground(state, height, turn, before)
     if found is None:
         return
     good, over, sigma = found
     H, R = mean_height(settings, state, height, turn, good)
-    innovation, before = np.array([-over]), float((H @ state.P @ H.T)[0, 0])
-    if before <= sigma**2 or not passes_gate(state.P, H, innovation, R + sigma**2)[0]:
+    innovation, variance = np.array([-over]), float((H @ state.P @ H.T)[0, 0])
+    if variance <= sigma**2 or not passes_gate(state.P, H, innovation, R + sigma**2)[0]:
         return
-    R += sigma**2 * before / (before - sigma**2)  # by which no more than that is claimed, however often it is used
+    R += sigma**2 * variance / (variance - sigma**2)  # by which no more than that is claimed, however often it is used
     lay = state.layout
     apply_update(state, H, innovation, R, considered=np.r_[lay.velocity, lay.attitude, lay.radii.start : lay.size])

@@ -29,6 +29,7 @@ _LONG_GAP: Final = 0.15  # s, of a step and a half
 _SHAKEN_SIGMA: Final = 0.01  # m
 INCONSISTENT: Final = f"its readings are over {math.sqrt(LARGE):g} times as far from the estimate as expected"
 _NONE: Final = slice(0, 0)
+_States = slice | NDArray[np.intp]
 _CHI2: Final = {1: 15.1, 2: 18.4, 3: 21.1, 4: 23.5}  # by degrees of freedom, exceeded by one of 10 000
 
 
@@ -260,12 +261,7 @@ class FilterState:
 
 
 def kalman_update(
-    P: Array,
-    H: Array,
-    innovation: Array,
-    R: Array,
-    spread: Array | None = None,
-    considered: slice | NDArray[np.intp] = _NONE,
+    P: Array, H: Array, innovation: Array, R: Array, spread: Array | None = None, considered: _States = _NONE
 ) -> tuple[Array, Array]:
     """Return the correction (n,) and the updated covariance, in Joseph's form, which stays symmetric and positive.
 
@@ -297,12 +293,7 @@ def update_state(state: FilterState, sensor: str, H: Array, innovation: Array, R
 
 
 def apply_update(
-    state: FilterState,
-    H: Array,
-    innovation: Array,
-    R: Array,
-    spread: Array | None = None,
-    considered: slice | NDArray[np.intp] = _NONE,
+    state: FilterState, H: Array, innovation: Array, R: Array, spread: Array | None = None, considered: _States = _NONE
 ) -> None:
     """Update the state and its covariance by one measurement, as `kalman_update`."""
     correction, state.P = kalman_update(state.P, H, innovation, R, spread, considered)

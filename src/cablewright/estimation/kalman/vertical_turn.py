@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -13,11 +13,16 @@ from cablewright.estimation.kalman.lidar_update import noise_factor
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, moving_velocity
 from cablewright.signals import Scan
 
+CONE: Final = 70.0
+"""Degrees from the drum's axis, within which ground is seen."""
+
+GATE: Final = 3.0
+"""Sigmas from the expected value, of points and heights."""
+
 
 class VerticalTurn(NamedTuple):
     """The rays of one turn that came back, and the pose of the drum at each."""
 
-    ranges: Array  # (k,) m
     axis_cosine: Array  # (k,) cosine of each ray's angle from the drum's axis, downwards
     rays: Array  # (k, 3) unit, level, along the drum's axes
     points: Array  # (k, 3) m from B, level, along the drum's axes
@@ -39,16 +44,15 @@ def turn_of(
     good = np.flatnonzero(np.isfinite(scan.ranges) & (scan.ranges > 0.0))
     angles = scan.angles[good]
     straight = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y
-    tilts, ranges = attitudes[good, 1:], scan.ranges[good]
+    tilts = attitudes[good, 1:]
     rays = tilted(straight, tilts)
     place, turn = state.vertical_mount_error[:3], state.vertical_mount_error[3:]
     rays = rays + np.cross(turn, rays)
-    beams = ranges[:, None] * rays
+    beams = scan.ranges[good, None] * rays
     arms = tilted(np.broadcast_to(height.mount + place, rays.shape), tilts)
     yaw = state.yaw - state.gyro_yaw + attitudes[good, 0]
     gyro_time = state.last_imu_time - scan.times[good]
     return VerticalTurn(
-        ranges,
         -straight[:, 2],
         rays,
         arms + beams,

@@ -23,6 +23,8 @@ from cablewright.estimation.kalman.state import (
     passes_gate,
 )
 from cablewright.estimation.kalman.vertical_turn import (
+    CONE,
+    GATE,
     VerticalTurn,
     coasting_variance,
     heights_of,
@@ -36,13 +38,12 @@ from cablewright.estimation.kalman.vertical_turn import (
 from cablewright.signals import Scan
 
 _RINGS: Final = {
-    "aside": (35.0, 70.0),
+    "aside": (35.0, CONE),
     "below": (0.0, 35.0),
 }  # degrees from the axis: two parts of the floor
 _WALL_COSINE: Final = math.cos(math.radians(60.0))  # rays farther from the axis meet walls
 _WALL_HEIGHT: Final = 0.1  # m over the floor, from which points are taken for a wall's
 _MIN_POINTS: Final = 8  # of a wall; twice as many of the floor
-_GATE: Final = 3.0  # sigmas from the expected value, of points and heights
 _MIN_SHARE: Final = 0.4  # of the points of the fullest level, for a level to be the floor
 _WALL_BAND: Final = 0.03  # m from the expected wall, of its points
 _MINORITY_FACTOR: Final = 3.0  # times its height over the expected floor: standard deviation of a doubtful floor
@@ -82,12 +83,13 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
     """
     before = level_sigma(state)
     floors = [floor for ring in _RINGS if (floor := _floor_in(settings, state, height, turn, ring, before)) is not None]
-    seen = accepted = refused = trusted = False
+    sentence = "its floor is not at the expected height: not used"
+    accepted = refused = trusted = False
     for floor in sorted(floors, key=lambda floor: abs(floor.over)):
         over = float(heights_of(state, height, turn)[floor.good].mean())
         H, R = mean_height(settings, state, height, turn, floor.good)
         if over > 0.0 and not floor.most:  # it may be no floor
-            if over**2 > _GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
+            if over**2 > GATE**2 * float((H @ state.P @ H.T + R)[0, 0]):
                 continue
             R += (_MINORITY_FACTOR * over) ** 2
         innovation = np.array([-over])
@@ -96,13 +98,12 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
             refusals = state.rejections.get(floor.what, 0)
             if refusals >= _REFUSALS and not passes_gate(state.P, H, innovation, R)[0]:
                 inflate_position(state, [0.0, 0.0, over])
-        seen, sentence = True, "its floor is not at the expected height: not used"
         if not gated_update(state, floor.what, H, innovation, R, ("vertical", "gate"), sentence):
             refused = True
             continue
         accepted = True
         trusted |= before < _TRUSTED_SIGMA and abs(over) < _TRUSTED
-    if seen:
+    if accepted or refused:
         state.monitor.clear("vertical", "floor")
     else:
         state.monitor.report("vertical", "floor", "no floor in sight near the expected height")
@@ -126,7 +127,7 @@ def _floor_in(
     ring = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
     heights, good = heights_of(state, height, turn), ring.copy()
     possible = np.where(state.ground_map.may_be_floor(places_of(state, turn, ring)), heights[ring], np.inf)
-    band, ceiling = _GATE * range_sigma(settings, height) * turn.axis_cosine[ring], _FLOOR_BAND + _GATE * sigma
+    band, ceiling = GATE * range_sigma(settings, height) * turn.axis_cosine[ring], _FLOOR_BAND + GATE * sigma
     good[ring] = floor_points(height, turn.points[ring], possible, band, _MIN_SHARE, ceiling)
     count = int(np.count_nonzero(good))
     if count < 2 * _MIN_POINTS:
@@ -157,7 +158,7 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
         off -= float(state.range_bias[-1]) * steep
         good = above & (steep > 0.5) & (np.abs(off) < _WALL_BAND)
         if np.count_nonzero(good) >= _MIN_POINTS:
-            good &= np.abs(off - np.median(off[good])) < _GATE * sigma
+            good &= np.abs(off - np.median(off[good])) < GATE * sigma
         count = int(np.count_nonzero(good))
         if count < _MIN_POINTS:
             continue
