@@ -36,6 +36,7 @@ from scipy.special import erf
 from cablewright.choices import SeverityName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.started_filter import StartedState
+from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import PARTS, with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -127,11 +128,16 @@ def run(seed: int, row: str, seconds: float) -> dict[str, Found]:
     states["encoders"] = dead_reckoning.start(reckoning, np.array([*way[0], 1.2]))
     found = {name: Found() for name in ESTIMATORS}
     wound: deque[Array] = deque(maxlen=2 * LATELY + 1)  # radii that are true
+    carrier, carried = settings.owner.carrier, PowderLoad.of(settings.owner.carrier)
     for step in range(round(seconds / machine.period)):
-        frame, truth = machine.step(pilot.command()), machine.truth
+        command = pilot.command()
+        frame, truth = machine.step(command), machine.truth
+        carried.pour(command.valve, machine.period)
         if step % EVERY == 0:
             wound.append(truth.radii)
         for name, advance, known in beside:
+            if name in OBSERVERS:
+                OBSERVERS[name].weigh(known, states[name], carrier.full_mass - carried.gone)
             estimate, into = advance(known, states[name], frame), found[name]
             if step % EVERY or frame.time < COUNTS_FROM:
                 continue

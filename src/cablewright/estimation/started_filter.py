@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.state import ObserverSettings, ObserverState
 from cablewright.estimation.kalman import filter as error_state
+from cablewright.estimation.kalman import load
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import FilterSettings, FilterState
 from cablewright.estimation.known_creep import KnownCreep
@@ -66,6 +67,11 @@ def step(settings: StartedSettings, state: StartedState, frame: SensorFrame) -> 
     state.chain = observer.start(settings.chain)
     state.chain.checks, state.chain.creep = state.filter.checks, state.filter.creep  # active faults stay
     return replace(estimate, valid=False)
+
+
+def weigh(settings: StartedSettings, state: StartedState, mass: float) -> None:
+    """Take the drum to be of *mass*, kg, from now on; the chain takes it to be as it was filled."""
+    load.weigh(settings.filter, state.filter, mass)
 
 
 def _first(chain: ObserverState, now: float) -> FirstState | None:

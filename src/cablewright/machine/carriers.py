@@ -39,6 +39,11 @@ class _Carrier(Description):
                     raise refusal(key, "must be given where capacity is")
         return self
 
+    @property
+    def full_mass(self) -> float:
+        """Mass, kg, with all of ``powder``, which is known by weighing."""
+        return self.empty_mass + self.powder
+
     def fill_height(self, powder: float) -> float:
         """Height, m, of so much *powder*, kg."""
         return powder / (self.powder_density * math.pi * self.radius**2)

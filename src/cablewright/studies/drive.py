@@ -21,7 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.curve import CurveRequirements, draw
 from cablewright.progress import Progress
 from cablewright.robot import Robot
-from cablewright.signals import Command, SensorFrame, Truth
+from cablewright.signals import Command, Order, OrderKind, SensorFrame, Truth
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.error_statistics import SLACK
 
@@ -217,17 +217,19 @@ def drive(
         raise InputError(f"duration = {duration:g} s: must be at least one step, {machine.period:g} s")
     pilot = Pilot(machine, path, settings or DriveSettings(), seed)
     found = Drive(tuple(line.name for line in machine.robot.lines))
-    full, rounds = machine.truth.powder, 0
+    rounds = 0
     begin = time.perf_counter()
     for step in range(steps):
+        orders: tuple[Order, ...] = ()
         if pilot.rounds(machine.time) > rounds:
             rounds += 1
             found.refills += 1
-            machine.refill(full)
+            machine.refill(machine.settings.carrier.powder)
+            orders = (Order(OrderKind.REFILLED, "drive", machine.time),)
         before, command = machine.truth, pilot.command()
         frame = machine.step(command)
         if log is not None:
-            log.write(frame, command, machine.truth)
+            log.write(frame, command, machine.truth, orders=orders)
         found.add(frame, machine.truth, before)
         if progress is not None and step % 50 == 0:
             progress("simulating", step, steps)

@@ -112,24 +112,28 @@ def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[L
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """Functions of one estimator: ``settings`` of a machine, the state at ``start``, and a ``step`` with a frame."""
+    """Functions of one estimator: ``settings`` of a machine, the state at ``start``, and a ``step`` with a frame.
+
+    ``weigh``, where it uses that: it is told the drum's mass, kg, before each step.
+    """
 
     settings: Callable[[Robot, MachineSettings, Sequence[Laser]], Any]
     start: Callable[[Any], Any]
     step: Callable[[Any, Any, SensorFrame], Estimate]
+    weigh: Callable[[Any, Any, float], None] = lambda _settings, _state, _mass: None
 
 
 OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
     "paper": Observer(observer_settings, observer.start, observer.step),
-    "filter": Observer(started_settings, started_filter.start, started_filter.step),
+    "filter": Observer(started_settings, started_filter.start, started_filter.step, started_filter.weigh),
 })  # fmt: skip
 """By name: the chain of Merlet and Papegay 2023, and the Kalman filter of all sensors."""
 
 
 def with_drum_mass(robot: Robot, settings: MachineSettings) -> Robot:
-    """Return *robot* with the initial mass of the drum and its powder, which is known by weighing."""
-    mass = settings.carrier.empty_mass + settings.carrier.powder
-    return robot.model_copy(update={"platform": robot.platform.model_copy(update={"mass": mass, "loads": ()})})
+    """Return *robot* with the initial mass of the drum and its powder."""
+    whole = {"mass": settings.carrier.full_mass, "loads": ()}
+    return robot.model_copy(update={"platform": robot.platform.model_copy(update=whole)})
 
 
 def surveyed_walls(room: RoomSettings) -> RoomMap:

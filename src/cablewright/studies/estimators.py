@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Final, Protocol, get_args
+from typing import Any, Final, Protocol, get_args, runtime_checkable
 
 import numpy as np
 
@@ -41,6 +41,14 @@ class Estimator(Protocol):
     @property
     def tensions(self) -> Array | None:
         """Tensions at the sheaves (m,), N, from the estimated lengths; None while these are unknown."""
+
+
+@runtime_checkable
+class Weighing(Protocol):
+    """An estimator that is told what the drum weighs."""
+
+    def weigh(self, mass: float) -> None:
+        """Take the drum with its powder to be of *mass*, kg, in the next step."""
 
 
 def estimator(
@@ -112,7 +120,9 @@ class _SteppedEstimator:
 def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
     """Return the chain, or the filter with the tensions at its lengths."""
     stepped = _SteppedEstimator(observer.step, settings, state)
-    return _WithTensions(stepped, settings.chain.model) if isinstance(settings, StartedSettings) else stepped
+    if not isinstance(settings, StartedSettings):
+        return stepped
+    return _WithTensions(stepped, settings.chain.model, lambda mass: observer.weigh(settings, state, mass))
 
 
 class CreepingEstimator:
@@ -132,6 +142,11 @@ class CreepingEstimator:
     def tensions(self) -> Array | None:
         """As `Estimator`."""
         return self._observed.tensions
+
+    def weigh(self, mass: float) -> None:
+        """As `Weighing`, where the observed one is."""
+        if isinstance(self._observed, Weighing):
+            self._observed.weigh(mass)
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load what cables have crept."""
@@ -198,8 +213,8 @@ def _archive_learnt(archive: Archive, learnt: LearntLengths, rotation: Array) ->
 class _WithTensions:
     """A filter, which has no equilibrium of its own: that of its estimated lengths is followed for the tensions."""
 
-    def __init__(self, filtered: _SteppedEstimator, model: Model) -> None:
-        self._filtered, self._model = filtered, model
+    def __init__(self, filtered: _SteppedEstimator, model: Model, weigh: Callable[[float], None]) -> None:
+        self._filtered, self._model, self.weigh = filtered, model, weigh
         self._tracker: Tracker | None = None
 
     def step(self, frame: SensorFrame) -> Estimate:

@@ -20,6 +20,7 @@ from cablewright.estimation.body.state import start as of_body_start
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, read_log
+from cablewright.machine.powder_load import PowderLoad
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured, figures_dict
 from cablewright.signals import Estimate, LineAngles, Scan, Truth
@@ -296,8 +297,12 @@ def replay(
         settings = observer.settings(head.robot, head.settings, lasers)
         turning = tuple(name for name in ("north", "south") if name in head.settings.lidars)
         state, found = observer.start(settings), _Collector(head.robot.m, turning)
+        load, now = PowderLoad.of(head.settings.carrier), 0.0
         for entry in entries.entries():
+            load.follow(entry.orders, entry.command, entry.frame.time - now)
+            now = entry.frame.time
             begin = time.thread_time()
+            observer.weigh(settings, state, head.settings.carrier.full_mass - load.gone)
             estimate = observer.step(settings, state, entry.frame)
             found.add(entry, estimate, state.taut, time.thread_time() - begin)
             if progress is not None and found.steps % 500 == 0:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cablewright.errors import AnswerError, InputError, UnknownName
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
@@ -20,6 +23,7 @@ from cablewright.studies.estimators import estimator
 from cablewright.studies.prints.attendant import Attendant
 from cablewright.studies.prints.loop import Printer, Step
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
+from cablewright.studies.replay import replay as replayed
 
 ROBOT = load("merlet2023")
 RING = Job(
@@ -133,6 +137,26 @@ def test_an_empty_drum_is_refilled_where_it_stands() -> None:
     assert running.printer.supervisor.refills == 1
     assert refilled >= 10
     assert running.machine.truth.powder > 0.2
+
+
+def test_its_filter_is_told_of_the_powder_and_a_replay_of_its_log_is_too(tmp_path: Path) -> None:
+    """Valve and refills are in the log: the estimates of a replay are those of the print."""
+    made = twin(plant="quasi-static", estimator="filter", severity="rough", seed=1)
+    little = made.settings.owner.drum.model_copy(update={"powder": 1.0})
+    running = Print(replace(made, settings=made.settings.with_owner(drum=little)))
+    machine, path = running.machine, tmp_path / "print.mcap"
+    head = LogHead(made.robot, machine.settings, machine.period, simulation=machine.simulation, plant="quasi-static")
+    found = []
+    with path.open("wb") as file, LogWriter(file, head) as log:
+        for step in running.steps(600):
+            log.write(step.frame, step.command, machine.truth, step.estimate, step.progress, step.orders)
+            if step.estimate.valid:
+                found.append(np.linalg.norm(step.estimate.position - machine.truth.position))
+    assert running.printer.supervisor.refills == 1
+    again = replayed(path, "filter")
+    off = np.concatenate([again.position(moving=moving) for moving in (False, True)])
+    assert again.valid == len(found)
+    assert np.sort(off) == pytest.approx(np.sort(found[-len(off) :]), abs=1e-12)
 
 
 def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:

@@ -161,7 +161,7 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.last_imu_time = now if checks.last_imu is None else checks.last_imu.time
     state.settling_start, state.last_position_time, state.coasting = now, now, False
     state.extracted_turn = None
-    state.shaken_time = state.shaken_since = -math.inf
+    state.shaken_time = state.shaken_since = state.sunk_time = -math.inf
     state.angles_refused_since = math.inf
     state.pending_scans.clear()
     state.rejections.clear()
@@ -224,7 +224,7 @@ def _restart_clock(state: FilterState, now: float) -> None:
     state.measured_tilts.clear()
     state.slackness = slackness.restarted(state.slackness)
     state.extracted_turn, state.ground_map = None, GroundMap()
-    state.taut_time = state.last_angle_time = state.shaken_time = state.shaken_since = -math.inf
+    state.taut_time = state.last_angle_time = state.shaken_time = state.shaken_since = state.sunk_time = -math.inf
     state.time = -math.inf
     state.last_encoder_time = state.last_motion_time = state.last_imu_time = now
     state.last_position_time = state.settling_start = now

@@ -68,7 +68,8 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     stretching = state.compliances * stretches(lines, taut)
     stiffness = 1.0 / (stretching + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
-    state.jacobian = np.asarray(np.linalg.solve(weighted @ taut.toward, weighted), dtype=np.float64)
+    state.stiffness = weighted @ taut.toward
+    state.jacobian = np.asarray(np.linalg.solve(state.stiffness, weighted), dtype=np.float64)
     state.by_compliance = -state.jacobian * (stiffness * stretching)
 
 

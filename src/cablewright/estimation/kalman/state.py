@@ -52,8 +52,9 @@ class FilterSettings:
     Measurements, besides their sensors' noise: ``wall_sigma`` m and ``wall_angle_sigma`` rad of a wall's line,
     ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
     a tenth of a second, ``swing_sigma`` rad of the drum's swing and ``swing_period`` s, ``line_angle_sigma`` rad of a
-    smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` (besides the compliance) and ``mass_sigma`` as shares,
-    ``velocity_sigma`` m/s and ``attitude_sigma`` rad of the estimate.
+    smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` (besides the compliance), ``mass_sigma`` and
+    ``load_sigma`` (how far B sinks for more mass) as shares, ``velocity_sigma`` m/s and ``attitude_sigma`` rad of the
+    estimate.
 
     Without the IMU: ``turn_rate_sigma`` rad/s of the drum, ``skew_time`` s: error of a wall's distance, m, for each
     rad/s during the turn. ``layers``: where radii step; None: not known. ``max_position_sigma``: m in space, beyond
@@ -85,6 +86,7 @@ class FilterSettings:
     line_angle_sigma: float = math.radians(0.05)
     excess_sigma: float = 5e-4
     mass_sigma: float = 0.2
+    load_sigma: float = 1.0
     stretch_sigma: float = 0.1
     velocity_sigma: float = 1e-3
     attitude_sigma: float = 1e-4
@@ -171,7 +173,7 @@ class FilterState:
     checks: ReadingChecks
     layout: FilterLayout
     slackness: SlacknessState
-    mass: float  # kg of the drum; to be set as powder leaves
+    mass: float  # kg of the drum, see `load.weigh`
     P: Array  # (size, size)
     time: float = -math.inf
     position: Array = field(default_factory=lambda: np.full(3, np.nan))
@@ -211,6 +213,7 @@ class FilterState:
     last_encoder_time: float = -math.inf  # s: of the last encoder reading ...
     last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
     last_imu_time: float = -math.inf  # s: to which the attitude is integrated
+    sunk_time: float = -math.inf  # s: when the drum's mass last changed by much at once
     shaken_time: float = -math.inf  # s: when B was last accelerated in a way that encoders do not show
     shaken_since: float = -math.inf  # s: when that began
     imu_gap_end: float = -math.inf  # s: end of the last time without an IMU
@@ -222,6 +225,7 @@ class FilterState:
     taut_position: Array = field(default_factory=lambda: np.zeros(3))
     taut_time: float = -math.inf  # s: when `taut` and `jacobian` were computed
     jacobian: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B per length
+    stiffness: Array = field(default_factory=lambda: np.eye(3))  # (3, 3) N/m, of all lines at B
     level_velocity: Array = field(default_factory=lambda: np.zeros(2))  # m/s of B, at the last update by gravity ...
     level_acceleration: Array = field(default_factory=lambda: np.zeros(2))  # ... and m/s^2, smoothed
     measured_tilts: list[tuple[float, float]] = field(default_factory=list)  # rad, by the accelerometer, not used yet

@@ -176,7 +176,7 @@ class RealMachine:
         """From now on the drum has lost what *printer*, which prints, reckons; without a valve nothing leaves it."""
         assert self.settings.drives is not None
         if self.settings.drives.valve is not None and printer.plan.flow > 0.0:
-            self.keeper.laid = lambda: printer.plan.powder - printer.powder
+            self.keeper.laid = lambda: printer.load.poured
 
     def _require_torque(self, path: TimedPath) -> None:
         """Raise `InputError` where the drives cannot hold the platform on a path."""

@@ -29,6 +29,7 @@ from cablewright.control.supervisor import SupervisorSettings, SupervisorState, 
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import InputError
 from cablewright.machine.interface import RESET, Machine, check_command, require_abilities
+from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.signals import (
     Command,
@@ -41,7 +42,7 @@ from cablewright.signals import (
     WinchMode,
     frozen,
 )
-from cablewright.studies.estimators import DeadReckoning, Estimator
+from cablewright.studies.estimators import DeadReckoning, Estimator, Weighing
 
 MakeEstimator = Callable[[Array, Array], Estimator]
 """Makes an estimator from the platform's last pose (n,), m and rad, and the drums' radii (m,), m; 0: unknown."""
@@ -120,9 +121,10 @@ class Printer:
         silent = {source: _SAFETY_TIMEOUT for source in ("drives", "inputs") if source in able.sensors}
         guarded = replace(plan.guard, timeouts=silent | dict(plan.guard.timeouts))
         self.plan, self.machine = replace(plan, guard=guarded), machine
+        self._full_mass = plan.velocity.model.robot.platform.mass
         self.guide, self.supervisor = GuideState(), SupervisorState()
         self.velocity = velocity.start(plan.velocity)
-        self.powder = plan.powder  # kg in the drum, estimated
+        self.load = PowderLoad(plan.flow, plan.powder)  # estimated
         self.target: Target | None = None
         self.last_pose = plan.path.start_pose.copy()  # (n,) m and rad, last valid one of the platform
         self.radii = np.zeros(m)  # (m,) m, last estimated, of the winch drums; 0: unknown
@@ -164,7 +166,7 @@ class Printer:
         path.path_time = archive.number("path_time", path.path_time)
         path.height_offset = archive.number("height_offset", path.height_offset)
         path.toured = archive.count("toured", path.toured)
-        self.powder = archive.number("powder", self.powder)
+        self.load.poured = archive.number("poured", self.load.poured)
         self._powder_out_time = archive.number("powder_out_time", self._powder_out_time)
         supervised.barrier_stops = archive.count("barrier_stops", supervised.barrier_stops)
         supervised.refills = archive.count("refills", supervised.refills)
@@ -175,8 +177,8 @@ class Printer:
             self._learning.archive_state(archive.section("estimator"))
 
     def refilled(self) -> None:
-        """Set the estimated powder to that of a full drum."""
-        self.powder = self.plan.powder
+        """Take the drum to be full."""
+        self.load.refill()
 
     def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
         """Tell the estimator where the standing platform is, (3,) m; *by_tensions*: see `dead_reckoning.placed`.
@@ -192,7 +194,9 @@ class Printer:
         command = self._command
         frame, dt = self._clock.tell(self.machine.step(command))
         self.frame_times = time.perf_counter(), time.thread_time()
-        self.powder -= self.plan.flow * command.valve * dt
+        self.load.pour(command.valve, dt)
+        if isinstance(self.estimator, Weighing):
+            self.estimator.weigh(self._full_mass - self.load.gone)
         estimate = self.estimator.step(frame)
         if self._beam is not None and self.plan.beam is not None:
             beam.read(self.plan.beam, self._beam, frame)
@@ -207,7 +211,7 @@ class Printer:
             standing=not command.winch_speeds.any() and WinchMode.TENSION not in command.modes,
             stopped=stopped,
             target=self.target,
-            powder=self.powder,
+            powder=self.load.left,
             orders=examine(
                 self.plan.manual,
                 self._orders,
@@ -267,7 +271,7 @@ class Printer:
             return
         if verdict.state is PrintState.FAULT:  # the target stands with the machine
             self.guide.speed_factor, self.guide.speed = 0.0, 0.0
-        if verdict.state is PrintState.REFILLING and self.powder > self.plan.supervisor.refill_mass:
+        if verdict.state is PrintState.REFILLING and self.load.left > self.plan.supervisor.refill_mass:
             self._powder_out_time = self.guide.path_time  # earlier than estimated: the path will continue from here
         if verdict.state is PrintState.READY:
             if math.isfinite(self._powder_out_time):

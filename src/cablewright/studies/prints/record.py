@@ -141,7 +141,7 @@ class Recorder:
             return
         estimate, expected = entry.estimate, np.full(self.head.robot.m, np.nan)
         if estimate is not None and estimate.valid:
-            mass = self.head.settings.carrier.empty_mass + max(self._table.left, 0.0)
+            mass = self.head.settings.carrier.empty_mass + self._table.left
             expected = self._tensions.frequencies(estimate, mass)
         if complete:
             self._vibration.close(self._table.temperature, 0.5 * (self._expected + expected))
@@ -197,7 +197,7 @@ class Recorder:
         """Return the record. *true_structure*: at the end, if known; *notes*: the log's."""
         self._flush()
         rows = self._rows.rows.view(row_type(self.head.robot.m)).ravel()
-        masses = self.head.settings.carrier.empty_mass + np.maximum(rows["left"], 0.0)
+        masses = self.head.settings.carrier.empty_mass + rows["left"]
         rows["taut"], rows["estimated_tensions"] = self._tensions.series(rows, masses)
         vibration, spools = self._vibration.result(), self._lines.spools()
         tensions = rows["estimated_tensions"][in_state(rows, PrintState.PRINTING)]

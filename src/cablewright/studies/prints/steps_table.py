@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Mask
 from cablewright.machine.log.log import Entry
+from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.settings import MachineSettings
 from cablewright.signals import Barrier, Climate, Encoders, LineAngles, PrintState
 
@@ -64,9 +65,12 @@ class StepsTable:
         self._turn = 2.0 * np.pi / (settings.winch.counts * settings.winch.ratio)
         self._last: float | None = None
         self._period = period
-        self._drum, self._refilling = settings.carrier, False
-        self.left = settings.carrier.powder
-        """kg of powder in the drum, estimated."""
+        self._full, self._load = settings.carrier.powder, PowderLoad.of(settings.carrier)
+
+    @property
+    def left(self) -> float:
+        """Powder in the drum, kg, estimated; 0 of a machine that carries none."""
+        return self._full - self._load.gone
 
     @property
     def full(self) -> bool:
@@ -100,12 +104,9 @@ class StepsTable:
         self._last = now
         if entry.command is not None:
             row["valve"] = entry.command.valve
-            self.left -= self._drum.flow * entry.command.valve * max(row["step"], 0.0)
+        self._load.follow(entry.orders, entry.command, float(row["step"]))
         row["left"] = self.left
         if progress is not None:
-            if self._refilling and progress.state is not PrintState.REFILLING:
-                self.left = self._drum.powder  # refilled to its initial level
-            self._refilling = progress.state is PrintState.REFILLING
             row["state"] = STATES.index(progress.state)
             row["layer"], row["distance"], row["target"] = progress.layer, progress.distance, progress.target
         if estimate is not None:

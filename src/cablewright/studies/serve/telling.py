@@ -152,7 +152,7 @@ class Telling:
             "error": progress.error,
             "target": progress.target.tolist(),
             "known": math.isfinite(supervised.valid_since),
-            "powder": printer.powder,
+            "powder": printer.load.left,
             "waiting": supervised.resume_ordered,
             "jogged": self.operator.jogged,
             "modes": [mode.value for mode in step.command.modes],

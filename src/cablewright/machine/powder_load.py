@@ -1,0 +1,52 @@
+"""Powder in a drum, by what was commanded: openings of the valve, and refills."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from cablewright.machine.carriers import Body, Drum
+from cablewright.signals import Command, Order, OrderKind
+
+
+@dataclass
+class PowderLoad:
+    """What a drum holds.
+
+    ``flow``: kg/s with the valve open. ``full``: kg after a refill; inf: it never ends. ``poured``: kg since then.
+    """
+
+    flow: float
+    full: float
+    poured: float = 0.0
+
+    @classmethod
+    def of(cls, carrier: Drum | Body) -> PowderLoad:
+        """Return the full load of a drum or a body; one that carries no powder pours none."""
+        return cls(carrier.flow, carrier.powder) if carrier.capacity else cls(0.0, math.inf)
+
+    @property
+    def left(self) -> float:
+        """Powder that is left, kg; below 0 where more than a full drum should have left."""
+        return self.full - self.poured
+
+    @property
+    def gone(self) -> float:
+        """By how much the drum is lighter than a full one, kg."""
+        return min(self.poured, self.full)
+
+    def pour(self, valve: float, dt: float) -> None:
+        """Count what leaves in *dt*, s, through a *valve* that is open to a share from 0 to 1."""
+        self.poured += self.flow * valve * dt
+
+    def refill(self) -> None:
+        """Take the drum to be full."""
+        self.poured = 0.0
+
+    def follow(self, orders: Iterable[Order], command: Command | None, dt: float) -> None:
+        """Count one step of a log: it was refilled before, if an order that was obeyed says so."""
+        if any(order.kind is OrderKind.REFILLED and not order.refusal for order in orders):
+            self.refill()
+        if command is not None:
+            self.pour(command.valve, max(dt, 0.0))
