@@ -17,6 +17,7 @@ from cablewright.estimation import slackness
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.fading import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
+from cablewright.estimation.kalman.load import is_bouncing
 from cablewright.estimation.kalman.state import FilterLayout, FilterSettings, FilterState, diagonal, inflate_position
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
@@ -279,7 +280,7 @@ def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading
 def _update_ground(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
     """Update by the distance sensor: height of B over the ground under the valve."""
     depth, lay = settings.machine.valve_depth, state.layout
-    if depth is None or not abs(reading.distance) < _MAX_DISTANCE:
+    if depth is None or not abs(reading.distance) < _MAX_DISTANCE or is_bouncing(state, reading.time):
         return
     H = np.zeros((1, lay.size))
     H[0, lay.position][2], H[0, lay.ground] = 1.0, -1.0
@@ -359,6 +360,8 @@ def _process_scan(settings: FilterSettings, state: FilterState) -> None:
     scan = state.pending_scans.pop(0)
     if scan.time - state.last_imu_time > state.max_gap:
         attitude.predict_without_imu(settings, state, scan.time)
+    if is_bouncing(state, float(scan.times[0])):
+        return
     if scan.source == "vertical":
         vertical_update.update(settings, state, scan)
     else:

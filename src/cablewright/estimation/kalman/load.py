@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
 
-from cablewright.estimation.kalman.state import FilterSettings, FilterState
+from cablewright.estimation.kalman.line_update import update_jacobian
+from cablewright.estimation.kalman.state import FilterSettings, FilterState, diagonal
 
-_MUCH: Final = 1e-3  # m at once, after which heights of before tell nothing
+_SHARE: Final = 0.05  # of the weight, up to which lines' stiffnesses are as before
+_MUCH: Final = 1e-3  # m at once, after which B bounces
+_BOUNCE: Final = 0.5  # s
 
 
 def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
     """Take the drum to be of *mass*, kg, from now on: lines stretch by the change, and no encoder shows it.
 
-    With K the stiffness of all lines at B, B moves by K^-1 times the change of weight, known to `load_sigma`.
+    With K the stiffness of all lines at B, B moves by K^-1 times the change of weight, known to `load_sigma`. Much of
+    it changes K: slack lines get taut.
     """
-    change, state.mass = mass - state.mass, mass
-    if change == 0.0 or state.taut is None:
+    before, state.mass = state.mass, mass
+    if mass == before or state.taut is None:
         return
-    weight = np.array([0.0, 0.0, -change * settings.machine.tilt.gravity])
-    moved = np.linalg.solve(state.stiffness, weight)
-    if float(moved @ moved) > _MUCH**2:
-        state.sunk_time = state.time
-    state.position = state.position + moved
-    state.loosened = state.loosened - state.taut.toward @ moved
+    parts = math.ceil(abs(mass - before) / (_SHARE * before))
+    part, start = np.array([0.0, 0.0, (before - mass) * settings.machine.tilt.gravity / parts]), state.position
+    for _ in range(parts):
+        moved = np.linalg.solve(state.stiffness, part)
+        state.position = state.position + moved
+        state.loosened = state.loosened - state.taut.toward @ moved
+        if parts > 1:
+            update_jacobian(settings, state, at_once=True)
+    moved = state.position - start
     state.coasted[:3] += moved
-    position = state.layout.position
-    state.P[position, position] += settings.load_sigma**2 * np.outer(moved, moved)
+    diagonal(state.P)[state.layout.position] += settings.load_sigma**2 * float(moved @ moved)
+    if float(moved @ moved) > _MUCH**2:
+        state.sunk_time, state.extracted_turn = state.time, None
+        if not state.has_long_steps:
+            state.shaken_time = state.time
+
+
+def is_bouncing(state: FilterState, time: float) -> bool:
+    """Whether what was measured at *time*, s, is of before B sank or rose by much at once, or of a bouncing drum."""
+    return time < state.sunk_time + (0.0 if state.has_long_steps else _BOUNCE)

@@ -86,7 +86,7 @@ class FilterSettings:
     line_angle_sigma: float = math.radians(0.05)
     excess_sigma: float = 5e-4
     mass_sigma: float = 0.2
-    load_sigma: float = 1.0
+    load_sigma: float = 1.5
     stretch_sigma: float = 0.1
     velocity_sigma: float = 1e-3
     attitude_sigma: float = 1e-4

@@ -63,8 +63,7 @@ def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     over = height_over_structure(height, scan, attitudes[:, 1:])
     if math.isfinite(over):
         state.clearance_offset = over - float((state.position - motion.displacement[len(attitudes) // 2])[2])
-    if not scan.times[0] < state.sunk_time:
-        _update_floor(settings, state, height, turn)
+    _update_floor(settings, state, height, turn)
     _update_walls(settings, state, height, turn)
 
 
