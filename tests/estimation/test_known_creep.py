@@ -36,6 +36,14 @@ def creeping(compliance: float) -> Robot:
     return ROBOT.model_copy(update={"lines": tuple(lines)})
 
 
+def test_a_filter_of_cables_that_creep_is_told_what_the_drum_weighs() -> None:
+    one = estimator("filter", creeping(1e-12), load_twin("merlet2023").owner, np.zeros(3))
+    assert isinstance(one, CreepingEstimator)
+    one.weigh(41.0)
+    assert one._observed._filtered._state.filter.mass == 41.0
+    estimator("paper", creeping(1e-12), load_twin("merlet2023").owner, np.zeros(3)).weigh(41.0)  # it does not use that
+
+
 def creep_of(compliances: Array) -> KnownCreep:
     memory = memory_of([usual_creep(each) for each in compliances])
     assert memory is not None

@@ -7,6 +7,7 @@ import pytest
 
 from cablewright.errors import AnswerError, InputError
 from cablewright.machine.log.log import LogWriter, read_log
+from cablewright.machine.powder_load import PowderLoad
 from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, drive, path_length, random_loop
 from cablewright.studies.error_statistics import SLACK
@@ -37,9 +38,16 @@ def test_a_drive_comes_to_the_end_of_its_round() -> None:
     assert found.slack_share.max() < 1.0
 
 
-def test_the_drum_is_filled_up_after_each_round() -> None:
+def test_the_drum_is_filled_up_after_each_round(tmp_path) -> None:
     twin = machine(plant="quasi-static", start=START)
-    found = drive(twin, LOOP, 120.0, settings=DriveSettings(speed=0.5))
+    with (tmp_path / "a.mcap").open("wb") as file, LogWriter(file, head()) as log:
+        found = drive(twin, LOOP, 120.0, settings=DriveSettings(speed=0.5), log=log)
+    load_of_log, before = PowderLoad.of(SETTINGS.drum), 0.0
+    with read_log(tmp_path / "a.mcap") as log:
+        for entry in log.entries():
+            load_of_log.follow(entry.orders, entry.command, entry.frame.time - before)
+            before = entry.frame.time
+            assert load_of_log.left == pytest.approx(entry.truth.powder, abs=1e-6)
     assert found.refills == 2
     assert found.powder > SETTINGS.drum.powder - 30.0 * SETTINGS.drum.flow
     laid = twin.rig.ground.mass + twin.rig.falling_mass

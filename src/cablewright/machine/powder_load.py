@@ -45,7 +45,7 @@ class PowderLoad:
         self.poured = 0.0
 
     def follow(self, orders: Iterable[Order], command: Command | None, dt: float) -> None:
-        """Count one step of a log: it was refilled before, if an order that was obeyed says so."""
+        """Count one step of a log: it is taken to be refilled before, if an order that was obeyed says so."""
         if any(order.kind is OrderKind.REFILLED and not order.refusal for order in orders):
             self.refill()
         if command is not None:

@@ -297,9 +297,10 @@ def replay(
         settings = observer.settings(head.robot, head.settings, lasers)
         turning = tuple(name for name in ("north", "south") if name in head.settings.lidars)
         state, found = observer.start(settings), _Collector(head.robot.m, turning)
-        load, now = PowderLoad.of(head.settings.carrier), 0.0
+        load, now = PowderLoad.of(head.settings.carrier), math.nan
         for entry in entries.entries():
-            load.follow(entry.orders, entry.command, entry.frame.time - now)
+            dt = head.period if math.isnan(now) else entry.frame.time - now
+            load.follow(entry.orders, entry.command, dt)
             now = entry.frame.time
             begin = time.thread_time()
             observer.weigh(settings, state, head.settings.carrier.full_mass - load.gone)

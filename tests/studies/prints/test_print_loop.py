@@ -168,6 +168,7 @@ def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:
     snapshot = first.machine.snapshot()
     machine = SimulatedMachine.resumed(ROBOT, made.settings, snapshot, seed=0, plant="quasi-static")
     second = Print(made, notes, machine)
+    assert second.printer.load.poured == first.printer.load.poured > 0.0
     printing = [step.progress.distance for step in second.steps(400) if step.progress.state is PrintState.PRINTING]
     assert 0.0 <= printing[0] - distance <= 0.031  # the step that was decided on
     assert second.printer.finished

@@ -17,7 +17,6 @@ from cablewright.estimation import slackness
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.fading import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
-from cablewright.estimation.kalman.load import is_bouncing
 from cablewright.estimation.kalman.state import FilterLayout, FilterSettings, FilterState, diagonal, inflate_position
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
@@ -162,7 +161,7 @@ def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bo
     state.last_imu_time = now if checks.last_imu is None else checks.last_imu.time
     state.settling_start, state.last_position_time, state.coasting = now, now, False
     state.extracted_turn = None
-    state.shaken_time = state.shaken_since = state.sunk_time = -math.inf
+    state.shaken_time = state.shaken_since = state.bounce_end = -math.inf
     state.angles_refused_since = math.inf
     state.pending_scans.clear()
     state.rejections.clear()
@@ -225,7 +224,7 @@ def _restart_clock(state: FilterState, now: float) -> None:
     state.measured_tilts.clear()
     state.slackness = slackness.restarted(state.slackness)
     state.extracted_turn, state.ground_map = None, GroundMap()
-    state.taut_time = state.last_angle_time = state.shaken_time = state.shaken_since = state.sunk_time = -math.inf
+    state.taut_time = state.last_angle_time = state.shaken_time = state.shaken_since = state.bounce_end = -math.inf
     state.time = -math.inf
     state.last_encoder_time = state.last_motion_time = state.last_imu_time = now
     state.last_position_time = state.settling_start = now
@@ -280,7 +279,7 @@ def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading
 def _update_ground(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
     """Update by the distance sensor: height of B over the ground under the valve."""
     depth, lay = settings.machine.valve_depth, state.layout
-    if depth is None or not abs(reading.distance) < _MAX_DISTANCE or is_bouncing(state, reading.time):
+    if depth is None or not abs(reading.distance) < _MAX_DISTANCE or reading.time < state.bounce_end:
         return
     H = np.zeros((1, lay.size))
     H[0, lay.position][2], H[0, lay.ground] = 1.0, -1.0
@@ -360,7 +359,7 @@ def _process_scan(settings: FilterSettings, state: FilterState) -> None:
     scan = state.pending_scans.pop(0)
     if scan.time - state.last_imu_time > state.max_gap:
         attitude.predict_without_imu(settings, state, scan.time)
-    if is_bouncing(state, float(scan.times[0])):
+    if scan.times[0] < state.bounce_end:
         return
     if scan.source == "vertical":
         vertical_update.update(settings, state, scan)

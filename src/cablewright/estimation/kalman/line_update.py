@@ -181,7 +181,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     found = _mixture(settings, sag, may_be, known, now, measured)
     if state.creep is not None:
         state.creep.follow(found.forces / np.cos(state.taut.angles), state.time)
-    if state.time - state.shaken_time < _SHAKEN_TIME:
+    if state.time - state.shaken_time < _SHAKEN_TIME or state.time < state.bounce_end:
         return
     refused = not found.nis <= _CHI2_OF_LINES
     state.angles_refused_since = min(state.angles_refused_since, state.time) if refused else math.inf

@@ -12,19 +12,20 @@ from cablewright.estimation.kalman.state import FilterSettings, FilterState, dia
 
 _SHARE: Final = 0.05  # of the weight, up to which lines' stiffnesses are as before
 _MUCH: Final = 1e-3  # m at once, after which B bounces
-_BOUNCE: Final = 0.5  # s
+_BOUNCE: Final = 0.5  # s, of steps in which one can be seen
+_MOST_PARTS: Final = 50
 
 
 def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
     """Take the drum to be of *mass*, kg, from now on: lines stretch by the change, and no encoder shows it.
 
-    With K the stiffness of all lines at B, B moves by K^-1 times the change of weight, known to `load_sigma`. Much of
-    it changes K: slack lines get taut.
+    With K the stiffness of all lines at B, B moves by K^-1 times the change of weight. Much of it changes K: slack
+    lines get taut. What is off by the same share in each of many small changes is not counted: B is measured meanwhile.
     """
     before, state.mass = state.mass, mass
     if mass == before or state.taut is None:
         return
-    parts = math.ceil(abs(mass - before) / (_SHARE * before))
+    parts = min(math.ceil(abs(mass - before) / (_SHARE * before)), _MOST_PARTS)
     part, start = np.array([0.0, 0.0, (before - mass) * settings.machine.tilt.gravity / parts]), state.position
     for _ in range(parts):
         moved = np.linalg.solve(state.stiffness, part)
@@ -36,11 +37,6 @@ def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
     state.coasted[:3] += moved
     diagonal(state.P)[state.layout.position] += settings.load_sigma**2 * float(moved @ moved)
     if float(moved @ moved) > _MUCH**2:
-        state.sunk_time, state.extracted_turn = state.time, None
+        state.bounce_end, state.extracted_turn = state.time, None
         if not state.has_long_steps:
-            state.shaken_time = state.time
-
-
-def is_bouncing(state: FilterState, time: float) -> bool:
-    """Whether what was measured at *time*, s, is of before B sank or rose by much at once, or of a bouncing drum."""
-    return time < state.sunk_time + (0.0 if state.has_long_steps else _BOUNCE)
+            state.bounce_end += _BOUNCE

@@ -53,8 +53,8 @@ class FilterSettings:
     ``height_sigma`` m of the floor, ``distance_sigma`` m of the distance sensor, ``gravity_sigma`` rad of the mean over
     a tenth of a second, ``swing_sigma`` rad of the drum's swing and ``swing_period`` s, ``line_angle_sigma`` rad of a
     smoothed line angle, ``excess_sigma`` m, ``stretch_sigma`` (besides the compliance), ``mass_sigma`` and
-    ``load_sigma`` (how far B sinks for more mass) as shares, ``velocity_sigma`` m/s and ``attitude_sigma`` rad of the
-    estimate.
+    ``load_sigma`` (how far B sinks for more mass at once) as shares, ``velocity_sigma`` m/s and ``attitude_sigma`` rad
+    of the estimate.
 
     Without the IMU: ``turn_rate_sigma`` rad/s of the drum, ``skew_time`` s: error of a wall's distance, m, for each
     rad/s during the turn. ``layers``: where radii step; None: not known. ``max_position_sigma``: m in space, beyond
@@ -213,7 +213,7 @@ class FilterState:
     last_encoder_time: float = -math.inf  # s: of the last encoder reading ...
     last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
     last_imu_time: float = -math.inf  # s: to which the attitude is integrated
-    sunk_time: float = -math.inf  # s: when the drum's mass last changed by much at once
+    bounce_end: float = -math.inf  # s: of the drum, after its mass changed by much at once
     shaken_time: float = -math.inf  # s: when B was last accelerated in a way that encoders do not show
     shaken_since: float = -math.inf  # s: when that began
     imu_gap_end: float = -math.inf  # s: end of the last time without an IMU

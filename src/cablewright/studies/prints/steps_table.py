@@ -65,12 +65,12 @@ class StepsTable:
         self._turn = 2.0 * np.pi / (settings.winch.counts * settings.winch.ratio)
         self._last: float | None = None
         self._period = period
-        self._full, self._load = settings.carrier.powder, PowderLoad.of(settings.carrier)
+        self._full_powder, self._load = settings.carrier.powder, PowderLoad.of(settings.carrier)
 
     @property
     def left(self) -> float:
         """Powder in the drum, kg, estimated; 0 of a machine that carries none."""
-        return self._full - self._load.gone
+        return self._full_powder - self._load.gone
 
     @property
     def full(self) -> bool:
