@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from cablewright.arrays import Array
-from cablewright.estimation import started_filter
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.state import FilterState
 from cablewright.models.packed_views import LineStates
@@ -18,21 +17,11 @@ from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
 from cablewright.studies.estimator_settings import started_settings, with_drum_mass
-from observed import drive
 from twins import SETTINGS
 
 ROBOT = load("merlet2023")
 STARTED = started_settings(ROBOT, SETTINGS)
 KNOWN = STARTED.filter
-
-
-@pytest.fixture(scope="module")
-def later() -> FilterState:
-    state = started_filter.start(STARTED)
-    for frame, _ in drive(9.0, seed=2):
-        started_filter.step(STARTED, state, frame)
-    assert state.chain is None
-    return state.filter
 
 
 def test_a_compliance_moves_b_as_differences_of_its_motion(later: FilterState) -> None:

@@ -14,25 +14,15 @@ from cablewright.estimation.kalman.load import weigh
 from cablewright.estimation.kalman.state import FilterState, inflate_position
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Command, Scan
+from cablewright.signals import Command, Scan, SensorFrame, Truth
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.estimator_settings import started_settings, with_drum_mass
-from observed import drive
 from twins import SETTINGS, TWIN, machine
 
 ROBOT = with_drum_mass(load("merlet2023"), SETTINGS)
 STARTED = started_settings(ROBOT, SETTINGS)
 KNOWN = STARTED.filter
-
-
-@pytest.fixture(scope="module")
-def later() -> FilterState:
-    state = started_filter.start(STARTED)
-    for frame, _ in drive(9.0, seed=2):
-        started_filter.step(STARTED, state, frame)
-    assert state.chain is None
-    return state.filter
 
 
 def heavier(mass: float) -> Model:
@@ -67,12 +57,11 @@ def test_that_is_as_unsure_as_it_is_far_and_nothing_else_is(later: FilterState) 
     assert state.coasted[:3] - later.coasted[:3] == pytest.approx(moved)  # of what lidars saw before
 
 
-def test_a_turn_tells_no_height_that_began_before_it_sank_or_bounced(later: FilterState) -> None:
+def test_a_turn_tells_no_height_that_began_before_it_sank_or_bounced(
+    later: FilterState, whole: list[tuple[SensorFrame, Truth]]
+) -> None:
     scan = next(
-        reading
-        for frame, _ in reversed(drive(9.0, seed=2))
-        for reading in frame.of(Scan)
-        if reading.source == "vertical"
+        reading for frame, _ in reversed(whole[:900]) for reading in frame.of(Scan) if reading.source == "vertical"
     )
     left = []
     for bounce_end in (scan.times[0] - 0.01, scan.times[0] + 0.01):
