@@ -33,10 +33,9 @@ def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
         state.loosened = state.loosened - state.taut.toward @ moved
         if parts > 1:
             update_jacobian(settings, state, at_once=True)
-    moved = state.position - start
-    state.coasted[:3] += moved
-    diagonal(state.P)[state.layout.position] += settings.load_sigma**2 * float(moved @ moved)
-    if float(moved @ moved) > _MUCH**2:
-        state.bounce_end, state.extracted_turn = state.time, None
-        if not state.has_long_steps:
-            state.bounce_end += _BOUNCE
+    sunk = state.position - start
+    state.coasted[:3] += sunk
+    squared = float(sunk @ sunk)
+    diagonal(state.P)[state.layout.position] += settings.load_sigma**2 * squared
+    if squared > _MUCH**2:
+        state.bounce_end, state.extracted_turn = state.time + (0.0 if state.has_long_steps else _BOUNCE), None

@@ -19,6 +19,7 @@ from cablewright.control.stop import StopSettings
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import AnswerError, InputError
+from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -75,7 +76,7 @@ def planned(
     if path.attitude is not None:
         velocity = replace(velocity, gain=_BODY_GAIN)
     over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
-    drum = settings.carrier
+    load = PowderLoad.of(settings.carrier)
     return PrintPlan(
         path,
         velocity,
@@ -83,8 +84,8 @@ def planned(
         _guard(robot, settings, path, period),
         ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, manual.MAX_SPEED - velocity.max_correction),
         HeightControl(float(begin[2]) - scene.frame_min[2]) if over_structure else None,
-        drum.flow if drum.capacity else 0.0,
-        drum.powder if drum.capacity else math.inf,
+        load.flow,
+        load.full,
         frozenset({"encoders"}),
         beam=body_limits.beam_of(robot, settings),
         notes=notes,

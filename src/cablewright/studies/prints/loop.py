@@ -141,6 +141,7 @@ class Printer:
         self.estimator = make(self.last_pose, self.radii)
         self._beam = None if plan.beam is None else BeamState(plan.path.start_retraction)
         self._learning = self.estimator if isinstance(self.estimator, Learning) else None
+        self._weighing = self.estimator if isinstance(self.estimator, Weighing) else None
         self._danger = ""  # that the estimator told last
         if archive is not None and self._learning is not None:
             self._learning.archive_state(archive.section("estimator"))
@@ -195,8 +196,8 @@ class Printer:
         frame, dt = self._clock.tell(self.machine.step(command))
         self.frame_times = time.perf_counter(), time.thread_time()
         self.load.pour(command.valve, dt)
-        if isinstance(self.estimator, Weighing):
-            self.estimator.weigh(self._full_mass - self.load.gone)
+        if self._weighing is not None:
+            self._weighing.weigh(self._full_mass - self.load.gone)
         estimate = self.estimator.step(frame)
         if self._beam is not None and self.plan.beam is not None:
             beam.read(self.plan.beam, self._beam, frame)
