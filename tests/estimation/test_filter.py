@@ -13,8 +13,8 @@ from scipy import stats
 from cablewright.choices import SeverityName
 from cablewright.errors import InputError
 from cablewright.estimation import started_filter
+from cablewright.estimation.kalman import attitude, lidar_update
 from cablewright.estimation.kalman import filter as error_state
-from cablewright.estimation.kalman import lidar_update
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import (
     FilterLayout,
@@ -432,3 +432,23 @@ def test_a_shaken_drum_does_not_mislead() -> None:
         recording.append((frame, twin.truth))
     found = run(recording, known.with_owner(drum=twin.settings.drum))
     assert errors(found, recording, 4.0).max() < 0.03
+
+
+def test_a_tilt_that_is_wrong_is_right_again_after_some_seconds(later: FilterState) -> None:
+    """Gravity and the suspension contradict it each time; it is not taken for a drum that is shaken for ever."""
+    state, random = copy.deepcopy(later), np.random.default_rng(5)
+    lean = 0.03
+    state.tilt = state.tilt + np.array([lean, 0.0])
+    sure, lay = np.ones(len(state.P)), state.layout  # of what hours have taught
+    sure[lay.tilt], sure[lay.gyro_bias], sure[lay.accelerometer_bias] = 0.5, 0.02, 0.02
+    state.P *= np.outer(sure, sure)
+    bias = state.accelerometer_bias.copy()
+    wrong = []
+    for step in range(1, 2001):
+        force = np.array([-9.81 * bias[1], 9.81 * bias[0], 9.81]) + 0.03 * random.standard_normal(3)
+        rate = state.gyro_bias + 0.002 * random.standard_normal(3)
+        attitude.predict(KNOWN, state, Inertial(later.last_imu_time + 0.01 * step, force, rate))
+        wrong.append(float(np.linalg.norm(state.tilt)))
+    assert wrong[0] > 0.9 * lean
+    assert max(wrong[1500:]) < 2e-3
+    assert np.linalg.norm(state.accelerometer_bias - bias) < 2e-3

@@ -67,6 +67,14 @@ def test_readings_that_are_none_change_nothing(time: float, acceleration: list[f
     assert tilt.step(SETTINGS, state, Inertial(time, np.array(acceleration), np.array(rate)), 0.0) == state
 
 
+def test_a_drum_that_bounces_is_possible_and_a_dead_sensor_is_not() -> None:
+    bounce, dead = np.array([5.5, -3.0, G + 2.0]), np.zeros(3)
+    rate = np.array([0.02, 0.15, 0.0])
+    assert SETTINGS.is_plausible(Inertial(0.0, bounce, rate))
+    assert not SETTINGS.is_plausible(Inertial(0.0, dead, rate))
+    assert not SETTINGS.is_plausible(Inertial(0.0, bounce, 10.0 * rate))
+
+
 def test_times_that_are_none_are_refused() -> None:
     with pytest.raises(InputError, match="gravity_time = 0"):
         TiltSettings(gravity_time=0.0)

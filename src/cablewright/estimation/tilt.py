@@ -20,8 +20,9 @@ class TiltSettings:
     ``gravity_time``: s, time constant with which gravity corrects the gyro; longer than a swing's period, because a
     pendulum's accelerometer hardly measures its swing. ``bias_time``: s over which mean tilt and mean rate are taken
     for the sensors' biases, because a drum that hangs from one point is upright and still on average. ``max_gap``: s
-    between readings beyond which the gyro is not integrated. ``max_rate``: rad/s, and ``max_acceleration``: m/s^2 off
-    gravity, of a plausible reading.
+    between readings beyond which the gyro is not integrated. Of a plausible reading: ``max_rate``, rad/s, and
+    ``max_acceleration`` off gravity, as a share of it. A drum that is refilled at once bounces with 0.7 of it, and a
+    rate that is left out then stays in the tilt; a dead accelerometer, which measures 0, is off by all of it.
     """
 
     gravity: float = 9.81
@@ -29,7 +30,7 @@ class TiltSettings:
     bias_time: float = 30.0
     max_gap: float = 0.1
     max_rate: float = 1.0
-    max_acceleration: float = 3.0
+    max_acceleration: float = 0.9
 
     def __post_init__(self) -> None:
         """Refuse numbers that are not positive and finite."""
@@ -42,7 +43,8 @@ class TiltSettings:
         x, y, z = reading.acceleration.tolist()
         off = math.hypot(x, y, z - self.gravity)
         rates = reading.rate.tolist()
-        return off <= self.max_acceleration and all(abs(rate) <= self.max_rate for rate in rates)  # NaN is neither
+        bound = self.max_acceleration * self.gravity
+        return off <= bound and all(abs(rate) <= self.max_rate for rate in rates)  # NaN is neither
 
 
 class TiltState(NamedTuple):

@@ -21,6 +21,7 @@ _READINGS: Final = 10  # of the accelerometer, for one update
 _INTERVAL: Final = 0.1  # s between updates
 _QUIET_TIME: Final = 3.0  # s without shaking, after which it begins anew
 _MAX_SHAKING: Final = 20.0  # s
+_SHAKEN_TILT: Final = 3e-4  # rad, of each update while B is shaken: a tilt that is wrong is right after some of them
 _MAX_NIS: Final = 40.0  # of one update, as it counts for the sensor's consistency
 _MAX_INTERVAL: Final = 0.1  # s between readings, by which a swing is followed
 _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
@@ -87,8 +88,9 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     gravity = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
     R = np.diag([gravity] * 2 + [upright] * 2)
     passes, nis = passes_gate(state.P, H, innovation, R)
-    if not passes:  # B is shaken in a way that encoders do not show
+    if not passes:  # B is shaken in a way that encoders do not show, or the tilt is wrong
         R *= nis
+        diagonal(state.P)[lay.tilt] += _SHAKEN_TILT**2
         _note_shaking(state)
     judge(state, "inertial", min(nis, _MAX_NIS), len(innovation))
     apply_update(state, H, innovation, R)
