@@ -128,7 +128,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
     path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot))  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
-    chosen = choices.estimator or _best_estimator(owner, choices)
+    chosen = choices.estimator or _best_estimator(owner)
     _require_places(choices, chosen, robot, owner)
     return MachineTwin(robot, job, settings, choices, chosen, with_tour(path, owner, chosen))
 
@@ -168,13 +168,13 @@ def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
     return settings if cell >= floor.cell else settings.with_simulation(room=floor.model_copy(update={"cell": cell}))
 
 
-def _best_estimator(settings: MachineSettings, choices: PrintOptions) -> str:
-    """The best estimator for a machine's sensors: the filter, or the paper's chain for long steps."""
+def _best_estimator(settings: MachineSettings) -> str:
+    """The best estimator for a machine's sensors: the filter, or encoders alone."""
     if settings.body is not None:
         return "encoders" if settings.load_cells is None and settings.motor_torques is None else "filter"
     if settings.line_angles is None or not {"north", "south"} & settings.lidars.keys():
         return "encoders"
-    return "filter" if choices.plant == "dynamic" else "paper"
+    return "filter"
 
 
 def _intruded(settings: TwinSettings, choices: PrintOptions, duration: float) -> TwinSettings:
