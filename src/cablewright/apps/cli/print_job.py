@@ -44,8 +44,8 @@ class PrintJobCommand:
         EstimatorName | None,
         typer.Option(
             "--estimator",
-            help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, or encoders alone; by default filter, "
-            "or encoders if the machine has no lidars.",
+            help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, or encoders alone; by default "
+            "filter, or encoders if the machine has no lidars.",
         ),
     ] = None
     control: Annotated[

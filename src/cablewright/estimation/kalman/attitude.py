@@ -15,6 +15,7 @@ from cablewright.estimation.kalman.state import (
     judge,
     passes_gate,
 )
+from cablewright.kernels.covariance import add_multiples
 from cablewright.signals import Inertial
 
 _READINGS: Final = 10  # of the accelerometer, for one update
@@ -55,20 +56,11 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
 def _predict_covariance(state: FilterState, dt: float, turn: float) -> None:
     """Predict the covariance over *dt*, s, in which the drum turned by *turn*, rad, about its axis.
 
-    Tilts are along axes that turn with it, and all three angles drift by the gyro's biases: first its rows, then its
-    columns. In place, as this is done at every reading.
+    Tilts are along axes that turn with it, and all three angles drift by the gyro's biases.
     """
-    lay, P = state.layout, state.P
-    rows, drift = P[lay.attitude], dt * P[lay.gyro_bias]
-    from_y, from_x = turn * rows[1], turn * rows[0]
-    rows[0] += from_y
-    rows[1] -= from_x
-    rows -= drift
-    columns, drift = P.T[lay.attitude], dt * P.T[lay.gyro_bias]
-    from_y, from_x = turn * columns[1] - drift[0], turn * columns[0] + drift[1]
-    columns[0] += from_y
-    columns[1] -= from_x
-    columns[2] -= drift[2]
+    lay = state.layout
+    add_multiples(state.P, lay.tilt.start, lay.tilt.start, np.array([[0.0, turn], [-turn, 0.0]]))
+    add_multiples(state.P, lay.attitude.start, lay.gyro_bias.start, -dt * np.eye(3))
 
 
 def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:

@@ -31,6 +31,7 @@ from cablewright.estimation.reading_checks import (
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import TimeBuffer
+from cablewright.kernels.covariance import add_multiples
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.signals import (
     Climate,
@@ -323,16 +324,14 @@ def _stop_coasting(state: FilterState) -> None:
 
 def _predict_coasting(settings: FilterSettings, state: FilterState, dt: float) -> None:
     """Predict B and the lengths by the velocity, without encoders, over *dt*, s."""
-    lay, taut = state.layout, state.taut
+    lay, taut, P = state.layout, state.taut, state.P
     if taut is None or not dt > 0.0:
         return
-    F = np.eye(lay.size)
-    F[lay.position, lay.velocity] = dt * np.eye(3)
-    F[lay.lengths, lay.velocity] = dt * taut.toward
-    P = F @ state.P @ F.T
-    P[lay.velocity, lay.velocity] += np.diag((settings.velocity_noise * _DIRECTIONS) ** 2) * dt
-    P[lay.lengths, lay.lengths] += _WINCH_DRIFT**2 * dt * np.eye(len(state.lengths))
-    state.P = 0.5 * (P + P.T)
+    add_multiples(P, lay.position.start, lay.velocity.start, dt * _EYE)
+    add_multiples(P, lay.lengths.start, lay.velocity.start, dt * taut.toward)
+    variances = diagonal(P)
+    variances[lay.velocity] += (settings.velocity_noise * _DIRECTIONS) ** 2 * dt
+    variances[lay.lengths] += _WINCH_DRIFT**2 * dt
     moved = dt * state.velocity
     state.position = state.position + moved
     state.lengths = state.lengths + taut.toward @ moved

@@ -26,6 +26,7 @@ from cablewright.estimation.kalman.state import (
     inflate_shaken,
     judge,
 )
+from cablewright.kernels.covariance import add_multiples
 from cablewright.solvers.taut import stretches, taut_at
 
 _JACOBIAN_INTERVAL: Final = 0.05  # s between computations of the Jacobian
@@ -98,11 +99,8 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
     if dt > 0.0 and any(rotation.tolist()):
         gain = min(1.0, dt / settings.machine.slackness.smoothing_time)
         state.drum_rates = state.drum_rates + gain * (rotation / dt - state.drum_rates)
-    by_radius, rows, columns = J * paid_out, P[lay.radii], P[:, lay.radii]  # of B, per share of each radius
-    P[lay.position] += by_radius @ rows
-    P[lay.lengths] += paid_out[:, None] * rows
-    P[:, lay.position] += columns @ by_radius.T
-    P[:, lay.lengths] += columns * paid_out
+    add_multiples(P, lay.position.start, lay.radii.start, J * paid_out)  # radii as shares
+    add_multiples(P, lay.lengths.start, lay.radii.start, np.diag(paid_out))
     distance = math.sqrt(float(moved @ moved))
     unknown = np.count_nonzero(np.isnan(state.slackness.excess)) > 1  # which line is slack
     travel_noise = _UNKNOWN_SLACK_NOISE if unknown else settings.travel_noise
@@ -132,12 +130,8 @@ def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
     if not dt > 0.0:
         return
     state.stretching = 0.0
-    rows = dt * P[lay.stretch]
-    P[lay.position] += J @ rows
-    P[lay.lengths] += rows
-    columns = dt * P[:, lay.stretch]
-    P[:, lay.position] += columns @ J.T
-    P[:, lay.lengths] += columns
+    add_multiples(P, lay.position.start, lay.stretch.start, dt * J)
+    add_multiples(P, lay.lengths.start, lay.stretch.start, dt * np.eye(len(state.lengths)))
     keep = fade(P, lay.stretch, dt / settings.stretch_time, (settings.stretch_rate_sigma * state.lengths) ** 2)
     state.stretch_rates = keep * state.stretch_rates
 
@@ -147,9 +141,8 @@ def _spread_compliances(state: FilterState) -> None:
 
     A line that gives more than its stiffness k tells moves B by less for a change e of its excess: (u'Ku) dp = u e dk.
     """
-    by, lay, P = state.by_compliance * state.loosened, state.layout, state.P
-    P[lay.position] += by @ P[lay.compliances]
-    P[:, lay.position] += P[:, lay.compliances] @ by.T
+    lay = state.layout
+    add_multiples(state.P, lay.position.start, lay.compliances.start, state.by_compliance * state.loosened)
     state.loosened = np.zeros_like(state.loosened)
 
 

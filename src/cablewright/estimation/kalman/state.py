@@ -277,9 +277,9 @@ def kalman_update(
     S = H @ PH + R
     K = PH / S[0, 0] if len(H) == 1 else np.linalg.solve(S, PH.T).T
     K[considered] = 0.0
-    A = -K @ H
-    A.flat[:: len(P) + 1] += 1.0
-    updated = A @ P @ A.T + K @ (R if spread is None else R + spread) @ K.T
+    updated = P - K @ PH.T
+    updated -= (updated @ H.T) @ K.T
+    updated += K @ (R if spread is None else R + spread) @ K.T
     return K @ innovation, 0.5 * (updated + updated.T)
 
 

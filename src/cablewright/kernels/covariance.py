@@ -1,0 +1,22 @@
+"""Predictions of the covariance of a filter's state, in place."""
+
+from cablewright.kernels import jit
+
+
+@jit
+def add_multiples(P, to, source, weights):
+    """Predict *P* (n, n) where states from index *to* on grow by *weights* (a, b) times those from *source* on.
+
+    One after another: where the a and the b overlap, later ones grow by what earlier ones have become.
+    """
+    n, (rows, columns) = P.shape[0], weights.shape
+    for i in range(rows):
+        for k in range(columns):
+            weight = weights[i, k]
+            if weight != 0.0:
+                for j in range(n):
+                    P[to + i, j] += weight * P[source + k, j]
+    for j in range(n):
+        for i in range(rows):
+            for k in range(columns):
+                P[j, to + i] += weights[i, k] * P[j, source + k]
