@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.arrays import Array
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
@@ -22,7 +23,7 @@ _READINGS: Final = 10  # of the accelerometer, for one update
 _INTERVAL: Final = 0.1  # s between updates
 _QUIET_TIME: Final = 3.0  # s without shaking, after which it begins anew
 _MAX_SHAKING: Final = 20.0  # s
-_SHAKEN_TILT: Final = 3e-4  # rad, of each update while B is shaken: a tilt that is wrong is right after some of them
+_LEANING: Final = 3e-4  # rad, of each update that the suspension contradicts: after some of them a wrong tilt is right
 _MAX_NIS: Final = 40.0  # of one update, as it counts for the sensor's consistency
 _MAX_INTERVAL: Final = 0.1  # s between readings, by which a swing is followed
 _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
@@ -65,7 +66,6 @@ def _predict_covariance(state: FilterState, dt: float, turn: float) -> None:
 
 def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     """Update by two measurements: gravity shows tilt plus accelerometer bias; the suspension, a tilt of zero."""
-    lay = state.layout
     measured = np.mean(state.measured_tilts, axis=0)
     state.measured_tilts.clear()
     velocity, smoothed = state.jacobian[:2] @ (state.radii * state.drum_rates), state.level_acceleration
@@ -73,19 +73,31 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     state.level_velocity, state.level_acceleration = velocity, acceleration
     # an accelerated drum tilts, and its accelerometer does not show that
     unseen = float(acceleration @ acceleration) / settings.machine.tilt.gravity**2
-    H = np.zeros((4, lay.size))
-    H[:2, lay.tilt] = H[2:, lay.tilt] = H[:2, lay.accelerometer_bias] = np.eye(2)
-    innovation = np.concatenate([measured - state.tilt - state.accelerometer_bias, -state.tilt])
+    seen = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
     upright = (settings.swing_sigma**2 + unseen) * settings.swing_period / _INTERVAL
-    gravity = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
-    R = np.diag([gravity] * 2 + [upright] * 2)
-    passes, nis = passes_gate(state.P, H, innovation, R)
-    if not passes:  # B is shaken in a way that encoders do not show, or the tilt is wrong
-        R *= nis
-        diagonal(state.P)[lay.tilt] += _SHAKEN_TILT**2
+    hangs, leaning = _update_tilt(state, -state.tilt, upright, biased=False)
+    if not hangs:  # it swings far, or the tilt is wrong
+        diagonal(state.P)[state.layout.tilt] += _LEANING**2
+    rests, shaken = _update_tilt(state, measured - state.tilt - state.accelerometer_bias, seen, biased=True)
+    if not rests:  # B is shaken in a way that encoders do not show
         _note_shaking(state)
-    judge(state, "inertial", min(nis, _MAX_NIS), len(innovation))
-    apply_update(state, H, innovation, R)
+    judge(state, "inertial", min(leaning + shaken, _MAX_NIS), 2 * len(measured))
+
+
+def _update_tilt(state: FilterState, innovation: Array, variance: float, *, biased: bool) -> tuple[bool, float]:
+    """Update by a tilt, *biased* as the accelerometer is or not, by less where the gate refuses it.
+
+    Returns whether it passes, and its NIS.
+    """
+    lay = state.layout
+    H = np.zeros((2, lay.size))
+    H[:, lay.tilt] = np.eye(2)
+    if biased:
+        H[:, lay.accelerometer_bias] = np.eye(2)
+    R = variance * np.eye(2)
+    passes, nis = passes_gate(state.P, H, innovation, R)
+    apply_update(state, H, innovation, R if passes else nis * R)
+    return passes, nis
 
 
 def _note_shaking(state: FilterState) -> None:
