@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from cablewright.errors import InputError
 from cablewright.estimation import tilt
+from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.reading_checks import ReadingChecks, accept_imu
 from cablewright.estimation.tilt import TiltSettings, TiltState, rotation_vector
 from cablewright.signals import Inertial
 
@@ -56,7 +58,7 @@ def test_a_drum_that_hangs_still_is_upright() -> None:
     ("time", "acceleration", "rate"),
     [
         (1.0, [40.0, 2.0, G], [0.0] * 3),
-        (1.0, [0.0, 0.0, G], [0.0, 0.0, 8.0]),
+        (0.51, [0.0, 0.0, G], [0.0, 0.0, 8.0]),
         (1.0, [math.nan] * 3, [0.0] * 3),
         (1.0, [0.0] * 3, [math.inf, 0, 0]),
         (0.0, [1.0, 1.0, G], [1.0] * 3),
@@ -67,12 +69,33 @@ def test_readings_that_are_none_change_nothing(time: float, acceleration: list[f
     assert tilt.step(SETTINGS, state, Inertial(time, np.array(acceleration), np.array(rate)), 0.0) == state
 
 
-def test_a_drum_that_bounces_is_possible_and_a_dead_sensor_is_not() -> None:
-    bounce, dead = np.array([5.5, -3.0, G + 2.0]), np.zeros(3)
-    rate = np.array([0.02, 0.15, 0.0])
-    assert SETTINGS.is_plausible(Inertial(0.0, bounce, rate))
-    assert not SETTINGS.is_plausible(Inertial(0.0, dead, rate))
-    assert not SETTINGS.is_plausible(Inertial(0.0, bounce, 10.0 * rate))
+def test_the_gyro_of_a_drum_that_bounces_is_integrated_without_gravity() -> None:
+    state = tilt.step(SETTINGS, tilt.start(), Inertial(0.0, np.array([0.0, 0.0, G]), np.zeros(3)), 0.0)
+    bounced = tilt.step(SETTINGS, state, Inertial(0.01, np.array([5.5, -3.0, G]), np.array([0.2, 0.0, 0.0])), 0.0)
+    assert bounced.accelerometer_bias == state.accelerometer_bias
+    assert bounced.x == pytest.approx(0.01 * (0.2 - bounced.gyro_bias[0]))
+    late = Inertial(1.0, np.array([5.5, -3.0, G]), np.zeros(3))
+    assert tilt.step(SETTINGS, state, late, 0.0) == state
+
+
+@pytest.mark.parametrize(
+    "force", [[0.0] * 3, [0.0, 0.0, 1.0], [0.0, 0.0, -G], [0.0, G, 0.0], [0.0, 3.1, G], [math.nan] * 3]
+)
+def test_what_is_not_gravity_is_not_taken_for_it(force: list[float]) -> None:
+    """Dead, in units of g, upside down, or on its side."""
+    assert not SETTINGS.has_gravity(Inertial(0.0, np.array(force), np.zeros(3)))
+
+
+def test_an_axis_that_is_stuck_is_named_after_a_second_and_a_bounce_is_not() -> None:
+    checks, named = ReadingChecks(FaultMonitor({})), []
+    for k in range(300):
+        force = np.array([0.01 * (k % 7), 5.0 if 100 <= k < 250 else 0.0, G])
+        accepted = accept_imu(checks, SETTINGS, Inertial(0.01 * k, force, np.array([1e-3 * (k % 5), 0.0, 0.0])))
+        named.append(checks.monitor.is_active("inertial", "implausible"))
+        assert accepted is not None
+        assert accepted != named[-1]
+    assert named.index(True) == pytest.approx(200, abs=1)
+    assert sum(named) == pytest.approx(50, abs=1)
 
 
 def test_times_that_are_none_are_refused() -> None:

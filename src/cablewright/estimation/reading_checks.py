@@ -54,6 +54,7 @@ _SOURCES: Final[dict[type, str]] = {
 }
 _STAMPED: Final = (Scan, Inertial, LineAngles, Distance)  # by the drum's clock
 _MAX_BAD: Final = 10  # identical or implausible readings in a row before the sensor is rejected
+_MAX_BOUNCE: Final = 1.0  # s in which no acceleration is about gravity, before the sensor is rejected
 
 
 @dataclass(eq=False)
@@ -66,6 +67,7 @@ class ReadingChecks:
     last_imu: Inertial | None = None
     imu_repeats: int = 0  # identical to the last bit
     imu_outliers: int = 0  # implausible
+    gravity_time: float = -math.inf  # s: of the last acceleration that was about gravity
     last_encoders: Encoders | None = None
     last_ranges: dict[str, Array] = field(default_factory=dict)  # of each lidar's last turn
 
@@ -97,7 +99,7 @@ class ReadingChecks:
 
     def reset(self) -> None:
         """Remove the last readings, because the clock was reset."""
-        self.last_imu, self.last_encoders = None, None
+        self.last_imu, self.last_encoders, self.gravity_time = None, None, -math.inf
         if self.clock is not None:
             self.clock.restart()
 
@@ -130,13 +132,15 @@ def accepted(monitor: FaultMonitor, readings: Iterable[_Kind], now: float) -> It
 def accept_imu(checks: ReadingChecks, settings: TiltSettings, reading: Inertial) -> bool | None:
     """Whether to use an IMU *reading*. None: this one alone is implausible; False: the sensor is faulty."""
     monitor = checks.monitor
-    if not settings.is_plausible(reading):
-        checks.imu_outliers += 1
-        if checks.imu_outliers >= _MAX_BAD:
-            monitor.report("inertial", "implausible", "measures motion that a drum on lines cannot have: not used")
-            return False
+    has_rate, has_gravity = settings.has_rate(reading), settings.has_gravity(reading)
+    checks.imu_outliers = 0 if has_rate and has_gravity else checks.imu_outliers + 1
+    if has_gravity:
+        checks.gravity_time = reading.time
+    if checks.imu_outliers >= _MAX_BAD and (not has_rate or reading.time - checks.gravity_time > _MAX_BOUNCE):
+        monitor.report("inertial", "implausible", "measures motion that a drum on lines cannot have: not used")
+        return False
+    if not has_rate:
         return None
-    checks.imu_outliers = 0
     monitor.clear("inertial", "implausible")
     last, checks.last_imu = checks.last_imu, reading
     same = last is not None and _numbers(last) == _numbers(reading)

@@ -20,9 +20,8 @@ class TiltSettings:
     ``gravity_time``: s, time constant with which gravity corrects the gyro; longer than a swing's period, because a
     pendulum's accelerometer hardly measures its swing. ``bias_time``: s over which mean tilt and mean rate are taken
     for the sensors' biases, because a drum that hangs from one point is upright and still on average. ``max_gap``: s
-    between readings beyond which the gyro is not integrated. Of a plausible reading: ``max_rate``, rad/s, and
-    ``max_acceleration`` off gravity, as a share of it. A drum that is refilled at once bounces with 0.7 of it, and a
-    rate that is left out then stays in the tilt; a dead accelerometer, which measures 0, is off by all of it.
+    between readings beyond which the gyro is not integrated. ``max_rate``: rad/s, of a plausible rate, and
+    ``max_acceleration``: m/s^2 off gravity, of an acceleration that may show it.
     """
 
     gravity: float = 9.81
@@ -30,7 +29,7 @@ class TiltSettings:
     bias_time: float = 30.0
     max_gap: float = 0.1
     max_rate: float = 1.0
-    max_acceleration: float = 0.9
+    max_acceleration: float = 3.0
 
     def __post_init__(self) -> None:
         """Refuse numbers that are not positive and finite."""
@@ -38,13 +37,14 @@ class TiltSettings:
             if not 0.0 < value < math.inf:
                 raise InputError(f"{name} = {value:g}: a finite number over 0 is expected")
 
-    def is_plausible(self, reading: Inertial) -> bool:
-        """Whether *reading* is finite and possible for a drum that hangs on lines."""
+    def has_rate(self, reading: Inertial) -> bool:
+        """Whether the rate of a *reading* is finite and possible for a drum that hangs on lines."""
+        return all(abs(rate) <= self.max_rate for rate in reading.rate.tolist())  # NaN is not
+
+    def has_gravity(self, reading: Inertial) -> bool:
+        """Whether the acceleration of a *reading* is finite and may be gravity: that of a drum that bounces is not."""
         x, y, z = reading.acceleration.tolist()
-        off = math.hypot(x, y, z - self.gravity)
-        rates = reading.rate.tolist()
-        bound = self.max_acceleration * self.gravity
-        return off <= bound and all(abs(rate) <= self.max_rate for rate in rates)  # NaN is neither
+        return math.hypot(x, y, z - self.gravity) <= self.max_acceleration
 
 
 class TiltState(NamedTuple):
@@ -64,11 +64,15 @@ def start() -> TiltState:
 
 
 def step(settings: TiltSettings, state: TiltState, reading: Inertial, yaw_rate: float) -> TiltState:
-    """Return the state after one reading; an implausible or old one changes nothing. *yaw_rate*: rad/s, of the drum."""
+    """Return the state after one reading; an old one, or one without a rate, changes nothing.
+
+    *yaw_rate*: rad/s, of the drum. Without gravity the gyro alone is integrated.
+    """
     fx, fy, _ = reading.acceleration.tolist()
     wx, wy, _ = reading.rate.tolist()
     dt = reading.time - state.time
-    if not (dt > 0.0 and settings.is_plausible(reading)):
+    has_gravity = settings.has_gravity(reading)
+    if not (dt > 0.0 and settings.has_rate(reading) and (has_gravity or dt <= settings.max_gap)):
         return state
     # R^T z = (-y, x, 1) for a small tilt (x, y): what the accelerometer measures at rest, over g
     measured = fy / settings.gravity, -fx / settings.gravity
@@ -78,13 +82,14 @@ def step(settings: TiltSettings, state: TiltState, reading: Inertial, yaw_rate: 
         x, y = measured[0] - bias[0], measured[1] - bias[1]
         return TiltState(reading.time, x, y, bias, gyro_bias, state.elapsed + settings.max_gap)
     elapsed = min(state.elapsed + dt, settings.bias_time)
-    bias = _smoothed(state.accelerometer_bias, measured, dt / elapsed)
+    bias = _smoothed(state.accelerometer_bias, measured, dt / elapsed) if has_gravity else state.accelerometer_bias
     gyro_bias = _smoothed(state.gyro_bias, (wx, wy), dt / elapsed)
     x = state.x + dt * (wx - gyro_bias[0] + yaw_rate * state.y)
     y = state.y + dt * (wy - gyro_bias[1] - yaw_rate * state.x)
-    gain = dt / settings.gravity_time
-    x += gain * (measured[0] - bias[0] - x)
-    y += gain * (measured[1] - bias[1] - y)
+    if has_gravity:
+        gain = dt / settings.gravity_time
+        x += gain * (measured[0] - bias[0] - x)
+        y += gain * (measured[1] - bias[1] - y)
     return TiltState(reading.time, x, y, bias, gyro_bias, elapsed)
 
 

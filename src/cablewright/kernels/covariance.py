@@ -16,7 +16,9 @@ def add_multiples(P, to, source, weights):
             if weight != 0.0:
                 for j in range(n):
                     P[to + i, j] += weight * P[source + k, j]
-    for j in range(n):
-        for i in range(rows):
-            for k in range(columns):
-                P[j, to + i] += weights[i, k] * P[j, source + k]
+    for i in range(rows):
+        for k in range(columns):
+            weight = weights[i, k]
+            if weight != 0.0:
+                for j in range(n):
+                    P[j, to + i] += weight * P[j, source + k]

@@ -70,7 +70,7 @@ class Print:
 
 @pytest.mark.parametrize("law", ["paper", "model"])
 def test_it_prints_along_its_path_at_its_speed(law: str) -> None:
-    """By the paper's chain: within the 2 cm that the paper expects, and most of the time far within."""
+    """Within the 2 cm that the paper expects, and most of the time far within."""
     made = Print(twin(law=law))
     off, speeds = [], []
     for step in made.steps(3500):
@@ -82,8 +82,9 @@ def test_it_prints_along_its_path_at_its_speed(law: str) -> None:
     assert made.printer.supervisor.state is PrintState.PRINTING
 
 
-def test_it_comes_to_its_end_and_nothing_is_lost() -> None:
-    made, opened = Print(twin(plant="quasi-static")), 0.0
+@pytest.mark.parametrize("estimator", ["filter", "paper"])
+def test_it_comes_to_its_end_and_nothing_is_lost(estimator: str) -> None:
+    made, opened = Print(twin(estimator=estimator, plant="quasi-static")), 0.0
     for step in made.steps(400):
         opened += step.command.valve * made.machine.period
     assert made.printer.finished

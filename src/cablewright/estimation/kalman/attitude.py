@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -24,7 +25,7 @@ _INTERVAL: Final = 0.1  # s between updates
 _QUIET_TIME: Final = 3.0  # s without shaking, after which it begins anew
 _MAX_SHAKING: Final = 20.0  # s
 _LEANING: Final = 3e-4  # rad, of each update that the suspension contradicts: after some of them a wrong tilt is right
-_MAX_NIS: Final = 40.0  # of one update, as it counts for the sensor's consistency
+_MAX_NIS: Final = 20.0  # of one update, as it counts for the sensor's consistency
 _MAX_INTERVAL: Final = 0.1  # s between readings, by which a swing is followed
 _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
 
@@ -49,7 +50,8 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
     g = settings.machine.tilt.gravity
-    state.measured_tilts.append((fy / g, -fx / g))
+    if abs(fx) + abs(fy) < math.inf:  # a bounce's are needed, too: their mean is that of gravity
+        state.measured_tilts.append((fy / g, -fx / g))
     if len(state.measured_tilts) >= _READINGS:
         _update_by_gravity(settings, state)
 
@@ -75,13 +77,14 @@ def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     unseen = float(acceleration @ acceleration) / settings.machine.tilt.gravity**2
     seen = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
     upright = (settings.swing_sigma**2 + unseen) * settings.swing_period / _INTERVAL
-    hangs, leaning = _update_tilt(state, -state.tilt, upright, biased=False)
+    hangs, _ = _update_tilt(state, -state.tilt, upright, biased=False)
     if not hangs:  # it swings far, or the tilt is wrong
         diagonal(state.P)[state.layout.tilt] += _LEANING**2
-    rests, shaken = _update_tilt(state, measured - state.tilt - state.accelerometer_bias, seen, biased=True)
+    innovation = measured - state.tilt - state.accelerometer_bias
+    rests, nis = _update_tilt(state, innovation, seen, biased=True)
     if not rests:  # B is shaken in a way that encoders do not show
-        _note_shaking(state)
-    judge(state, "inertial", min(leaning + shaken, _MAX_NIS), 2 * len(measured))
+        _note_shaking(state, settings.machine.tilt.gravity * float(np.hypot(*innovation)), settings.swing_period)
+    judge(state, "inertial", min(nis, _MAX_NIS), len(measured))
 
 
 def _update_tilt(state: FilterState, innovation: Array, variance: float, *, biased: bool) -> tuple[bool, float]:
@@ -100,8 +103,11 @@ def _update_tilt(state: FilterState, innovation: Array, variance: float, *, bias
     return passes, nis
 
 
-def _note_shaking(state: FilterState) -> None:
-    """Note that B is shaken; what lasts longer than any shaking is the sensor's fault."""
+def _note_shaking(state: FilterState, acceleration: float, period: float) -> None:
+    """Note that B is shaken by an *acceleration*, m/s^2, in swings of at most a *period*, s.
+
+    What lasts longer than any shaking is the sensor's fault.
+    """
     now = state.last_imu_time
     if now - state.shaken_time > _QUIET_TIME:
         state.shaken_since = now
@@ -109,7 +115,7 @@ def _note_shaking(state: FilterState) -> None:
         state.monitor.report("inertial", "shaken", "measures accelerations that nothing else shows: not used")
         return
     state.shaken_time = now
-    inflate_shaken(state)
+    inflate_shaken(state, acceleration * (period / math.tau) ** 2)
 
 
 def predict_without_imu(settings: FilterSettings, state: FilterState, time: float) -> None:

@@ -343,11 +343,11 @@ def inject_correction(state: FilterState, correction: Array) -> None:
     state.clock_error += float(correction[lay.clock])
 
 
-def inflate_shaken(state: FilterState) -> None:
-    """Take B to have moved by what encoders do not show, once, until it is measured again."""
-    position = state.layout.position
-    if float(np.trace(state.P[position, position])) < _SHAKEN_SIGMA**2:
-        inflate_position(state, _SHAKEN_SIGMA)
+def inflate_shaken(state: FilterState, most: float = math.inf) -> None:
+    """Take B to have moved by what encoders do not show, at *most* so far, m, until it is measured again."""
+    position, deviation = state.layout.position, min(most, _SHAKEN_SIGMA)
+    if float(np.trace(state.P[position, position])) < deviation**2:
+        inflate_position(state, deviation)
 
 
 def inflate_position(state: FilterState, deviation: ArrayLike) -> None:
