@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar
 import typer
 
 from cablewright.apps.cli.options import (
+    Estimator,
     ExecutorOptions,
     JobFile,
     MachineName,
@@ -42,6 +43,7 @@ class CampaignCommand:
     layers: Annotated[
         int | None, typer.Option("--layers", metavar="N", help="Print only the first N layers; by default all.")
     ] = None
+    estimator: Estimator = None
     plant: Plant = "quasi-static"
     severity: Severity = None
     period: Annotated[float, typer.Option("--period", metavar="T", help="Time step of the quasi-static plant, s.")] = (
@@ -77,7 +79,12 @@ class CampaignCommand:
         robot = load(self.robot)
         file = self.out or Path("runs") / f"{folder_name('campaign', robot.name, self.job.stem)}.jsonl"
         options = PrintOptions(
-            layers=self.layers, plant=self.plant, period=self.period, seed=self.seed, severity=self.severity
+            self.estimator,
+            layers=self.layers,
+            plant=self.plant,
+            period=self.period,
+            seed=self.seed,
+            severity=self.severity,
         )
         with self.executor.working(file) as (executor, show):
             found = campaign(

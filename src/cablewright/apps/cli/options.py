@@ -12,7 +12,15 @@ import typer
 
 from cablewright.apps.cli.output import progress, tell
 from cablewright.apps.cli.parsing import check_suffix, numbers, rotations, tension_limits
-from cablewright.choices import CountName, CriterionName, PlantName, PointName, SeverityName, TensionChoice
+from cablewright.choices import (
+    CountName,
+    CriterionName,
+    EstimatorName,
+    PlantName,
+    PointName,
+    SeverityName,
+    TensionChoice,
+)
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.progress import Progress
@@ -37,6 +45,14 @@ MachineName = Annotated[
         "--machine",
         metavar="NAME",
         help="A machine's TOML file, or a name that `cablewright machines` lists; by default the robot's name.",
+    ),
+]
+Estimator = Annotated[
+    EstimatorName | None,
+    typer.Option(
+        "--estimator",
+        help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, or encoders alone; by default the "
+        "filter, where the machine has its sensors.",
     ),
 ]
 Plant = Annotated[

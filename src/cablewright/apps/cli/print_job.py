@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, JobFile, MachineName, Plant, RobotName, Seed, Severity
+from cablewright.apps.cli.options import AsJson, Estimator, JobFile, MachineName, Plant, RobotName, Seed, Severity
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import quantity
-from cablewright.choices import EstimatorName, HeightRule, LawName
+from cablewright.choices import HeightRule, LawName
 from cablewright.errors import InputError
 
 
@@ -40,14 +40,7 @@ class PrintJobCommand:
     layers: Annotated[
         int | None, typer.Option("--layers", metavar="N", help="Print only the first N layers; by default all.")
     ] = None
-    estimator: Annotated[
-        EstimatorName | None,
-        typer.Option(
-            "--estimator",
-            help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, or encoders alone; by default "
-            "filter, or encoders if the machine has no lidars.",
-        ),
-    ] = None
+    estimator: Estimator = None
     control: Annotated[
         LawName,
         typer.Option("--control", help="Control law: of Merlet and Papegay 2023, or by the machine's model."),
