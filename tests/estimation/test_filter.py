@@ -13,8 +13,8 @@ from scipy import stats
 from cablewright.choices import SeverityName
 from cablewright.errors import InputError
 from cablewright.estimation import started_filter
-from cablewright.estimation.kalman import attitude, lidar_update
 from cablewright.estimation.kalman import filter as error_state
+from cablewright.estimation.kalman import lidar_update
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import (
     FilterLayout,
@@ -432,47 +432,3 @@ def test_a_shaken_drum_does_not_mislead() -> None:
         recording.append((frame, twin.truth))
     found = run(recording, known.with_owner(drum=twin.settings.drum))
     assert errors(found, recording, 4.0).max() < 0.03
-
-
-def taught(later: FilterState) -> FilterState:
-    """As sure of tilt and biases as after hours."""
-    state = copy.deepcopy(later)
-    sure, lay = np.ones(len(state.P)), state.layout
-    sure[lay.tilt], sure[lay.gyro_bias], sure[lay.accelerometer_bias] = 0.5, 0.02, 0.02
-    state.P *= np.outer(sure, sure)
-    return state
-
-
-def test_a_bounce_leaves_no_tilt(later: FilterState) -> None:
-    """Rates one way come with large accelerations: those that were left out would stay in the tilt."""
-    state, omega, size, fading = taught(later), 2.0 * np.pi * 4.5, 5e-3, 2.0
-    begin, bias = state.tilt.copy(), state.accelerometer_bias
-    off = []
-    for step in range(1, 301):
-        t = 0.01 * step
-        grown, wave = np.exp(-fading * t), omega * t
-        lean = size * grown * np.sin(wave)
-        rate = size * grown * (omega * np.cos(wave) - fading * np.sin(wave))
-        beat = grown * (5.0 * np.cos(wave) + 2.5 * np.cos(2.0 * wave))
-        force = np.array([-9.81 * bias[1], 9.81 * bias[0] + beat, 9.81])
-        reading = Inertial(later.last_imu_time + t, force, state.gyro_bias + np.array([rate, 0.0, 0.0]))
-        error_state._process(KNOWN, state, reading)
-        off.append(state.tilt[0] - begin[0] - lean)
-    assert np.abs(off).max() < 2.5e-3
-
-
-def test_a_tilt_that_is_wrong_is_right_again_after_some_seconds(later: FilterState) -> None:
-    """Gravity and the suspension contradict it each time: it is not taken for a drum that is shaken for ever."""
-    state, random = taught(later), np.random.default_rng(5)
-    lean = 0.03
-    state.tilt = state.tilt + np.array([lean, 0.0])
-    bias = state.accelerometer_bias.copy()
-    wrong = []
-    for step in range(1, 2001):
-        force = np.array([-9.81 * bias[1], 9.81 * bias[0], 9.81]) + 0.03 * random.standard_normal(3)
-        rate = state.gyro_bias + 0.002 * random.standard_normal(3)
-        attitude.predict(KNOWN, state, Inertial(later.last_imu_time + 0.01 * step, force, rate))
-        wrong.append(float(np.linalg.norm(state.tilt)))
-    assert wrong[0] > 0.9 * lean
-    assert max(wrong[1000:]) < 2e-3
-    assert np.linalg.norm(state.accelerometer_bias - bias) < 2e-3

@@ -50,7 +50,7 @@ def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> 
     state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
     g = settings.machine.tilt.gravity
-    if abs(fx) + abs(fy) < math.inf:  # a bounce's are needed, too: their mean is that of gravity
+    if math.hypot(fx, fy) < g:  # up to that a bounce's are needed, too: their mean is that of gravity. NaN is not
         state.measured_tilts.append((fy / g, -fx / g))
     if len(state.measured_tilts) >= _READINGS:
         _update_by_gravity(settings, state)
