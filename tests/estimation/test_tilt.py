@@ -58,6 +58,7 @@ def test_a_drum_that_hangs_still_is_upright() -> None:
     ("time", "acceleration", "rate"),
     [
         (1.0, [40.0, 2.0, G], [0.0] * 3),
+        (1.0, [0.0, 0.0, G], [0.0, 0.0, 8.0]),
         (0.51, [0.0, 0.0, G], [0.0, 0.0, 8.0]),
         (1.0, [math.nan] * 3, [0.0] * 3),
         (1.0, [0.0] * 3, [math.inf, 0, 0]),

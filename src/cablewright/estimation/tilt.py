@@ -82,11 +82,12 @@ def step(settings: TiltSettings, state: TiltState, reading: Inertial, yaw_rate: 
         x, y = measured[0] - bias[0], measured[1] - bias[1]
         return TiltState(reading.time, x, y, bias, gyro_bias, state.elapsed + settings.max_gap)
     elapsed = min(state.elapsed + dt, settings.bias_time)
-    bias = _smoothed(state.accelerometer_bias, measured, dt / elapsed) if has_gravity else state.accelerometer_bias
+    bias = state.accelerometer_bias
     gyro_bias = _smoothed(state.gyro_bias, (wx, wy), dt / elapsed)
     x = state.x + dt * (wx - gyro_bias[0] + yaw_rate * state.y)
     y = state.y + dt * (wy - gyro_bias[1] - yaw_rate * state.x)
     if has_gravity:
+        bias = _smoothed(bias, measured, dt / elapsed)
         gain = dt / settings.gravity_time
         x += gain * (measured[0] - bias[0] - x)
         y += gain * (measured[1] - bias[1] - y)
