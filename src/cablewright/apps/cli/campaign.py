@@ -12,8 +12,10 @@ from cablewright.apps.cli.options import (
     Estimator,
     ExecutorOptions,
     JobFile,
+    LayerCount,
     MachineName,
     OutputOptions,
+    Period,
     Plant,
     RobotName,
     Seed,
@@ -40,15 +42,11 @@ class CampaignCommand:
     job: JobFile
     machines: Annotated[int, typer.Option("--machines", metavar="N", help="How many machines are built.")] = 100
     machine: MachineName = None
-    layers: Annotated[
-        int | None, typer.Option("--layers", metavar="N", help="Print only the first N layers; by default all.")
-    ] = None
+    layers: LayerCount = None
     estimator: Estimator = None
     plant: Plant = "quasi-static"
     severity: Severity = None
-    period: Annotated[float, typer.Option("--period", metavar="T", help="Time step of the quasi-static plant, s.")] = (
-        1.0
-    )
+    period: Period = 1.0
     seed: Seed = 0
     tried: Annotated[
         int | None,

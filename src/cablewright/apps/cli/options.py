@@ -55,6 +55,10 @@ Estimator = Annotated[
         "filter, where the machine has its sensors.",
     ),
 ]
+LayerCount = Annotated[
+    int | None, typer.Option("--layers", metavar="N", help="Print only the first N layers; by default all.")
+]
+Period = Annotated[float, typer.Option("--period", metavar="T", help="Time step of the quasi-static plant, s.")]
 Plant = Annotated[
     PlantName,
     typer.Option(

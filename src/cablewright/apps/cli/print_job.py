@@ -8,7 +8,18 @@ from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, Estimator, JobFile, MachineName, Plant, RobotName, Seed, Severity
+from cablewright.apps.cli.options import (
+    AsJson,
+    Estimator,
+    JobFile,
+    LayerCount,
+    MachineName,
+    Period,
+    Plant,
+    RobotName,
+    Seed,
+    Severity,
+)
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import quantity
 from cablewright.choices import HeightRule, LawName
@@ -37,9 +48,7 @@ class PrintJobCommand:
     robot: RobotName
     job: JobFile
     machine: MachineName = None
-    layers: Annotated[
-        int | None, typer.Option("--layers", metavar="N", help="Print only the first N layers; by default all.")
-    ] = None
+    layers: LayerCount = None
     estimator: Estimator = None
     control: Annotated[
         LawName,
@@ -54,9 +63,7 @@ class PrintJobCommand:
     ] = None
     plant: Plant = "dynamic"
     severity: Severity = None
-    period: Annotated[float, typer.Option("--period", metavar="T", help="Time step of the quasi-static plant, s.")] = (
-        1.0
-    )
+    period: Period = 1.0
     seed: Seed = 0
     intrusions: Annotated[
         int, typer.Option("--intrusions", metavar="N", help="Number of simulated light-barrier interruptions.")
