@@ -17,6 +17,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.control.stop import StopKind, StopSettings
 from cablewright.errors import InputError, require_positive
+from cablewright.reading_times import ReadingTimes, Timeliness
 from cablewright.signals import (
     PER_LINE,
     Condition,
@@ -27,6 +28,7 @@ from cablewright.signals import (
     Reading,
     SensorFrame,
     Tensions,
+    source_of,
 )
 
 CONFIRMED: Final = 2
@@ -46,6 +48,7 @@ _CONDITIONS: Final = {
     Condition.BUS_SILENT: (str(Condition.BUS_SILENT), StopKind.BRAKE),
     Condition.BRAKE: (str(Condition.BRAKE), StopKind.KEEP),
     Condition.ESTOP: (str(Condition.ESTOP), StopKind.RAMP),
+    Condition.HUNG: (str(Condition.HUNG), StopKind.RAMP),
     Condition.CLOCK_BACK: ("the machine's clock jumped back", StopKind.RAMP),
 }
 
@@ -88,11 +91,11 @@ class Cause(NamedTuple):
 
 @dataclass(eq=False)
 class GuardState:
-    """Changed in place by `judge`. What a source has told holds until it tells otherwise."""
+    """Changed in place by `judge`. The last reading of a source stays valid until the next one."""
 
     start_time: float = math.inf  # s, of the first frame
-    read_times: dict[str, float] = field(default_factory=dict)  # s, of each source's last reading
-    last_times: dict[str, float] = field(default_factory=dict)  # s, of the frame in which it came, without a gap
+    times: ReadingTimes = field(default_factory=ReadingTimes)  # of each source
+    whole_times: dict[str, float] = field(default_factory=dict)  # s, of each source's last reading without a gap
     causes: dict[str, list[Cause]] = field(default_factory=dict)  # by source
     over: dict[str, dict[int, int]] = field(default_factory=dict)  # readings in a row, by limit and line
     last_tensions: dict[str, list[float]] = field(default_factory=dict)  # N, by source; the last known of each line
@@ -127,9 +130,8 @@ def judge(
     """
     state.start_time = min(state.start_time, frame.time)
     for reading in frame.readings:
-        source = reading.source if isinstance(reading, Tensions) else _SOURCES.get(type(reading), "")
-        if source:
-            _read(settings, state, source, reading, frame.time)
+        if isinstance(reading, Tensions | Encoders | Drives | Inputs):
+            _read(settings, state, source_of(reading), reading, frame.time)
     found = _conditions(frame) + _silences(settings, state, frame.time)
     for causes in state.causes.values():
         found += causes
@@ -141,11 +143,12 @@ def judge(
 
 
 def _read(settings: GuardSettings, state: GuardState, source: str, reading: Reading, now: float) -> None:
-    """Judge one reading, unless it is told again, or was overtaken. Nobody's clock is believed to be ahead."""
-    stamp = reading.time if reading.time <= now else now
-    if stamp <= state.read_times.get(source, -math.inf):
+    """Judge one reading, unless it was repeated or overtaken. One from the future is judged as of now."""
+    timeliness, stamp = state.times.judge(source, reading.time, now), min(reading.time, now)
+    if timeliness is Timeliness.AHEAD:
+        timeliness, stamp = state.times.judge(source, now, now), now
+    if timeliness is Timeliness.OLD:
         return
-    state.read_times[source] = stamp
     m, whole = len(settings.max_tensions), True
     if any(len(getattr(reading, name)) != m for name in PER_LINE.get(type(reading), ())):
         state.causes[source] = [Cause(f"the {source.replace('_', ' ')} do not tell {m} numbers, one for each line")]
@@ -159,17 +162,14 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     elif isinstance(reading, Inputs):
         state.causes[source] = _inputs(reading) + _brakes(state, reading, now)
     if whole:
-        state.last_times[source] = now
-
-
-_SOURCES: Final[dict[type, str]] = {Encoders: "encoders", Drives: "drives", Inputs: "inputs"}
+        state.whole_times[source] = stamp
 
 
 def _silences(settings: GuardSettings, state: GuardState, now: float) -> list[Cause]:
     return [
         Cause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s")
         for source, timeout in settings.timeouts.items()
-        if now - state.last_times.get(source, state.start_time) > timeout
+        if now - state.whole_times.get(source, state.start_time) > timeout
     ]
 
 
@@ -227,6 +227,8 @@ def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, coun
     if settings.counts_per_radian is None or settings.max_drum_speed is None or before is None:
         return []
     elapsed = now - before[0]
+    if elapsed <= 0.0:  # after a reading from the future
+        return []
     per_second = 1.0 / (settings.counts_per_radian * elapsed)
     limits = [settings.max_drum_speed] * len(counts)
     found = []

@@ -220,6 +220,7 @@ class Printer:
                 self.time,
                 known=math.isfinite(self.supervisor.valid_since),
                 procedures=self.plan.procedures,
+                step=self.machine.period,
             ),
         )
         if estimate.valid:

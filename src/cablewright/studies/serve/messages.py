@@ -28,6 +28,9 @@ class _Message(BaseModel):
     at: Annotated[float, Field(ge=0.0, le=1e12, allow_inf_nan=False)] = 0.0
     """s of the monotonic clock, when the server received it."""
 
+    lease: Annotated[int, Field(ge=0, lt=1 << 53)] = 0
+    """Number of the lease under which it was given; 0: of none."""
+
 
 class OrderMessage(_Message):
     """An order as the seam has it: see `cablewright.signals.Order`."""
