@@ -33,13 +33,13 @@ class ReadingTimes:
     def judge(self, source: str, time: float, now: float) -> Timeliness:
         """Compare the *time* of a reading of *source* with *now*, s; a new one becomes the last of its source.
 
-        A reading that is ahead is old, too, when it is repeated.
+        One that was ahead is old when it is repeated, also once the clock has reached its time.
         """
+        ahead = self._ahead.get(source, -math.inf)
         if not time <= now + CLOCK_TOLERANCE:
-            repeated = math.isfinite(time) and time <= self._ahead.get(source, -math.inf)
             self._ahead[source] = time
-            return Timeliness.OLD if repeated else Timeliness.AHEAD
-        if time <= self._last.get(source, -math.inf):
+            return Timeliness.OLD if math.isfinite(time) and time <= ahead else Timeliness.AHEAD
+        if time <= self._last.get(source, -math.inf) or time == ahead:
             return Timeliness.OLD
         self._last[source] = time
         return Timeliness.NEW

@@ -31,6 +31,7 @@ class OrderState:
 
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of orders to jog
     jog_time: float = -math.inf  # s, of the last order to jog
+    stop_time: float = -math.inf  # s, of the last stop or pause
     jog_stopped: bool = False  # a stop was ordered since nobody asked to jog
 
 
@@ -62,6 +63,8 @@ def examine(
         else:
             why = _untimely(state, order, now, step) or _refusal(settings, state, order, now, known, procedures)
             found.append(replace(order, refusal=why))
+        if order.kind in _STOPS and not found[-1].refusal:
+            state.stop_time = max(state.stop_time, min(order.time, now))
     state.jog_stopped |= stops
     return found
 
@@ -72,6 +75,8 @@ def _untimely(state: OrderState, order: Order, now: float, step: float) -> str:
         return ""
     if (age := now - step - order.time) > ORDER_LIFE:
         return f"{order.kind}: it was ordered {age:.1f} s ago; at most {ORDER_LIFE:g} s are allowed: order it again"
+    if order.time < state.stop_time:
+        return f"{order.kind}: it was ordered before the last stop"
     found = state.times.judge(order.kind, order.time, now)
     if found is Timeliness.AHEAD:
         return f"{order.kind}: its time is {order.time - now:.3g} s ahead of the machine's clock"

@@ -189,8 +189,9 @@ def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estim
         timeliness = state.barrier_times.judge(_BARRIER, reading.time, frame.time)
         if timeliness is Timeliness.NEW:
             state.barrier_broken = reading.broken
-        elif timeliness is Timeliness.AHEAD:
-            state.barrier_broken |= reading.broken
+        elif timeliness is Timeliness.AHEAD and reading.broken:  # as of now; a clear one shows nothing
+            state.barrier_broken = True
+            state.barrier_times.judge(_BARRIER, frame.time, frame.time)
     if estimate.valid:
         state.last_valid_time = frame.time
         if math.isnan(state.valid_since):

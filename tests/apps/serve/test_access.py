@@ -132,7 +132,8 @@ def test_messages_are_checked_again_by_the_control() -> None:
 def test_stops_come_first_and_what_is_full_is_refused() -> None:
     link = ControlLink.new()
     orders, stops = link.connect()
-    files = [os.dup(each) for each in (link.state.file_number, link.sitting.file_number)]
+    memories = link.state, link.sitting, link.told_lease
+    files = [os.dup(each.file_number) for each in memories]
     server = ServerLink.of(*files, orders.detach(), stops.detach())
     order = OrderMessage(by="x", kind=OrderKind.START)
     sent = 0

@@ -9,14 +9,14 @@ from __future__ import annotations
 import socket
 import struct
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
 from cablewright.signals import ORDER_LIFE
 from cablewright.studies.serve.latest import Latest, shared
-from cablewright.studies.serve.messages import MAX_MESSAGE, ChannelName, Message, age, parsed
+from cablewright.studies.serve.messages import MAX_MESSAGE, ChannelName, Message, OrderMessage, parsed
 
 STATE_SIZE: Final = 4 << 20
 """Bytes of the state and its topics."""
@@ -42,6 +42,7 @@ class ControlLink:
     told_lease: Latest
     _orders: socket.socket | None = None
     _stops: socket.socket | None = None
+    clock: Callable[[], float] = time.monotonic  # that of the server
 
     @classmethod
     def new(cls) -> ControlLink:
@@ -74,13 +75,20 @@ class ControlLink:
         """Number of the lease under which somebody operates; 0: nobody does, or the server does not say so any more."""
         _, data = self.told_lease.read()
         number, time_told = LEASE.unpack(data) if data else (0, 0.0)
-        return int(number) if time.monotonic() - time_told <= ORDER_LIFE else 0
+        return int(number) if self.clock() - time_told <= ORDER_LIFE else 0
+
+    def age(self, message: Message) -> float:
+        """How long ago the server received a message, s, not under 0."""
+        return max(0.0, self.clock() - message.at)
 
     def untimely(self, message: Message) -> str:
-        """Why a message is not obeyed any more: its lease has ended, or it is old; an empty text: it is."""
-        if message.lease != self.lease:
+        """Why a message is not obeyed any more: its lease has ended, or it is old; an empty text: it is.
+
+        How old an order is, the loop judges by the machine's clock.
+        """
+        if not message.lease or message.lease != self.lease:
             return f"{message.by} does not operate the machine any more"
-        old = age(message)
+        old = 0.0 if isinstance(message, OrderMessage) else self.age(message)
         return f"it was ordered {old:.1f} s ago; at most {ORDER_LIFE:g} s are allowed" if old > ORDER_LIFE else ""
 
     def messages(self) -> Iterator[Message]:
@@ -106,6 +114,7 @@ class ServerLink:
     lease: Latest
     _orders: socket.socket
     _stops: socket.socket
+    clock: Callable[[], float] = time.monotonic
 
     @classmethod
     def of(cls, state: int, sitting: int, lease: int, orders: int, stops: int) -> ServerLink:
@@ -114,7 +123,7 @@ class ServerLink:
         for each in ends:
             each.setblocking(False)
         memories = Latest(state, STATE_SIZE), Latest(sitting, SITTING_SIZE), Latest(lease, LEASE.size)
-        return cls(*memories, *ends)
+        return cls(*memories, ends[0], ends[1])
 
     def close(self) -> None:
         """Give all of it back."""
@@ -125,7 +134,7 @@ class ServerLink:
 
     def tell_lease(self, number: int) -> None:
         """Say under which lease somebody operates now; 0: nobody does. It holds for `ORDER_LIFE`."""
-        self.lease.write(LEASE.pack(number, time.monotonic()))
+        self.lease.write(LEASE.pack(number, self.clock()))
 
     def send(self, message: Message, channel: ChannelName = "orders") -> bool:
         """Send a message; whether the control can take it now."""

@@ -21,7 +21,7 @@ from cablewright.file_output import cannot_write
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.prints.loop import Printer
 from cablewright.studies.serve.link import ControlLink
-from cablewright.studies.serve.messages import LoadMessage, OrderMessage, age
+from cablewright.studies.serve.messages import LoadMessage, OrderMessage
 
 _NOBODY: Final = "the control: nobody operates any more"
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
@@ -103,7 +103,7 @@ class PageOperator:
                 self._answer(message.number, message.by, message.kind.value, why)
             else:
                 self._waiting.append((message.number, message.kind.value))
-                given.append(Order(message.kind, message.by, now - age(message), message.arguments))
+                given.append(Order(message.kind, message.by, now - self.link.age(message), message.arguments))
         return tuple(given)
 
     def is_over(self, printer: Printer) -> bool:
