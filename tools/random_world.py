@@ -44,7 +44,7 @@ from cablewright.solvers.taut import taut_at
 from cablewright.studies.prints.loop import PrintPlan
 from cablewright.studies.serve.latest import shared
 from cablewright.studies.serve.link import LEASE, ControlLink, ServerLink
-from cablewright.studies.serve.messages import OrderMessage
+from cablewright.studies.serve.messages import ChannelName, OrderMessage
 from cablewright.studies.serve.operator import Events, PageOperator
 
 PERIOD = 0.05  # s
@@ -129,8 +129,9 @@ class Shaken:
 
     period = PERIOD
 
-    def __init__(self, random: np.random.Generator) -> None:
-        """Begin with everything well, at the start of the path."""
+    def __init__(self, random: np.random.Generator, *, calm: bool = False) -> None:
+        """Begin with everything well, at the start of the path; *calm*: nothing ever goes wrong."""
+        self.calm = calm
         self.random, self.time, self.m = random, 0.0, plan().velocity.model.m
         self.wall = self.active = 0.0
         self.simulated = bool(random.random() < 0.5)
@@ -164,13 +165,13 @@ class Shaken:
 
     def step(self, command: Command) -> SensorFrame:
         """As `Machine`."""
-        elapsed = PERIOD * (3.0 if self.random.random() < 0.03 else 1.0)
+        elapsed = PERIOD * (3.0 if self._happens(0.03) else 1.0)
         self._move(command.winch_speeds, elapsed)  # drives stop by themselves while the control hangs
         self.wall += elapsed + self.hang_due
         self.active += elapsed
         self.time += elapsed if self.simulated else elapsed + self.hang_due
         self.hung, self.hang_due = self.hang_due > 1.0, 0.0
-        if self.random.random() < 0.03:
+        if self._happens(0.03):
             fault = str(self.random.choice(_FAULTS))
             self.wrong[fault] = self.time + float(self.random.exponential(self.random.choice([0.3, 1.5])))
             if fault == "overtaken":
@@ -191,6 +192,9 @@ class Shaken:
             notices += [Notice(each, "12 s") for each in _HUNG]
         now = self.time - (1.0 if self.is_wrong("clock") else 0.0)
         return SensorFrame(now, tuple(readings), tuple(notices))
+
+    def _happens(self, chance: float) -> bool:
+        return bool(self.random.random() < chance) and not self.calm
 
     def _move(self, speeds: Array, elapsed: float) -> None:
         self.angles += elapsed * speeds
@@ -310,7 +314,7 @@ class Desk:
             OrderKind.OVERRIDE: {"share": (float(self.random.uniform(-0.2, 1.3)),)},
         }.get(kind, {})
         self.sent = [*self.sent[-40:], Sent(kind, wall, self.lease)]
-        channel = "stops" if kind is OrderKind.EMERGENCY else "orders"
+        channel: ChannelName = "stops" if kind is OrderKind.EMERGENCY else "orders"
         about = {"by": self.person, "number": self._count, "at": wall, "lease": self.lease}
         self.server.send(OrderMessage.model_validate(about | {"kind": kind, "arguments": arguments}), channel)
 

@@ -17,8 +17,10 @@ from cablewright.units import LARGEST
 BY_HAND: Final = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK)
 """Orders of motions by hand."""
 
-_STOPS: Final = (OrderKind.STOP, OrderKind.EMERGENCY, OrderKind.PAUSE)
-CALMING: Final = (*_STOPS, OrderKind.RELEASE)
+STOPS: Final = (OrderKind.STOP, OrderKind.EMERGENCY, OrderKind.PAUSE)
+"""Orders to come to rest."""
+
+CALMING: Final = (*STOPS, OrderKind.RELEASE)
 """Orders that are obeyed however old they are, and whoever operates now."""
 
 _PROCEDURES: Final = {OrderKind.TAKE_UP: PrintState.TENSIONING, OrderKind.HOME: PrintState.HOMING}
@@ -31,7 +33,6 @@ class OrderState:
 
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of orders to jog
     jog_time: float = -math.inf  # s, of the last order to jog
-    stop_time: float = -math.inf  # s, of the last stop or pause
     jog_stopped: bool = False  # a stop was ordered since nobody asked to jog
 
 
@@ -52,7 +53,7 @@ def examine(
     begins anew only after nobody has asked for one for a while. Whatever is no stop is rejected `ORDER_LIFE` after it
     was ordered.
     """
-    stops = any(order.kind in _STOPS for order in orders)
+    stops = any(order.kind in STOPS for order in orders)
     found = []
     for order in orders:
         if not _is_sound(order):
@@ -63,8 +64,6 @@ def examine(
         else:
             why = _untimely(state, order, now, step) or _refusal(settings, state, order, now, known, procedures)
             found.append(replace(order, refusal=why))
-        if order.kind in _STOPS and not found[-1].refusal:
-            state.stop_time = max(state.stop_time, min(order.time, now))
     state.jog_stopped |= stops
     return found
 
@@ -75,8 +74,6 @@ def _untimely(state: OrderState, order: Order, now: float, step: float) -> str:
         return ""
     if (age := now - step - order.time) > ORDER_LIFE:
         return f"{order.kind}: it was ordered {age:.1f} s ago; at most {ORDER_LIFE:g} s are allowed: order it again"
-    if order.time < state.stop_time:
-        return f"{order.kind}: it was ordered before the last stop"
     found = state.times.judge(order.kind, order.time, now)
     if found is Timeliness.AHEAD:
         return f"{order.kind}: its time is {order.time - now:.3g} s ahead of the machine's clock"

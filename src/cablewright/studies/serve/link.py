@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
+from cablewright.control.orders import STOPS
 from cablewright.signals import ORDER_LIFE
 from cablewright.studies.serve.latest import Latest, shared
 from cablewright.studies.serve.messages import MAX_MESSAGE, ChannelName, Message, OrderMessage, parsed
@@ -43,6 +44,7 @@ class ControlLink:
     _orders: socket.socket | None = None
     _stops: socket.socket | None = None
     clock: Callable[[], float] = time.monotonic  # that of the server
+    _stopped: float = 0.0  # s, when the server received the latest order to stop or pause
 
     @classmethod
     def new(cls) -> ControlLink:
@@ -82,10 +84,12 @@ class ControlLink:
         return max(0.0, self.clock() - message.at)
 
     def untimely(self, message: Message) -> str:
-        """Why a message is not obeyed any more: its lease has ended, or it is old; an empty text: it is.
+        """Why a message is obeyed no more: a stop overtook it, its lease has ended, or it is old; or an empty text.
 
         How old an order is, the loop judges by the machine's clock.
         """
+        if message.at < self._stopped:
+            return "it was ordered before the last stop"
         if not message.lease or message.lease != self.lease:
             return f"{message.by} does not operate the machine any more"
         old = 0.0 if isinstance(message, OrderMessage) else self.age(message)
@@ -101,6 +105,8 @@ class ControlLink:
                 except OSError:  # nothing is there, or the server has gone
                     break
                 message = parsed(data)
+                if isinstance(message, OrderMessage) and message.kind in STOPS:
+                    self._stopped = max(self._stopped, message.at)
                 if message is not None:
                     yield message
 
