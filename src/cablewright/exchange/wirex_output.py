@@ -34,6 +34,12 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
     carried = f"{_CARRIED} {_INERTIA}" if version == "0.32" else _CARRIED
     for sentence in lost_keys(keys_given(robot), carried):
         notes.add(sentence)
+    unknown = ["platform.inertia"] if isinstance(robot.platform, RigidPlatform) and not robot.platform.inertia else []
+    for key in ("drum_radius", "max_speed", "capacity"):
+        if any(getattr(line.winch, key) is None for line in robot.lines):
+            unknown.append(f"lines.winch.{key}")
+    if unknown:
+        notes.add(f"{', '.join(unknown)}: not known; 0 is written")
     winches = _winches(robot)
     body = "".join(_chain(line, winches[_winch_key(line)]) for line in robot.lines)
     parts = [
@@ -57,21 +63,28 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
 def _require_describable(robot: Robot) -> None:
     """Raise `InputError` for geometry that the format does not have: it would be another robot."""
     if robot.platform.plane is not None:
-        raise InputError(f"robot {robot.name!r} has platform.plane, which a WireX file cannot describe")
+        raise InputError(
+            f"robot {robot.name!r} has platform.plane, which a WireX file cannot describe; export mjcf can"
+        )
     for line in robot.lines:
         swivels = isinstance(line.sheave, Eyelet | Swivel)
-        for key, bad in {
-            f"a {line.sheave.kind} as its sheave": not swivels,
-            "a platform_sheave": line.platform_sheave is not None,
-            "an advantage over 1": line.advantage > 1,
-            "a winch that is not on the axis of its swivel": line.is_aside,
-        }.items():
+        for key, bad, instead in (
+            (f"a {line.sheave.kind} as its sheave", not swivels, "export mjcf can, but for pulleys"),
+            ("a platform_sheave", line.platform_sheave is not None, "export mjcf can over eyelets"),
+            ("an advantage over 1", line.advantage > 1, "export mjcf can"),
+            ("a winch that is not on the axis of its swivel", line.is_aside, "leave out its winch_exit"),
+            ("a counterweight", line.counterweight is not None, "give it a winch, or export urdf, which has no lines"),
+        ):
             if bad:
-                raise InputError(f"line {line.name!r} has {key}, which a WireX file cannot describe")
+                raise InputError(f"line {line.name!r} has {key}, which a WireX file cannot describe; {instead}")
     if len({line.cable for line in robot.lines}) > 1:
-        raise InputError(f"robot {robot.name!r}: its lines have different cables; a WireX file has one")
+        raise InputError(
+            f"robot {robot.name!r}: its lines have different cables; a WireX file has one: give all the same"
+        )
     if len({line.tension_limits[0] for line in robot.lines}) > 1:
-        raise InputError(f"robot {robot.name!r}: its lines have different min tensions; a WireX file has one")
+        raise InputError(
+            f"robot {robot.name!r}: its lines have different min tensions; a WireX file has one: give all the same"
+        )
 
 
 def _chain(line: Line, winch: str) -> str:
