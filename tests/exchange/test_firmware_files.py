@@ -92,7 +92,7 @@ def test_reprapfirmware(tmp_path: Path) -> None:
 
 def test_reprapfirmware_comes_back(tmp_path: Path) -> None:
     robot = read(tmp_path, "config.g", RRF).robot
-    text = rrf_config(robot, drums_of(robot), None, 200).text
+    text = rrf_config(robot, drums_of(robot), None, 200, np.array([(0.3, -0.2, 0.1), (-0.3, 0.4, 0.6)])).text
     assert read(tmp_path, "config.g", text).robot == robot
 
 
@@ -156,6 +156,6 @@ def test_formats_are_found_by_ending(tmp_path: Path) -> None:
 
 def test_firmware_that_has_no_such_line() -> None:
     for name, words in (("cogiro", "a body that rotates"), ("wang2021", "not straight from an eyelet")):
-        for write in (klipper_anchors, lambda robot: rrf_config(robot, (), None, 200)):
+        for write in (klipper_anchors, lambda robot: rrf_config(robot, (), None, 200, np.zeros((2, 3)))):
             with pytest.raises(InputError, match=words if name == "wang2021" else f"{words}|has 8 lines"):
                 write(load(name))

@@ -44,14 +44,18 @@ def anchored_robot(
     return validated(Robot, given, path)
 
 
-def require_anchors(robot: Robot, what: str, most: int) -> None:
-    """Raise `InputError` unless *what* can describe the geometry of the robot, with at most so many lines."""
+def require_anchors(robot: Robot, what: str, most: int, instead: str = "") -> None:
+    """Raise `InputError` unless *what* can describe the geometry of the robot, with at most so many lines.
+
+    *instead*: what to do else, for the message.
+    """
     if robot.m > most:
-        raise InputError(f"robot {robot.name!r} has {robot.m} lines; {what} has {most} at most")
+        raise InputError(f"robot {robot.name!r} has {robot.m} lines; {what} has {most} at most{instead}")
     if not isinstance(robot.platform, PointPlatform) or robot.platform.plane is not None:
         kind = "a plane" if robot.platform.plane is not None else "a body that rotates"
-        raise InputError(f"robot {robot.name!r} has {kind}; {what} has a point alone")
-    robot.require_winches(what)
+        raise InputError(f"robot {robot.name!r} has {kind}; {what} has a point alone{instead}")
     for line in robot.lines:
         if not isinstance(line.sheave, Eyelet) or any(line.platform_point) or line.platform_sheave is not None:
-            raise InputError(f"line {line.name!r} is not straight from an eyelet to the point; {what} has no other")
+            raise InputError(
+                f"line {line.name!r} is not straight from an eyelet to the point; {what} has no other{instead}"
+            )

@@ -75,7 +75,7 @@ def klipper_anchors(robot: Robot) -> ExportedFile:
     carried = "lines.exit_point lines.winch.drum_radius lines.name lines.sheave.kind"
     lost = tuple(lost_keys(keys_given(robot), carried))
     text = "# Lines are straight and rigid, drums have one layer. Lengths are mm.\n"
-    text += "".join(f"# lost: {each}\n" for each in lost) + "\n[printer]\nkinematics: winch\n"
+    text += "\n[printer]\nkinematics: winch\n"
     for letter, line in zip(LETTERS, robot.lines, strict=False):
         x, y, z = map(to_mm, line.exit_point)
         radius = line.winch.drum_radius

@@ -54,8 +54,7 @@ def mjcf(at: Equilibrium) -> ExportedFile:
         notes.add(
             "lines.guides: wheels are sites on their rims, which hold the cable there; their arcs keep their lengths"
         )
-    for sentence in lost_keys(keys_given(robot), f"{_CARRIED} lines.cables"):
-        notes.add(sentence)
+    notes.add_all(lost_keys(keys_given(robot), f"{_CARRIED} lines.cables"))
     if isinstance(robot.platform, RigidPlatform) and robot.platform.inertia is None:
         notes.add("platform.inertia: not known; that of a ball of the platform's mass and 0.3 m radius is written")
     points = placed(at.pose, [line.platform_point for line in robot.lines])

@@ -12,15 +12,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from cablewright.arrays import Array
 from cablewright.csv_input import text_lines
 from cablewright.errors import InputError
 from cablewright.exchange.anchors import anchored_robot, require_anchors
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
+from cablewright.exchange.rrf_spool import dead_length, spool_law
 from cablewright.exchange.translation import ExportedFile, Feature, ImportedRobot, Notes
 from cablewright.exchange.xml_input import finite
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.coil import TURN
 from cablewright.models.drum import Drum
 from cablewright.robot import Robot
 
@@ -134,49 +135,65 @@ def _with_stiffness(robot: Robot, stiffness: float, place: str, assumed: Notes) 
     return robot.model_copy(update={"lines": lines})
 
 
-def rrf_config(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None, full_steps: int) -> ExportedFile:
-    """Return the lines of a ``config.g``. *full_steps*: of a motor's turn. Raises `InputError`."""
-    require_anchors(robot, "RepRapFirmware's Hangprinter", MOST)
+def rrf_config(
+    robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None, full_steps: int, positions: Array
+) -> ExportedFile:
+    """Return the lines of a ``config.g``.
+
+    *full_steps*: of a motor's turn; *positions* (k, 3): of the nozzle along the job, m, for which Q and R are chosen.
+    Raises `InputError`.
+    """
+    require_hangprinter(robot)
     carried = (
         "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
-        "lines.winch.build_up lines.winch.drum_length platform.mass lines.tension_limits lines.cable"
+        "lines.winch.build_up lines.winch.drum_length lines.dead_length lines.winch_exit platform.mass "
+        "lines.tension_limits lines.cable"
     )
     notes = Notes()
-    for sentence in lost_keys(keys_given(robot), carried):
-        notes.add(sentence)
+    notes.add_all(lost_keys(keys_given(robot), carried))
     notes.add("lines.cable: weight, sag and creep; of all lines the least stiffness is written")
     names, lines = LETTERS[: robot.m], robot.lines
+    law = spool_law(robot, drums, positions, _build_up(robot, drums, machine))
+    fitted = "" if law.own else "; they fit the lengths of this job alone, they are no measured spools"
+    notes.add(f"lines.winch: by M666 Q and R in float32 the nozzle is up to {law.error:.2g} mm off on this job{fitted}")
     anchors = " ".join(f"{n}{':'.join(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
-    origin = [math.dist((0.0, 0.0, 0.0), line.exit_point) * line.advantage for line in lines]
-    radii = [drum.per_turn(length) / TURN for drum, length in zip(drums, origin, strict=True)]
     teeth, assumed = _teeth(machine)
     stiffness = min(line.cable.stiffness for line in lines)
-    text = "".join(f"; lost: {each}\n" for each in notes.all) + "".join(f"; assumed: {each}\n" for each in assumed)
-    text += "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
+    text = "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
     text += f"M669 K6 N{robot.m}\nM669 {anchors} P{to_mm(_reach(robot))}\n"
-    text += f"M666 Q{_build_up(robot, drums, machine)!r} R{':'.join(map(to_mm, radii))}\n"
+    text += f"M666 Q{law.growth!r} R{':'.join(_shortest(radius) for radius in law.radii)}\n"
     text += f"M666 U{_joined(line.advantage for line in lines)} O{_joined(line.cables for line in lines)}\n"
     text += (
         f"M666 L{_joined([teeth[0]] * robot.m)} H{_joined([teeth[1]] * robot.m)} J{_joined([full_steps] * robot.m)}\n"
     )
-    text += f"M666 W{robot.platform.mass!r} S{stiffness!r}\n"
+    text += f"M666 W{robot.platform.mass!r} S{stiffness!r} Y{':'.join(to_mm(dead_length(line)) for line in lines)}\n"
     forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
     text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}\n"
     return ExportedFile(text, notes.all, assumed)
 
 
-def _build_up(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None) -> float:
-    """Return by how much the square of the radius grows per length of wound cable, mm. Raises `InputError`."""
+def require_hangprinter(robot: Robot) -> None:
+    """Raise `InputError` for a robot that the firmware's kinematics does not have."""
+    require_anchors(robot, "RepRapFirmware's Hangprinter", MOST, "; export klipper, which moves winches by their angle")
+
+
+def _shortest(millimetres: float) -> str:
+    """Return a radius as it was read, without the last digits of a product."""
+    return to_mm(float(f"{1e-3 * millimetres:.15g}"))
+
+
+def _build_up(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None) -> float | None:
+    """Return by how much the square of the radius grows per length of wound cable, mm; None where lines differ."""
     if machine is None:
         pairs = zip(drums, robot.lines, strict=True)
         squares = [2.0 * drum.build_up * drum.radius**2 / line.cables for drum, line in pairs]
         if max(squares) - min(squares) > 1e-6 * max(squares):
-            raise InputError(f"robot {robot.name!r}: its lines have different build-ups; M666 has one, Q")
+            return None
         return float(f"{1e3 * squares[0]:.12g}")  # the number that was read, not its last digits
     diameters = {line.cable.diameter for line in robot.lines}
-    if len(diameters) > 1:
-        raise InputError(f"robot {robot.name!r}: its lines have different diameters; M666 has one build-up, Q")
     diameter = diameters.pop()
+    if diameters:
+        return None
     assert diameter is not None  # a coil needs it
     return 1e3 * machine.winch.pitch * diameter / (math.pi * machine.winch.width)
 

@@ -32,12 +32,13 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
     _require_describable(robot)
     notes = Notes()
     carried = f"{_CARRIED} {_INERTIA}" if version == "0.32" else _CARRIED
-    for sentence in lost_keys(keys_given(robot), carried):
-        notes.add(sentence)
+    notes.add_all(lost_keys(keys_given(robot), carried))
     unknown = ["platform.inertia"] if isinstance(robot.platform, RigidPlatform) and not robot.platform.inertia else []
-    for key in ("drum_radius", "max_speed", "capacity"):
-        if any(getattr(line.winch, key) is None for line in robot.lines):
-            unknown.append(f"lines.winch.{key}")
+    unknown += [
+        f"lines.winch.{key}"
+        for key in ("drum_radius", "max_speed", "capacity")
+        if any(getattr(line.winch, key) is None for line in robot.lines)
+    ]
     if unknown:
         notes.add(f"{', '.join(unknown)}: not known; 0 is written")
     winches = _winches(robot)
@@ -78,13 +79,9 @@ def _require_describable(robot: Robot) -> None:
             if bad:
                 raise InputError(f"line {line.name!r} has {key}, which a WireX file cannot describe; {instead}")
     if len({line.cable for line in robot.lines}) > 1:
-        raise InputError(
-            f"robot {robot.name!r}: its lines have different cables; a WireX file has one: give all the same"
-        )
+        raise InputError(f"robot {robot.name!r}: lines have different cables; a WireX file has one: give all the same")
     if len({line.tension_limits[0] for line in robot.lines}) > 1:
-        raise InputError(
-            f"robot {robot.name!r}: its lines have different min tensions; a WireX file has one: give all the same"
-        )
+        raise InputError(f"robot {robot.name!r}: lines have different min tensions; WireX has one: give all the same")
 
 
 def _chain(line: Line, winch: str) -> str:

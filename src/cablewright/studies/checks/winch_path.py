@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -34,7 +34,7 @@ class WinchPath:
 
     ``turns`` (k, m): rad of each drum, positive as it pays out, 0 at the first point; ``laid`` (k,): m of strand laid
     until there; ``error``: m, the largest by which a length is off half-way between two points, when both turns and the
-    place of the nozzle go linearly.
+    place of the nozzle go linearly; ``ignored``: words of the job's file that are no motion, and their counts.
     """
 
     samples: Samples
@@ -42,6 +42,7 @@ class WinchPath:
     turns: Array  # (k, m) rad
     laid: Array  # (k,) m
     error: float
+    ignored: Mapping[str, int]
 
 
 def winch_path(
@@ -73,7 +74,8 @@ def winch_path(
         between = np.column_stack([d.lengths(0.5 * (turns[new, i] + turns[new + 1, i])) for i, d in enumerate(drums)])
         errors[new] = np.abs(_lengths(model, job, half, progress) - between).max(axis=1)
         if not np.any(errors > tolerance):
-            return WinchPath(samples, lengths, turns - turns[0], _laid(samples), float(errors.max(initial=0.0)))
+            worst = float(errors.max(initial=0.0))
+            return WinchPath(samples, lengths, turns - turns[0], _laid(samples), worst, toolpath.unknown)
         # the error of a piece goes with the square of its length, but for corners of a length along the path
         parts = np.clip(np.ceil(np.sqrt(errors / (0.9 * tolerance))), 2, _MOST_PARTS)
         parts = np.where(errors > tolerance, parts, 1).astype(np.int64)
