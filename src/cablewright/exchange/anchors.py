@@ -17,14 +17,24 @@ MASS: Final = 2.0  # kg, assumed
 
 
 def anchored_robot(
-    path: Path, lines: Mapping[str, Mapping[str, Any]], cable: str | None, assumed: Notes, mass: float | None = None
+    path: Path,
+    lines: Mapping[str, Mapping[str, Any]],
+    cable: str | None,
+    assumed: Notes,
+    mass: float | None = None,
+    stiffness: float | None = None,
 ) -> Robot:
     """Return a point platform on *lines* by name, from exit points through eyelets.
 
-    *cable*: one of the table; what the lines do not give is noted in *assumed*. Raises `InputError`.
+    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is asked for. What the lines do
+    not give is noted in *assumed*. Raises `InputError`.
     """
     table = chosen_cable(cable or CABLE)
-    assumed.add(f"cable: {cable or CABLE}")
+    if cable is None and stiffness is not None:
+        table |= {"axial_stiffness": stiffness}
+        assumed.add(f"cable: {CABLE} but for axial_stiffness")
+    else:
+        assumed.add(f"cable: {cable or CABLE}")
     if mass is None:
         assumed.add(f"platform.mass: {MASS:g} kg")
     limits = (0.01 * 9.81 * (mass or MASS), 0.2 * table["breaking_load"])
@@ -42,6 +52,16 @@ def anchored_robot(
         ],
     }
     return validated(Robot, given, path)
+
+
+def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[str, float]:
+    """Return the winch of a line that has this *length* (m, all of it) with the nozzle at the origin.
+
+    *radius*: m, of its drum there; *growth*: m, by which its square grows per length of wound cable.
+    """
+    if growth == 0.0 or radius <= 0.0:  # which the robot refuses
+        return {"drum_radius": radius}
+    return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius**2, "drum_length": length}
 
 
 def require_anchors(robot: Robot, what: str, most: int, instead: str = "") -> None:

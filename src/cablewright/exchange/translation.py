@@ -55,6 +55,10 @@ class Notes:
         for sentence in sentences:
             self.add(sentence)
 
+    def drop(self, sentence: str) -> None:
+        """Take back a sentence that was noted."""
+        del self._sentences[sentence]
+
     @property
     def all(self) -> tuple[str, ...]:
         """The sentences."""
