@@ -17,7 +17,7 @@ from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import ImportedRobot
 from cablewright.machine.drums import drums_of
 from cablewright.robot import load, loads
-from exchange.samples import KLIPPER, MASLOW, RRF
+from exchange.samples import FORK, KLIPPER, MASLOW, RRF
 
 FILES = {"maslow.yaml": MASLOW, "printer.cfg": KLIPPER, "config.g": RRF}
 
@@ -100,42 +100,6 @@ def test_reprapfirmware_comes_back(tmp_path: Path) -> None:
 
 def test_reprapfirmware_takes_the_height_of_the_last_anchor_alone(tmp_path: Path) -> None:
     assert read(tmp_path, "config.g", RRF.replace("D0:0:2345.0", "D2345")).robot.lines[3].exit_point == (0, 0, 2.345)
-
-
-FORK = """[printer]
-kinematics: winch
-max_velocity: 300
-winch_mover_weight: 1.5
-winch_spring_constant: 25000
-winch_min_force: 0, 4, 0, 8
-winch_max_force: 60, 80, 60, 120
-winch_target_force: 10
-winch_buildup_factor: 0.04
-winch_mechanical_advantage: 2, 2, 3, 4
-winch_guy_wire_lengths: 0, 1000, 0, 500
-flex_compensation_algorithm: qp
-[stepper_a]
-rotation_distance: 220
-anchor_x: 0
-anchor_y: -1500
-anchor_z: -100
-gear_ratio: 20:1
-[stepper_b]
-rotation_distance: 220
-anchor_x: 1200
-anchor_y: 1100
-anchor_z: -100
-[stepper_c]
-rotation_distance: 150
-anchor_x: -1300
-anchor_y: 800
-anchor_z: -100
-[stepper_d]
-rotation_distance: 110
-anchor_x: 0
-anchor_y: 0
-anchor_z: 2200
-"""
 
 
 def steps_of_the_fork(apart: float, spans: int, rotation_distance: float, growth: float) -> float:

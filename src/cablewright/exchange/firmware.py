@@ -68,8 +68,8 @@ def firmware(
         assumed.add("drums: one layer of cable, turned without a gear; --machine gives layers and gear")
     if stepper is None:
         assumed.add(f"motors: {motor.full_steps} full steps a turn, {motor.microsteps} microsteps each")
-    drums = drums_of(robot, machine)
     _require_lines(name, robot)
+    drums = drums_of(robot, machine)
     close = _tolerance(name, motor, robot, drums) if tolerance is None else tolerance
     path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=close, progress=progress)
     _note_job(name, path, lost)

@@ -78,7 +78,9 @@ def klipper_job(robot: Robot, job: Job, path: WinchPath) -> str:
 def letters_of(robot: Robot) -> str:
     """Return a letter for each line. Raises `InputError` for too many."""
     if robot.m > len(LETTERS):
-        raise InputError(f"robot {robot.name!r} has {robot.m} lines; Klipper has letters for {len(LETTERS)}")
+        raise InputError(
+            f"robot {robot.name!r} has {robot.m} lines; Klipper has letters for {len(LETTERS)}: leave out some"
+        )
     return LETTERS[: robot.m]
 
 

@@ -16,6 +16,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES, Samples
 from cablewright.progress import Progress, silent
+from cablewright.robot import Robot
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.studies.job_poses import along, sampled
 
@@ -24,6 +25,9 @@ TOLERANCE: Final = 2e-5
 
 SHORTEST: Final = 1e-5
 """Distance of two points, m, below which they are not brought closer: a length that still jumps there is no path."""
+
+ALLOWED: Final = 1e-3
+"""Error of a length, m, up to which a larger tolerance is an advice."""
 
 _MOST_PARTS: Final = 32  # into which a piece is divided at once
 
@@ -79,23 +83,27 @@ def winch_path(
         # the error of a piece goes with the square of its length, but for corners of a length along the path
         parts = np.clip(np.ceil(np.sqrt(errors / (0.9 * tolerance))), 2, _MOST_PARTS)
         parts = np.where(errors > tolerance, parts, 1).astype(np.int64)
-        _require_points(samples, errors, parts, tolerance)
+        _require_points(model.robot, samples, lengths, errors, parts, tolerance)
         samples, errors, kept = _divided(samples, errors, parts)
         known, lengths = lengths, np.empty((len(samples), model.m))
         lengths[kept] = known
         lengths[~kept] = _lengths(model, job, _rows(samples, ~kept), progress)
 
 
-def _require_points(samples: Samples, errors: Array, parts: NDArray[np.int64], tolerance: float) -> None:
+def _require_points(
+    robot: Robot, samples: Samples, lengths: Array, errors: Array, parts: NDArray[np.int64], tolerance: float
+) -> None:
     """Raise an error where points that are too close or too many do not meet the tolerance."""
     short = (np.diff(samples.distance) < SHORTEST) & (parts > 1)
     if short.any():
         k = int(np.argmax(np.where(short, errors, 0.0)))
         place = ", ".join(f"{each:g}" for each in samples.positions[k])
+        line = robot.lines[int(np.argmax(np.abs(lengths[k + 1] - lengths[k])))]
+        allowed = f", or allow it with --tolerance {1.1 * errors[k]:.2g}" if errors[k] < ALLOWED else ""
         raise AnswerError(
-            f"nozzle at {place} m, {samples.where(k + 1)}: lengths between points are off by {errors[k]:.2g} m; "
-            f"{tolerance:g} m asked. A line that goes slack jumps so: raise the minimum of its tension_limits, or "
-            f"allow it with --tolerance {1.1 * errors.max():.2g}"
+            f"nozzle at {place} m, {samples.where(k + 1)}: line {line.name!r} jumps, lengths between points are off by "
+            f"{errors[k]:.2g} m; {tolerance:g} m asked. Where it goes slack, raise the minimum of its "
+            f"tension_limits, {line.tension_limits[0]:g} N{allowed}"
         )
     if parts.sum() > MAX_SAMPLES:
         raise InputError(
