@@ -10,8 +10,7 @@ from xml.sax.saxutils import quoteattr
 from cablewright.errors import InputError, UnknownName, printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
-from cablewright.exchange.wirex import MODULUS, VERSIONS
-from cablewright.exchange.wirex_axes import axes_of
+from cablewright.exchange.wirex import MODULUS, VERSIONS, axes_of
 from cablewright.robot import Cable, Eyelet, Line, RigidPlatform, Robot, Swivel
 from cablewright.robot.direction import unit_vector
 
