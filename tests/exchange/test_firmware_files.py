@@ -233,6 +233,7 @@ BAD = {
     "fork, too few": ("printer.cfg", FORK.replace("2, 2, 3, 4", "2, 2, 3"), "must be 4 values, one for each winch"),
     "fork, advantage": ("printer.cfg", FORK.replace("2, 2, 3, 4", "2, 2, 0, 4"), "must be a whole number, 1 or more"),
     "fork, weight": ("printer.cfg", FORK.replace("weight: 1.5", "weight: -1.5"), "must be at least 0"),
+    "fork, a tiny drum": ("printer.cfg", FORK.replace("220", "1e-190"), "build_up"),
     "fork, nan": ("printer.cfg", FORK.replace("25000", "nan"), "winch_spring_constant = 'nan'"),
     "klipper of another kind": ("printer.cfg", KLIPPER.replace("winch", "delta"), "must be winch"),
     "klipper without a radius": ("printer.cfg", KLIPPER.replace("rotation_distance: 251.2\n", ""), "rotation_distance"),

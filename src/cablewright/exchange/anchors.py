@@ -61,7 +61,7 @@ def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[
     """
     if growth == 0.0 or radius <= 0.0:  # which the robot refuses
         return {"drum_radius": radius}
-    return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius**2, "drum_length": length}
+    return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius / radius, "drum_length": length}
 
 
 def require_anchors(robot: Robot, what: str, most: int, instead: str = "") -> None:

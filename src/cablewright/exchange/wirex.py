@@ -45,6 +45,11 @@ CARRIED: Final = (
 Axes = tuple[tuple[float, ...], ...]
 
 _DOWN: Axes = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
+_WHY: Final = {
+    "inertiatensor": "not all moments of a body",
+    "l_drum": "a machine file has it, as winch.width",
+    "motor": "a machine file has the motor's values",
+}
 _ROTATION = tuple(f"a{row}{column}" for column in (1, 2, 3) for row in (1, 2, 3))
 _WIRELIB_DEFAULTS = (25.0, (0.0, 1.0, 0.2))  # mass and centre of mass that WireLib writes where nobody set them
 
@@ -91,7 +96,9 @@ class _Reader:
         }
         self.given.skip("name", "description", "author", "generator", "id")
         for each in self.models.unread():
-            self.lost.add(f"{each.removeprefix('models.').removeprefix('robot.')}: a robot file has no such key")
+            name = each.removeprefix("models.").removeprefix("robot.")
+            why = next((why for part, why in _WHY.items() if part in name), "a robot file has no such key")
+            self.lost.add(f"{name}: {why}")
         robot = validated(Robot, table, self.path)
         return ImportedRobot(robot, f"WireX {self.version}", self.lost.all, self.assumed.all)
 
