@@ -15,6 +15,8 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.exchange.firmware import Firmware, firmware
+from cablewright.exchange.rrf_config import rrf_config
+from cablewright.machine.drums import drums_of
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
 
@@ -39,7 +41,7 @@ class Config:
     def __init__(self, text: str) -> None:
         self.words: dict[str, list[float]] = {}
         for code, rest in re.findall(r"(?m)^(M669|M666) ([^;\n]*)", text):
-            for letter, values in re.findall(r"([A-Z])([-0-9.:e]+)", rest):
+            for letter, values in re.findall(r"([A-Z])([-0-9.:]+)", rest):
                 self.words[code + letter] = [float(each) for each in values.split(":")]
         self.anchors = np.array([self.words[f"M669{letter}"] for letter in "ABCD"])
 
@@ -143,6 +145,22 @@ def test_own_build_up_is_kept_where_it_is_as_good(tmp_path: Path) -> None:
 def test_a_job_too_large_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nozzle is 0\.2.* mm off .*, over 0\.2 mm: give build_up .*export klipper"):
         exported(tmp_path, load("hangprinter-v4"), 360)
+
+
+def test_numbers_have_no_exponents(tmp_path: Path) -> None:
+    """E is a letter of its own in G-code."""
+    robot = load("hangprinter-v4")
+    x, y, _ = robot.lines[0].exit_point
+    first = robot.lines[0].model_copy(update={"tension_limits": (1e-7, 3e3), "exit_point": (x, y, 1e-9)})
+    platform = robot.platform.model_copy(update={"mass": 1e-5})
+    robot = robot.model_copy(update={"lines": (first, *robot.lines[1:]), "platform": platform})
+    drums = drums_of(robot)
+    text = rrf_config(robot, drums, None, 200, np.array([(0.1, 0.0, 0.1), (0.0, 0.1, 0.2)])).text
+    config = Config(text)
+    assert not re.search(r"(?m)^M6.*[0-9]e", text)
+    assert config.words["M666I"][0] == 2e-7
+    assert config.anchors[0, 2] == 1e-6
+    assert config.words["M666W"] == [1e-5]
 
 
 def test_what_a_job_has_besides_motion_is_listed(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
             f"\n# line {line.name!r}, axis {letter}\n[manual_stepper winch_{letter.lower()}]\n"
             "#step_pin:\n#dir_pin:\n#enable_pin:\n"
             f"microsteps: {stepper.microsteps}\nfull_steps_per_rotation: {stepper.full_steps}\n"
-            f"gear_ratio: {stepper.ratio:g}:1\nrotation_distance: 360\n"
+            f"gear_ratio: {stepper.ratio!r}:1\nrotation_distance: 360\n"
         )
     return text
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Any, Final
 
@@ -182,17 +183,18 @@ def rrf_config(
     law = spool_law(robot, drums, positions, _build_up(robot, drums, machine))
     fitted = "" if law.own else "; they fit the lengths of this job alone, they are no measured spools"
     notes.add(f"lines.winch: by M666 Q and R in float32 the nozzle is up to {law.error:.2g} mm off on this job{fitted}")
-    anchors = " ".join(f"{n}{':'.join(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
+    anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
     teeth, assumed = _teeth(machine)
     stiffness = min(line.cable.stiffness for line in lines)
     text = "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
-    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{to_mm(_reach(robot))}\n"
-    text += f"M666 Q{law.growth!r} R{':'.join(_shortest(radius) for radius in law.radii)}\n"
+    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{_joined([to_mm(_reach(robot))])}\n"
+    text += f"M666 Q{_joined([law.growth])} R{_joined(_shortest(radius) for radius in law.radii)}\n"
     text += f"M666 U{_joined(line.advantage for line in lines)} O{_joined(line.cables for line in lines)}\n"
     text += (
         f"M666 L{_joined([teeth[0]] * robot.m)} H{_joined([teeth[1]] * robot.m)} J{_joined([full_steps] * robot.m)}\n"
     )
-    text += f"M666 W{robot.platform.mass!r} S{stiffness!r} Y{':'.join(to_mm(dead_length(line)) for line in lines)}\n"
+    dead = _joined(to_mm(dead_length(line)) for line in lines)
+    text += f"M666 W{_joined([robot.platform.mass])} S{_joined([stiffness])} Y{dead}\n"
     forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
     text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}\n"
     return ExportedFile(text, notes.all, assumed)
@@ -244,8 +246,9 @@ def _ends(robot: Robot, axis: int) -> tuple[float, float]:
     return robot.scene.frame_min[axis], robot.scene.frame_max[axis]
 
 
-def _joined(values: Any) -> str:
-    return ":".join(repr(value) for value in values)
+def _joined(values: Iterable[float | str]) -> str:
+    """Return numbers as a list of the firmware, without exponents, whose E is a letter of its own there."""
+    return ":".join(format(Decimal(str(value)), "f") for value in values)
 
 
 def _commands(path: Path) -> tuple[_Words, _Words]:
