@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -119,8 +121,13 @@ def lines_with(robot: Robot, **changes: object) -> Robot:
 def test_kinds_of_lines(changes: dict[str, object]) -> None:
     robot = lines_with(load("merlet2023"), **changes)
     at = solve_inverse(Model.of(robot, cable="rigid"), [0.3, -0.4, 1.2])
-    place, _, _ = settled(at)
+    place, model, _ = settled(at)
     np.testing.assert_allclose(place, at.pose, atol=1e-4, rtol=0)
+    apart = 1e3 * np.abs(model.tendon_range[:, 1] - at.lengths)  # which `settled` held against MuJoCo's own
+    noted = re.findall(r"tendons of .* are ([0-9.]+) mm (?:longer|shorter)", "\n".join(mjcf(at).lost))
+    assert sorted(set(map(float, noted))) == pytest.approx(
+        sorted({float(f"{each:.4g}") for each in apart if each > 2e-3})
+    )
     told = any("wheels are sites on their rims" in each for each in mjcf(at).lost)
     assert told == (WHEEL in changes.get("guides", ()))
 

@@ -80,6 +80,13 @@ def test_wirex(name: str) -> None:
     assert all(f"lines.winch.{key}" in said for key in unknown)
 
 
+def test_wirex_has_no_counterweights() -> None:
+    table = load("ipanema1").model_dump(by_alias=True)
+    first = table["lines"][0] | {"counterweight": 3.0, "winch": {}}
+    with pytest.raises(InputError, match="has a counterweight, which a WireX file cannot describe; give it a winch"):
+        wirex(Robot.model_validate(table | {"lines": [first, *table["lines"][1:]]}))
+
+
 def rotation(vector: np.ndarray) -> np.ndarray:
     """Rodrigues' formula."""
     angle = float(np.linalg.norm(vector))
