@@ -35,6 +35,7 @@ def anchored_robot(
         assumed.add(f"cable: {CABLE} but for axial_stiffness")
     else:
         assumed.add(f"cable: {cable or CABLE}")
+    assumed.add("platform: a point; the nozzle is where the lines meet, not below")
     if mass is None:
         assumed.add(f"platform.mass: {MASS:g} kg")
     limits = (0.01 * 9.81 * (mass or MASS), 0.2 * table["breaking_load"])

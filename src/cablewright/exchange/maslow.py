@@ -72,6 +72,7 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     exits = {corner: (x, *(_tidy(y * along[k] + z * out[k]) for k in (1, 2))) for corner, (x, y, z) in anchors.items()}
     feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
+    assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
     if vertical:
         assumed.add(f"platform.plane: a board that leans by {TILT:g} degrees")
     assumed.add(f"cable: {BELT if cable is None else cable}")
