@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -10,10 +11,11 @@ import numpy as np
 import pytest
 
 from cablewright.apps.cli.main import run
-from cablewright.errors import InputError
+from cablewright.errors import AnswerError, InputError
 from cablewright.exchange.firmware import firmware
 from cablewright.exchange.formats import read_robot
 from cablewright.exchange.robot_toml import robot_toml
+from cablewright.machine.files import load_machine
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, library_names, load
@@ -100,6 +102,20 @@ def test_starters_print_their_own_part(layout: str, kind: str, tmp_path: Path) -
     files = [str(robot.with_name(each)) for each in ("part.toml", "machine.toml")]
     code = run(["export", kind, str(robot), files[0], "--machine", files[1], "--out", str(tmp_path / "out")])
     assert code == (2 if (kind, layout) in UNLIKE else 0)
+
+
+def test_a_small_jump_of_a_slack_line_is_noted(tmp_path: Path) -> None:
+    """A steel cable on a light platform: at the least tension its sag changes at once, by less than a microstep."""
+    outline = Outline(name="own", layout="over-middle", size=(2.0, 2.0, 1.5), mass=2.0, cable="steel-4mm")
+    new_robot(outline, tmp_path / "n")
+    robot, machine = load(tmp_path / "n" / "robot.toml"), load_machine(tmp_path / "n" / "machine.toml")
+    job = load_job(tmp_path / "n" / "part.toml")
+    made = firmware("klipper", robot, job, machine=machine)
+    asked = 0.5 * 2 * math.pi / (200 * 16 * machine.winch.ratio) * robot.lines[0].winch.drum_radius
+    assert asked < made.path.error < 2e-5
+    assert any(f"its length jumps, by {1e6 * made.path.error:.2g} um" in each for each in made.lost)
+    with pytest.raises(AnswerError, match=r"line 'low-\d' jumps, .* allow it with --tolerance"):
+        firmware("klipper", robot, job, machine=machine, tolerance=asked)
 
 
 @pytest.mark.parametrize("kind", FIRMWARE)

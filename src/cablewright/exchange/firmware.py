@@ -25,7 +25,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.studies.checks.winch_path import WinchPath, winch_path
+from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ def firmware(
     """Return the files for a firmware. Without a *machine* drums have one layer and no gear, and that is noted.
 
     *tolerance*: of lengths between points, m; by default half a microstep, or none where the firmware computes the
-    lengths itself.
+    lengths itself. By default a jump of a length, as of a line that goes slack, may be `TOLERANCE` and is noted.
 
     Raises `InputError` for a robot or job that it cannot do, by name, and `AnswerError` where the robot cannot.
     """
@@ -71,7 +71,10 @@ def firmware(
     _require_lines(name, robot)
     drums = drums_of(robot, machine)
     close = _tolerance(name, motor, robot, drums) if tolerance is None else tolerance
-    path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=close, progress=progress)
+    jump = TOLERANCE if tolerance is None else 0.0
+    path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=close, jump=jump, progress=progress)
+    if path.error > close:
+        lost.add(f"job: where a line goes slack its length jumps, by {1e6 * path.error:.2g} um between two points")
     _note_job(name, path, lost)
     if name == "reprapfirmware":
         config = rrf_config(robot, drums, machine, motor.full_steps, path.samples.positions)

@@ -56,13 +56,14 @@ def winch_path(
     *,
     layers: tuple[int, int] | None = None,
     tolerance: float = TOLERANCE,
+    jump: float = 0.0,
     progress: Progress = silent,
 ) -> WinchPath:
     """Return the turns of the winches along a job, or *layers* of it (first and last, from 1), under all physics.
 
-    Pieces of the path are divided until lengths half-way are good to *tolerance*, m. Raises `AnswerError` where the
-    robot cannot hold the nozzle, or the tolerance is not met, and `InputError` for layers that the part does not have,
-    or for too many points.
+    Pieces of the path are divided until lengths half-way are good to *tolerance*, m, or if they are shorter than
+    `SHORTEST` to *jump*, m. Raises `AnswerError` where the robot cannot hold the nozzle, or the tolerance is not met,
+    and `InputError` for layers that the part does not have, or for too many points.
     """
     toolpath = job.toolpath(progress)
     if layers is not None and not 1 <= layers[0] <= layers[1] <= toolpath.layer_count:
@@ -77,12 +78,13 @@ def winch_path(
         half = _halves(samples, new)
         between = np.column_stack([d.lengths(0.5 * (turns[new, i] + turns[new + 1, i])) for i, d in enumerate(drums)])
         errors[new] = np.abs(_lengths(model, job, half, progress) - between).max(axis=1)
-        if not np.any(errors > tolerance):
+        rough = errors > np.where(np.diff(samples.distance) < SHORTEST, max(jump, tolerance), tolerance)
+        if not rough.any():
             worst = float(errors.max(initial=0.0))
             return WinchPath(samples, lengths, turns - turns[0], _laid(samples), worst, toolpath.unknown)
         # the error of a piece goes with the square of its length, but for corners of a length along the path
         parts = np.clip(np.ceil(np.sqrt(errors / (0.9 * tolerance))), 2, _MOST_PARTS)
-        parts = np.where(errors > tolerance, parts, 1).astype(np.int64)
+        parts = np.where(rough, parts, 1).astype(np.int64)
         _require_points(model.robot, samples, lengths, errors, parts, tolerance)
         samples, errors, kept = _divided(samples, errors, parts)
         known, lengths = lengths, np.empty((len(samples), model.m))
