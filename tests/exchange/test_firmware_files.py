@@ -17,7 +17,7 @@ from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import ImportedRobot
 from cablewright.machine.drums import drums_of
 from cablewright.robot import load, loads
-from exchange.samples import FORK, KLIPPER, MASLOW, RRF
+from exchange.samples import FORK, KLIPPER, MASLOW, RRF, wirex
 
 FILES = {"maslow.yaml": MASLOW, "printer.cfg": KLIPPER, "config.g": RRF}
 
@@ -279,6 +279,7 @@ def test_formats_are_found_by_content(tmp_path: Path) -> None:
             assert read(tmp_path, other, text).format == read(tmp_path, name, text).format
     with pytest.raises(InputError, match=r"no format is known .*--format names one of WireX \(\.wcrfx\), CASPR"):
         read(tmp_path, "robot.dat", "")
+    assert read(tmp_path, "robot.xml", '<?xml version="1.0"?>' + wirex()).format == "WireX 0.32"
     (tmp_path / "a.wcrfx").write_text("<models/>")
     with pytest.raises(InputError, match="a second file; WireX has one"):
         read_robot([tmp_path / "a.wcrfx", tmp_path / "b.wcrfx"])

@@ -27,7 +27,7 @@ class ImportOptions:
 class ReadFormat:
     """A format that is read: its title, the endings of its files, how many there are, and what is carried.
 
-    ``begins``: what a line of such a file begins with and no line of another, as a regular expression.
+    ``begins``: what a line of such a file begins with, or follows a tag, in no other format: a regular expression.
     """
 
     title: str
@@ -83,7 +83,7 @@ def _format_of(path: Path) -> str:
     """Return the name of the format that a file has by its content, else by its ending."""
     content = read_bytes(path, xml_input.MAX_BYTES, "robot of another program").decode("utf-8", "replace")
     for name, each in READ.items():
-        if re.search(rf"^[ \t]*(?:{each.begins})", content, re.MULTILINE | re.IGNORECASE):
+        if re.search(rf"(?:^|>)[ \t]*(?:{each.begins})", content, re.MULTILINE | re.IGNORECASE):
             return name
     known = ", ".join(f"{each.title} ({', '.join(each.endings)})" for each in READ.values())
     ending = path.suffix.lower()
