@@ -95,7 +95,7 @@ def _hang_slack(packed, lengths, pose, states, work, tolerance):
 def _is_found(packed, code):
     """Whether no other start can improve on *code*.
 
-    An overstretched equilibrium of a point load is its only one; a rigid body may have a sound one elsewhere.
+    A rigid body may have a sound one beside an overstretched one; a point load as a rule has no other.
     """
     return code == OK or (code == OVERSTRETCHED and packed.freedoms == 3)
 
