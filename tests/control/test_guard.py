@@ -296,7 +296,7 @@ def test_late_slow_and_slipping_winches_count() -> None:
             lambda now, speeds: speeds * (now > 0.2),  # late
             lambda now, speeds: speeds * min(1.0, 3.0 * now),  # accelerates
             lambda now, speeds: 0.5 * speeds,  # the half of it
-            lambda now, speeds: speeds * (1.0 + 2.0 * math.cos(20.0 * now)),  # vibrates
+            lambda now, speeds: 0.5 * speeds * (1.0 + math.cos(20.0 * now)),  # vibrates
         ):
             assert ordered(np.array([speed, -speed, 0.0]), follows) == math.inf
 

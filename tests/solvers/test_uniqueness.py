@@ -102,10 +102,15 @@ def test_a_dead_span_in_a_loop_is_not_said_to_be_taut() -> None:
 
 
 def test_a_platform_within_two_radii_of_a_swivel_is_not_among_those_beyond() -> None:
-    robot = _changed(cw.load("wang2021"), radius=0.3)
-    exit_point = robot.lines[0].exit_point
-    for beside, among in ((0.5, None), (0.7, f"{EVERYWHERE} whose platform is farther than 0.6 m")):
-        inwards = -np.sign(exit_point[1]) * beside
-        held = cw.inverse(robot, [exit_point[0], exit_point[1] + inwards, 0.5], tension_limits=(0.0, 1e9))
-        found = cw.forward(robot, held.checked().lengths).checked()
-        assert (unique_among(found) or "none")[:20] == (among or "none")[:20]
+    """The sentence has the largest radius; beside a small swivel a platform leaves it outwards and is nearer."""
+    robot, lines = cw.load("merlet2023"), []
+    for y, radius in ((0.0, 0.1), (5.0, 0.4)):
+        line = robot.lines[0]
+        changes = {"exit_point": (0.0, y, 4.0), "sheave": line.sheave.model_copy(update={"radius": radius})}
+        lines.append(line.model_copy(update={"winch_exit": None, **changes}))
+    robot = robot.model_copy(update={"lines": tuple(lines)})
+    beyond = f"{EVERYWHERE} whose platform is farther than 0.8 m from the axis of each swivel"
+    for lengths, among in (([2.2, 5.6], None), ([4.0, 4.5], beyond)):
+        found = cw.forward(robot, lengths).checked()
+        assert (found.pose[1] > 0.8) == (among is not None)
+        assert unique_among(found) == among

@@ -385,7 +385,7 @@ def _surroundings(robot: Robot, settings: InterferenceSettings) -> Surroundings:
     low = np.array([box.lowest for box in boxes]).reshape(-1, 3)
     high = np.array([box.highest for box in boxes]).reshape(-1, 3)
     return Surroundings(
-        radii=np.array([0.5 * (line.cable.diameter or 0.0) for line in lines]),
+        radii=np.array([0.5 * line.cable.thickness for line in lines]),
         shared=np.array(shared, dtype=np.int64),
         beams=np.array([(beam.start, beam.end) for beam in beams]).reshape(-1, 2, 3),
         beam_radii=np.array([beam.radius for beam in beams]),

@@ -43,7 +43,7 @@ LOST_TIME: Final = 1.0
 UNCOUNTED: Final = 0.02
 """Cable that a winch may be ordered to pay out or wind in while its encoder does not count, m."""
 
-_UNCOUNTED_TIME: Final = 0.25  # s for which it is so at least: commands are late, and winches take time to turn
+_LATE: Final = 0.5  # of the encoders' timeout: for so long it is so at least, as commands and readings are late
 _COUNTS: Final = 0.1  # of the cable ordered: by so much an encoder that counts has moved
 
 _FALLS: Final = 0.01  # of the limit: by so much a tension has fallen that falls
@@ -272,6 +272,7 @@ def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[
     """Winches that were ordered to turn by a speed, and whose encoders do not count."""
     if settings.max_uncounted is None or settings.counts_per_radian is None or state.ordered is None:
         return []
+    late = _LATE * settings.timeouts.get("encoders", 0.5)
     found, modes, turned = [], state.ordered[1].modes, np.broadcast_to(state.turned, len(counts)).tolist()
     for i, (count, most) in enumerate(zip(counts, settings.max_uncounted.tolist(), strict=True)):
         last = state.uncounted.get(i)
@@ -280,7 +281,7 @@ def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[
             state.uncounted[i] = _Uncounted(now, count, turned[i])
             continue
         angle = turned[i] - last.turned
-        if abs(angle) > most and now - last.time >= _UNCOUNTED_TIME:
+        if abs(angle) > most and now - last.time >= late:
             cable = f"{'pay out' if angle > 0.0 else 'wind in'} {1e3 * UNCOUNTED * abs(angle) / most:.0f} mm of cable"
             why = f"the encoder of line {i + 1} does not count: its winch was ordered to {cable}"
             found.append(Cause(why, StopKind.HOLD))
