@@ -120,7 +120,7 @@ def solved(rng: Random, models: Sequence[Model]) -> tuple[Equilibrium, Array]:
     return found[certified], owner[certified]
 
 
-def distinct(found: Equilibrium, rows: Array) -> list[int]:
+def distinct(found: Equilibrium, rows: Sequence[int]) -> list[int]:
     """Return one of each group of *rows* of *found* that are the same solution."""
     kept: list[int] = []
     for row in rows:
@@ -151,7 +151,7 @@ def contradictions(seed: int, number: int, count: int = BATCH) -> tuple[list[str
     found, owner = solved(rng, [slack_robot(rng, m) for _ in range(count)])
     member, tally, false = in_words(found), Counter[str](robots=count), []
     for k in np.unique(owner):
-        rows = distinct(found, np.flatnonzero(owner == k))
+        rows = distinct(found, np.flatnonzero(owner == k).tolist())
         tally["solved"] += 1
         tally["with several solutions"] += len(rows) > 1
         said = {row: words for row in rows if (words := unique_among(found[row])) is not None}

@@ -84,8 +84,8 @@ def mirrored(table: Table) -> None:
 
 MISTAKES: list[tuple[str, str, str, Callable[[Table], None]]] = [
     *((name, "apart", unit, all_positions(UNITS[unit]))
-      for name, units in (("house-printer", ("mm", "cm", "inch")), ("cogiro", ("mm", "cm")), ("merlet2023", ("mm", "cm")),
-                          ("hangprinter-v4", ("mm",)))
+      for name, units in (("house-printer", ("mm", "cm", "inch")), ("cogiro", ("mm", "cm")),
+                          ("merlet2023", ("mm", "cm")), ("hangprinter-v4", ("mm",)))
       for unit in units),
     *((name, "exit_point", unit, lines("exit_point", UNITS[unit], only=1))
       for name in ("cogiro", "ipanema") for unit in UNITS),
@@ -208,6 +208,10 @@ def test_wrong_units_of_a_job_are_named(motion: Table, bead: Table, says: str) -
 
 
 def test_a_speed_beyond_all_is_refused_with_the_likely_unit() -> None:
-    table = {"name": "j", "helix": {"radius": 0.5, "layers": 1, "layer_height": 1e-3}, "motion": {"print_speed": 2400.0}}
+    table = {
+        "name": "j",
+        "helix": {"radius": 0.5, "layers": 1, "layer_height": 1e-3},
+        "motion": {"print_speed": 2400.0},
+    }
     with pytest.raises(ValueError, match=r"must be at most 1000 m/s: 2400 mm/min\?"):
         cw.Job.model_validate(table)

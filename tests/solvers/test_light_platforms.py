@@ -36,7 +36,9 @@ def robot(rng: np.random.Generator, by: str, share: float) -> tuple[Model, np.nd
         platform["plane"] = {"normal": (0.0, 1.0, 0.0)}
     law = CableLaw(rng.choice(["elastic", "catenary"]))
     cable = {"axial_stiffness": load * 10.0 ** rng.uniform(2.0, 5.0), "breaking_load": 1e5 * load}
-    cable["linear_density"] = 0.0 if law is CableLaw.ELASTIC else load / GRAVITY / size * 10.0 ** rng.uniform(-6.0, -1.0)
+    cable["linear_density"] = (
+        0.0 if law is CableLaw.ELASTIC else load / GRAVITY / size * 10.0 ** rng.uniform(-6.0, -1.0)
+    )
     swivel = {"kind": "swivel", "radius": 0.01 * size}
     each = {"cable": cable, "tension_limits": (load * (0.05 if by == "force" else 0.3), 1e4 * load)}
     points = 0.1 * size * rng.uniform(-1.0, 1.0, (m, 3)) if n == 6 else np.zeros((m, 3))

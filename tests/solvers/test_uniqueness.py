@@ -90,12 +90,12 @@ def test_a_dead_span_in_a_loop_is_not_said_to_be_taut() -> None:
     hold = cw.inverse(robot, [3.0, 3.0, 10.0], sheave="eyelet")
     tracker = cw.Tracker(cw.Model(robot, cw.Fidelity.of("catenary", "eyelet")), hold.lengths)
     for step in range(1, 81):
-        assert tracker.step(hold.lengths + [0.1 * step, 0.0, 0.0, 0.0]) is cw.Status.OK
+        assert tracker.step(hold.lengths + np.array([0.1 * step, 0.0, 0.0, 0.0])) is cw.Status.OK
     states = LineStates(tracker.states)
     weight = robot.lines[0].cable.linear_density * robot.scene.gravity
     assert states.tension[0] > 1.01 * weight * 15.0
     assert states.dead_length[0] > 20.0
-    found = cw.forward(robot, hold.lengths + [8.0, 0.0, 0.0, 0.0], sheave="eyelet").checked()
+    found = cw.forward(robot, hold.lengths + np.array([8.0, 0.0, 0.0, 0.0]), sheave="eyelet").checked()
     looped = dataclasses.replace(found, pose=tracker.pose, states=tracker.states)
     assert unique_among(looped) is None
     assert unique_among(found) == f"{EVERYWHERE} whose dead spans are taut"

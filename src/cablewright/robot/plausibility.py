@@ -19,6 +19,7 @@ STEEL: Final = 7850.0
 _LARGEST: Final = 2000.0  # m between exit points: twice as much as the largest robot there is
 _LIGHT: Final = 100.0  # N per metre between exit points: least load of robots over 100 m
 _STRAIN: Final = 0.1  # at the largest tension allowed: of a cable that is stretched, not of one that holds
+_HEAVY: Final = 5.0  # weight of all cables over the load
 _OUTLYING: Final = 2.5  # times the distance of the other exit points from their middle
 _WORDS: Final = (("left", "right"), ("front", "back"), ("front", "rear"), ("west", "east"), ("south", "north"))
 _UPRIGHT: Final = (("bottom", "top"), ("lower", "upper"), ("low", "high"))
@@ -49,7 +50,7 @@ def likely(value: float, wanted: float, units: Mapping[str, float], span: float 
 
 def _size(points: Sequence[Sequence[float]]) -> float:
     """The largest extent of points along an axis, m."""
-    return max(max(axis) - min(axis) for axis in zip(*points, strict=True))
+    return float(max(max(axis) - min(axis) for axis in zip(*points, strict=True)))
 
 
 def _carried(robot: Robot) -> float:
@@ -108,8 +109,8 @@ def _cables(robot: Robot, size: float) -> Iterator[Doubt]:
         if area is not None and mass > 1.02 * STEEL * area:
             unit = likely(mass, 0.3 * STEEL * area, {"g/m": 1e-3}, 30.0)
             yield Doubt(f"{name}linear_density = {mass:g} kg/m has {mass / area:.3g} kg/m^3, over steel's{unit}")
-        elif mass * size * robot.m > 5.0 * robot.platform.mass + _carried(robot):
-            yield Doubt(f"{name}linear_density = {mass:g} kg/m: the cables weigh more than all they carry: {mass:g} g/m?")
+        elif mass * size * robot.m * robot.scene.gravity > _HEAVY * _carried(robot):
+            yield Doubt(f"{name}linear_density = {mass:g} kg/m: the cables weigh far more than the load: {mass:g} g/m?")
         if diameter is not None and (diameter > max(0.1 * size, 0.01) or mass < 50.0 * (area or 0.0)):
             unit = likely(diameter, math.sqrt(mass / 1000.0) or 2e-3, LENGTHS)
             yield Doubt(f"{name}diameter = {diameter:g} m, with {mass:g} kg/m{unit}")
@@ -157,7 +158,9 @@ def _names(lines: Sequence[Line]) -> Iterator[Doubt]:
         ]
         if not ways:
             names = f"{below[0].name!r} and {above[0].name!r}"
-            yield Doubt(f"lines {names}: exit_point: {low!r} and {high!r} of the names do not fit: exchanged or mirrored?")
+            yield Doubt(
+                f"lines {names}: exit_point: {low!r} and {high!r} of the names do not fit: exchanged or mirrored?"
+            )
     east, north = found.get(("west", "east")), found.get(("south", "north"))
     if east and north and not any(_turns_left(a, b) for a in east for b in north):
         yield Doubt("lines: exit_point: 'north' of the names is not to the left of 'east', from above: mirrored?")

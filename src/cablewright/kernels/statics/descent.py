@@ -50,8 +50,8 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
     """Move *pose* downhill until the unbalanced wrench is below *tolerance* times the load. True if it converges.
 
     Only the first *n* freedoms move: 3 keep a rigid body's orientation. The line search compares slopes, not energies:
-    it never steps far past the minimum along a step. Where lines pull far more than the load, the last digit of the pose
-    is a larger force: it is accepted then.
+    it never steps far past the minimum along a step. Where lines pull far more than the load, the last digit of the
+    pose is a larger force: it is accepted then.
     """
     load = load_scale(packed) + 1e-9
     grain = STALLED + GRAIN * (largest(pose, 3) + largest(lengths, lengths.shape[0]))
