@@ -141,9 +141,12 @@ class Distances(Pictured):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the distances do not count."""
-        thin = [line.name for line in self.robot.lines if line.cable.diameter is None]
-        return (f"the cable has no diameter, and counts as having none: line {', '.join(thin)}",) if thin else ()
+        """What is assumed of the cables."""
+        thin = [line for line in self.robot.lines if line.cable.diameter is None]
+        if not thin:
+            return ()
+        most, names = max(1e3 * line.cable.thickness for line in thin), ", ".join(line.name for line in thin)
+        return (f"cable.diameter is not given, and assumed by the cable's mass, up to {most:.3g} mm: line {names}",)
 
     @property
     def nearest_of(self) -> dict[str, Contact | None]:
