@@ -132,6 +132,14 @@ def test_a_wrong_unit_is_named(name: str, what: str, unit: str, change: Callable
     assert all("\n" not in sentence for sentence in sentences)
 
 
+def test_one_exit_point_in_millimetres_is_named_by_its_line() -> None:
+    table = cw.load("cogiro").model_dump()
+    lines("exit_point", 1e3, only=2)(table)
+    first = doubts(Robot.model_validate(table))[0]
+    assert first.impossible
+    assert first.sentence.startswith("line '3': exit_point is ")
+
+
 @pytest.mark.parametrize("name", library_names())
 def test_robots_of_the_library_are_not_suspected(name: str) -> None:
     assert doubts(cw.load(name)) == ()

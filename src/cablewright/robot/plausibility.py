@@ -36,7 +36,7 @@ class Doubt(NamedTuple):
 def doubts(robot: Robot) -> tuple[Doubt, ...]:
     """Return what is doubtful about the numbers of *robot*, a sentence each; none of an ordinary one."""
     size = _size([line.exit_point for line in robot.lines])
-    return (*_whole(robot, size), *_places(robot, size), *_cables(robot, size), *_loads(robot), *_names(robot.lines))
+    return (*_places(robot, size), *_whole(robot, size), *_cables(robot, size), *_loads(robot), *_names(robot.lines))
 
 
 def likely(value: float, wanted: float, units: Mapping[str, float], span: float = 10.0) -> str:
@@ -83,7 +83,7 @@ def _places(robot: Robot, size: float) -> Iterator[Doubt]:
         far = away.index(max(away))
         unit = likely(max(map(abs, exits[far])), usual, LENGTHS, 4.0)
         what = f"line {robot.lines[far].name!r}: exit_point is {away[far]:.4g} m away from the middle of the others"
-        yield Doubt(f"{what}, which are {usual:.3g} m away{unit}", away[far] > _LARGEST)
+        yield Doubt(f"{what}, which are {usual:.3g} m away{unit}", away[far] > 0.5 * _LARGEST)
     for line in robot.lines:
         reach = math.hypot(*line.platform_point)
         if reach > 1.5 * size:
