@@ -20,6 +20,7 @@ from cablewright.errors import InputError, require_positive
 from cablewright.reading_times import ReadingTimes, Timeliness
 from cablewright.signals import (
     PER_LINE,
+    Command,
     Condition,
     Drives,
     DriveState,
@@ -28,6 +29,7 @@ from cablewright.signals import (
     Reading,
     SensorFrame,
     Tensions,
+    WinchMode,
     source_of,
 )
 
@@ -40,7 +42,15 @@ BRAKE_TIME: Final = 0.5
 LOST_TIME: Final = 1.0
 """Time for which a tension may be under its minimum, s."""
 
+UNCOUNTED: Final = 0.02
+"""Cable that a winch may be ordered to pay out or wind in while its encoder does not count, m."""
+
+_LATE: Final = 0.5  # of the encoders' timeout: for so long it is so at least, as commands and readings are late
+_COUNTS: Final = 0.1  # of the cable ordered: by so much an encoder that counts has moved
+
 _FALLS: Final = 0.01  # of the limit: by so much a tension has fallen that falls
+
+_STANDING: Final = (Condition.STALLED, Condition.DRUM_END)  # winches that do not turn, and say so
 
 _CONDITIONS: Final = {
     Condition.NO_EQUILIBRIUM: ("the platform is in no equilibrium", StopKind.HOLD),
@@ -60,7 +70,8 @@ class GuardSettings:
     ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints.
     ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of a winch drum.
     ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
-    drum; None: speeds are judged by the drives alone. ``timeouts``: s without a reading, by source.
+    drum; None: speeds are judged by the drives alone. ``max_uncounted``: (m,) rad that a winch drum may be ordered to
+    turn without a count. ``timeouts``: s without a reading, by source.
     """
 
     max_tensions: Array
@@ -69,6 +80,7 @@ class GuardSettings:
     max_drum_speed: float | None = None
     max_following_error: float | None = None
     counts_per_radian: float | None = None
+    max_uncounted: Array | None = None
     timeouts: Mapping[str, float] = field(default_factory=lambda: {"encoders": 0.5})
     stop: StopSettings = field(default_factory=StopSettings)
 
@@ -77,7 +89,7 @@ class GuardSettings:
         names = ("max_drum_speed", "max_following_error", "counts_per_radian")
         given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         require_positive(**given, **self.timeouts)
-        for values in (self.max_tensions, self.max_torques):
+        for values in (self.max_tensions, self.max_torques, self.max_uncounted):
             if values is not None and not (values > 0.0).all():
                 raise InputError(f"limits of the guard: {values.tolist()}: each must be over 0")
 
@@ -87,6 +99,15 @@ class Cause(NamedTuple):
 
     reason: str
     kind: StopKind = StopKind.RAMP
+
+
+@dataclass(eq=False)
+class _Uncounted:
+    """Since when an encoder has not moved."""
+
+    time: float  # s
+    counts: int
+    turned: float  # rad, by commands
 
 
 @dataclass(eq=False)
@@ -103,11 +124,18 @@ class GuardState:
     lost_since: float = math.nan  # s, since which a tension has been under its minimum
     closing_since: float = math.nan  # s, of the first command since which brakes are to be closed
     opening_since: float = math.nan  # s, since which they are to be open
+    ordered: tuple[float, Command] | None = None  # s, and the command of then
+    turned: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad by all commands
+    uncounted: dict[int, _Uncounted] = field(default_factory=dict)  # by line
 
 
-def take_note(state: GuardState, now: float, *, closed: bool) -> None:
-    """Take note of what is commanded to brakes at *now*, s; *state* changes in place."""
-    if closed:
+def take_note(state: GuardState, now: float, command: Command) -> None:
+    """Take note of what is commanded to brakes and winches at *now*, s; *state* changes in place."""
+    if state.ordered is not None:
+        then, before = state.ordered
+        state.turned = state.turned + before.winch_speeds * max(now - then, 0.0)
+    state.ordered = now, command
+    if WinchMode.OFF in command.modes:
         state.closing_since = now if math.isnan(state.closing_since) else state.closing_since
         state.opening_since = math.nan
     else:
@@ -132,6 +160,8 @@ def judge(
     for reading in frame.readings:
         if isinstance(reading, Tensions | Encoders | Drives | Inputs):
             _read(settings, state, source_of(reading), reading, frame.time)
+    if any(notice.condition in _STANDING for notice in frame.notices):
+        state.uncounted.clear()
     found = _conditions(frame) + _silences(settings, state, frame.time)
     for causes in state.causes.values():
         found += causes
@@ -156,7 +186,8 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     if isinstance(reading, Tensions):
         state.causes[source], whole = _measured_tensions(settings, state, reading)
     elif isinstance(reading, Encoders):
-        state.causes[source] = _encoder_speeds(settings, state, stamp, reading.counts.tolist())
+        counts = reading.counts.tolist()
+        state.causes[source] = _encoder_speeds(settings, state, stamp, counts) + _stuck(settings, state, now, counts)
     elif isinstance(reading, Drives):
         state.causes[source] = _drives(settings, state, reading)
     elif isinstance(reading, Inputs):
@@ -236,6 +267,26 @@ def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, coun
         speeds = [way * (now - then) for now, then in zip(counts, before[1], strict=True)]
         fast = _confirmed(state, name, speeds, limits)
         found += [Cause(_too_much("turns at", i, speeds, limits, "rad/s")) for i in fast]
+    return found
+
+
+def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[Cause]:
+    """Winches that were ordered to turn by a speed, and whose encoders do not count."""
+    if settings.max_uncounted is None or settings.counts_per_radian is None or state.ordered is None:
+        return []
+    late = _LATE * settings.timeouts.get("encoders", 0.5)
+    found, modes, turned = [], state.ordered[1].modes, np.broadcast_to(state.turned, len(counts)).tolist()
+    for i, (count, most) in enumerate(zip(counts, settings.max_uncounted.tolist(), strict=True)):
+        last = state.uncounted.get(i)
+        given = not modes or modes[i] is WinchMode.VELOCITY
+        if last is None or not given or abs(count - last.counts) > _COUNTS * most * settings.counts_per_radian:
+            state.uncounted[i] = _Uncounted(now, count, turned[i])
+            continue
+        angle = turned[i] - last.turned
+        if abs(angle) > most and now - last.time >= late:
+            cable = f"{'pay out' if angle > 0.0 else 'wind in'} {1e3 * UNCOUNTED * abs(angle) / most:.0f} mm of cable"
+            why = f"the encoder of line {i + 1} does not count: its winch was ordered to {cable}"
+            found.append(Cause(why, StopKind.HOLD))
     return found
 
 
