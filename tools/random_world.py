@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import io
 import math
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -42,10 +43,11 @@ from cablewright.signals import (
 )
 from cablewright.solvers.taut import taut_at
 from cablewright.studies.prints.loop import PrintPlan
+from cablewright.studies.serve.events import Events
 from cablewright.studies.serve.latest import shared
 from cablewright.studies.serve.link import LEASE, ControlLink, ServerLink
 from cablewright.studies.serve.messages import ChannelName, OrderMessage
-from cablewright.studies.serve.operator import Events, PageOperator
+from cablewright.studies.serve.operator import PageOperator
 
 PERIOD = 0.05  # s
 LIMIT = 300.0  # N
@@ -327,10 +329,12 @@ def desk(random: np.random.Generator, machine: Shaken) -> Iterator[tuple[Desk, P
     for each in (orders, stops):
         each.setblocking(False)
     server = ServerLink(control.state, control.sitting, control.told_lease, orders, stops)
-    operator = PageOperator(control, Events(io.BytesIO()), True, lambda _: "", lambda: None, lambda: False)
+    events = Events.at(Path(os.devnull))
+    operator = PageOperator(control, events, True, lambda _: "", lambda: None, lambda: False)
     try:
         yield Desk(random, machine, control, server, haste=float(random.choice([0.02, 0.1, 0.4]))), operator
     finally:
         for each in (orders, stops):
             each.close()
+        events.close()
         control.close()

@@ -325,7 +325,7 @@ class ExecutorOptions:
         typer.Option(
             "--cluster",
             metavar="ADDRESS",
-            help="Scheduler of a dask cluster, tcp://HOST:8786; or `local`: one that is started here.",
+            help="Scheduler of a dask cluster, tcp://HOST:8786; or `local`: processes of this machine.",
         ),
     ] = None
 

@@ -12,7 +12,9 @@ from starlette.responses import Response
 _PAGE, _VIEWER = "cablewright.apps.serve", "cablewright.apps.web"
 _HTML, _SCRIPT, _STYLE = "text/html; charset=utf-8", "text/javascript; charset=utf-8", "text/css; charset=utf-8"
 
-_SCRIPTS: Final = ("main", "link", "words", "state", "lines", "orders", "jog", "chart", "view", "jobs", "enter")
+_SCRIPTS: Final = (
+    "main", "link", "words", "state", "lines", "orders", "questions", "jog", "chart", "view", "jobs", "enter",
+)  # fmt: skip
 ASSETS: Final = MappingProxyType(
     {f"{name}.js": (_PAGE, "page", _SCRIPT) for name in _SCRIPTS}
     | {

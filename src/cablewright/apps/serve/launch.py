@@ -248,17 +248,21 @@ def _serve(
     listen = listening(address)
     write_station(folder, station.robot, owner)
     interrupted = threading.Event()
-    control = Control(station, ControlLink.new(), folder, interrupted.is_set)
+
+    def show() -> None:
+        """Show the addresses, once the machine can be operated."""
+        host = (address.names or ("127.0.0.1" if address.host == "localhost" else address.host,))[0]
+        shown = f"[{host}]" if ":" in host else host
+        say(f"{address.scheme}://{shown}:{server.port}/enter#{server.token}")
+        socket_scheme = "ws" if address.scheme == "http" else "wss"
+        say(f"Foxglove, read only: {socket_scheme}://{shown}:{server.port}/foxglove/{server.access.view_token}")
+        say("whoever has the first address may stop the machine and operate it; Ctrl-C stops the machine and ends")
+
+    control = Control(station, ControlLink.new(), folder, interrupted.is_set, show)
     server = Server(control.link, folder, address, listen)
     server.start()
     watching = threading.Thread(target=server.watch, daemon=True)
     watching.start()
-    host = (address.names or ("127.0.0.1" if address.host == "localhost" else address.host,))[0]
-    shown = f"[{host}]" if ":" in host else host
-    say(f"{address.scheme}://{shown}:{server.port}/enter#{server.token}")
-    socket_scheme = "ws" if address.scheme == "http" else "wss"
-    say(f"Foxglove, read only: {socket_scheme}://{shown}:{server.port}/foxglove/{server.access.view_token}")
-    say("whoever has the first address may stop the machine and operate it; Ctrl-C stops the machine and ends")
     try:
         control.run()
     finally:

@@ -1,4 +1,4 @@
-"""Workers of a dask cluster, by the address of its scheduler, or of one that is started on this machine.
+"""Workers of a dask cluster, by the address of its scheduler.
 
 The scheduler and the workers run what any client sends: they belong in a trusted network, or behind TLS.
 """
@@ -13,7 +13,6 @@ from typing import Any, Final
 from cablewright.errors import EnvironmentFault
 from cablewright.studies.executors.task import Chunk, Computed, programs, run_chunk, unlike
 
-LOCAL: Final = "local"
 CONNECT: Final = 10.0  # s, until a scheduler must have answered, and a worker be there
 AHEAD: Final = 2
 """Chunks that are sent for each thread of the workers, so that none waits for the network."""
@@ -22,22 +21,18 @@ _ABSENT: Final = "--cluster: needs dask.distributed; pip install 'cablewright[cl
 
 
 class Cluster:
-    """Computes on the workers of a dask scheduler at an *address*; ``local`` starts one, with *workers* processes."""
+    """Computes on the workers of a dask scheduler at an *address*."""
 
-    def __init__(self, address: str, workers: int | None = None) -> None:
+    def __init__(self, address: str) -> None:
         """Connect, and compare the programs of all workers. Raises `EnvironmentFault`."""
         try:
             import distributed
         except ImportError:
             raise EnvironmentFault(_ABSENT) from None
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # its warnings are told here, in one line
-        self._dask, self._address, self._started = distributed, address, None
+        self._dask, self._address = distributed, address
         try:
-            if address == LOCAL:
-                self._started = distributed.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
-                )
-            self._client = distributed.Client(self._started or address, timeout=CONNECT, set_as_default=False)
+            self._client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as reason:
             raise EnvironmentFault(f"--cluster = {address}: no scheduler answers ({reason})") from None
         try:
@@ -109,10 +104,8 @@ class Cluster:
         raise EnvironmentFault(f"--cluster: {_refusal('a worker', reason)}")
 
     def close(self) -> None:
-        """Leave the cluster, and end the one that was started here."""
+        """Leave the cluster."""
         self._client.close(timeout=1.0)
-        if self._started is not None:
-            self._started.close(timeout=5.0)
 
 
 def _refusal(worker: str, reason: Exception) -> str:

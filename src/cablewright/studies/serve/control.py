@@ -26,10 +26,11 @@ from cablewright.studies.prints import loop
 from cablewright.studies.prints.loop import StepRecorder
 from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing
 from cablewright.studies.prints.run import CHECKPOINT, alone_in, make_folder
+from cablewright.studies.serve.events import Events
 from cablewright.studies.serve.jobs import folder_of, load_served, read_check, subject_of
 from cablewright.studies.serve.link import ControlLink
 from cablewright.studies.serve.messages import LoadMessage
-from cablewright.studies.serve.operator import Events, PageOperator
+from cablewright.studies.serve.operator import PageOperator
 from cablewright.studies.serve.station import Sitting, Station
 from cablewright.studies.serve.telling import Telling, told_sitting, waiting_state
 from cablewright.studies.store import MANIFEST, manifest_of
@@ -40,20 +41,27 @@ RUNS: Final = "runs"
 ORDERS: Final = "orders.jsonl"
 RUN: Final = "run.json"
 
+_MENDED: Final = "once that is mended, open the machine again"
 _AGAIN: Final = 0.2  # s between looks while no machine is open
 _BINS: Final = np.array([-np.inf, 0.0, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, np.inf])  # s late
 
 
 @dataclass(eq=False)
 class Control:
-    """Runs a station for those at the other end of the link. ``folder``: of jobs, runs and orders."""
+    """Runs a station for those at the other end of the link. ``folder``: of jobs, runs and orders.
+
+    ``ready``: called once, when the machine of the first sitting is made.
+    """
 
     station: Station
     link: ControlLink
     folder: Path
     ends: Callable[[], bool]
+    ready: Callable[[], None] = lambda: None
     number: int = 0  # of the sitting
     _events: Events = field(init=False)
+    _begun: int = 0  # number of the last sitting in which the machine ran
+    _rejected: tuple[str, str] | None = None  # number of a job that it could not take up since the last sitting; why
 
     def __post_init__(self) -> None:
         """Raises `EnvironmentFault` where nothing can be written."""
@@ -63,42 +71,53 @@ class Control:
 
     def close(self) -> None:
         """Close the file of orders."""
-        self._events.file.close()
+        self._events.close()
 
     def run(self) -> None:
-        """Sit until `ends`. What goes wrong at the beginning is raised, such as a machine that is not there."""
+        """Sit until `ends`. What goes wrong before the machine has run is raised, such as one that is not there."""
         load: LoadMessage | None = None
         while not self.ends():
             try:
                 load = self._sit(load)
-            except (CablewrightError, ArithmeticError, np.linalg.LinAlgError, MemoryError) as error:
-                if self.number <= 1:
+            except (CablewrightError, ArithmeticError, np.linalg.LinAlgError, MemoryError, OSError) as error:
+                if not self._begun:
                     raise
                 why = one_line(str(error) or "there is not enough memory for this")
+                broken = isinstance(error, EnvironmentFault | OSError)
+                why = f"{why}; {_MENDED}" if broken else why
                 self._events.tell("fault", why)
                 logging.getLogger("cablewright").warning("%s", why)
-                by_job = load is not None and load.load is not None and not isinstance(error, EnvironmentFault)
-                load = None if by_job else self._wait(why)
+                job = None if load is None else load.load
+                if job is not None and self._begun < self.number:
+                    self._rejected = job, why
+                load = self._wait(why) if broken or job is None else None
 
     def _sit(self, load: LoadMessage | None) -> LoadMessage | None:
         """One sitting; return what is taken up next."""
         self.number += 1
         wanted = None if load is None else load.load
-        told = f"job {wanted} is being loaded" if wanted else "the machine is being opened"
-        self.link.state.write(waiting_state(self.number, told, self._events))
+        told = "the job is being loaded" if wanted else "the machine is being opened"
+        self.link.state.write(waiting_state(self.number, told, self._events, opening=True))
         job = self._job(load)
         sitting = self.station.sitting(job)
+        if self.number == 1:
+            self.ready()
         run = self._run_name(sitting) if job is not None else None
         with ExitStack() as stack:
             timing = Timing(sitting.printer.machine.period)
             kept = (
                 None if run is None or wanted is None else stack.enter_context(self._kept(sitting, run, wanted, timing))
             )
+
+            def ends() -> bool:
+                return self.ends() or telling.gives_up(sitting.printer)
+
             operator = PageOperator(
-                self.link, self._events, job is not None, self._may_load, sitting.refill, self.ends, sitting.home_at
+                self.link, self._events, job is not None, self._may_load, sitting.refill, ends, sitting.home_at
             )
             telling = Telling(self.link, sitting, operator, self._events, kept, self.number)
-            self.link.sitting.write(told_sitting(self.number, sitting, wanted, run))
+            self.link.sitting.write(told_sitting(self.number, sitting, wanted, run, self._rejected))
+            self._rejected = None
             if run is not None:
                 self._events.tell("run", f"run {run} begins")
             for note in sitting.notes:
@@ -106,8 +125,13 @@ class Control:
             self._refuse_all("the machine was closed")
             if run is not None:
                 stack.callback(self._end, sitting, run, timing)
-            with _without_collection():
-                loop.run(sitting.printer, operator, telling)
+            try:
+                with _without_collection():
+                    loop.run(sitting.printer, operator, telling)
+            finally:
+                self._begun = self.number if telling.begun else self._begun
+            if telling.lost is not None:
+                raise telling.lost
         return operator.load
 
     def _job(self, load: LoadMessage | None) -> Job | None:

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import json
-import os
-import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
-from pathlib import Path
-from typing import IO, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.control.manual import LEASE
 from cablewright.control.orders import CALMING
-from cablewright.file_output import cannot_write
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.prints.loop import Printer
+from cablewright.studies.serve.events import Events
 from cablewright.studies.serve.link import ControlLink
 from cablewright.studies.serve.messages import LoadMessage, OrderMessage
 
 _NOBODY: Final = "the control: nobody operates any more"
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
-_KEPT: Final = 60  # answers and events that are told
 _AT_REST: Final = (
     PrintState.FAULT,
     PrintState.OFF,
@@ -34,41 +27,6 @@ _AT_REST: Final = (
     PrintState.STOPPED,
     PrintState.REFILLING,
 )
-
-
-@dataclass(eq=False)
-class Events:
-    """What happened, the latest last, and every order in a file: a line of JSON each."""
-
-    file: IO[bytes]
-    told: deque[tuple[int, float, str, str]] = field(default_factory=lambda: deque(maxlen=_KEPT))
-    answers: deque[tuple[int, str, str]] = field(default_factory=lambda: deque(maxlen=_KEPT))
-    _count: int = 0
-
-    @classmethod
-    def at(cls, path: Path) -> Events:
-        """With orders kept at *path*, after those that are there. Raises `EnvironmentFault`."""
-        try:
-            return cls(open(path, "ab", opener=_no_link))
-        except OSError as reason:
-            raise cannot_write(path, reason) from None
-
-    def tell(self, kind: str, text: str) -> None:
-        """Say what happened, once in a row."""
-        if self.told and self.told[-1][2:] == (kind, text):
-            return
-        self._count += 1
-        self.told.append((self._count, time.time(), kind, text))
-
-    def keep(self, order: dict[str, Any]) -> None:
-        """Write an order, with UTC, down."""
-        stamp = {"utc": datetime.now(UTC).isoformat(timespec="milliseconds")}
-        self.file.write(json.dumps(stamp | order).encode() + b"\n")
-        self.file.flush()
-
-
-def _no_link(name: str, flags: int) -> int:
-    return os.open(name, flags | os.O_NOFOLLOW, 0o600)
 
 
 @dataclass(eq=False)

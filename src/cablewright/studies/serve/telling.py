@@ -14,15 +14,18 @@ from numpy.typing import NDArray
 from pydantic_core import to_json
 
 from cablewright.arrays import Array
+from cablewright.control import supervisor
 from cablewright.control.guide import TimedPath
 from cablewright.control.transitions import TRANSITIONS
+from cablewright.errors import EnvironmentFault
 from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
 from cablewright.machine.log.topics import Signal
-from cablewright.signals import Barrier, Drives, Estimate, Inputs, OrderKind, PrintState, Scan, Tensions
+from cablewright.signals import Barrier, Drives, Estimate, Inputs, OrderKind, PrintState, Scan, Tensions, WinchMode
 from cablewright.studies.prints.loop import Printer, Step, StepRecorder
+from cablewright.studies.serve.events import Events
 from cablewright.studies.serve.link import ControlLink
-from cablewright.studies.serve.operator import Events, PageOperator
+from cablewright.studies.serve.operator import PageOperator
 from cablewright.studies.serve.station import Sitting
 
 STATE_STEPS: Final = 2
@@ -48,7 +51,10 @@ def unpacked_state(message: bytes) -> tuple[bytes, bytes]:
 
 @dataclass(eq=False)
 class Telling:
-    """A `StepRecorder` that tells each step, beside one that keeps it."""
+    """A `StepRecorder` that tells each step, beside one that keeps it.
+
+    ``lost``: why that one cannot keep the run any more. The machine is stopped then, and `gives_up` once it is at rest.
+    """
 
     link: ControlLink
     sitting: Sitting
@@ -56,6 +62,7 @@ class Telling:
     events: Events
     kept: StepRecorder | None = None
     number: int = 0  # of the sitting
+    lost: EnvironmentFault | None = None
     _steps: int = 0
     _last: dict[str, Any] = field(default_factory=dict, repr=False)  # last readings by key of the state
     _signals: dict[str, Signal] = field(default_factory=dict, repr=False)  # by topic
@@ -65,7 +72,11 @@ class Telling:
     def add(self, printer: Printer, step: Step, *, last: bool) -> None:
         """As `StepRecorder`."""
         if self.kept is not None:
-            self.kept.add(printer, step, last=last)
+            try:
+                self.kept.add(printer, step, last=last)
+            except EnvironmentFault as fault:
+                self.kept, self.lost = None, fault
+                supervisor.fail(printer.supervisor, step.frame.time, f"the run cannot be kept: {fault}")
         self._steps += 1
         self.operator.answered(printer, step.orders, step.frame.time)
         self._read(step)
@@ -75,6 +86,19 @@ class Telling:
         if last or self._steps % STATE_STEPS == 0:
             state = to_json(self._state(printer, step), inf_nan_mode="null")
             self.link.state.write(packed_state(state, b"[" + b",".join(self._topics.values()) + b"]"))
+
+    @property
+    def begun(self) -> bool:
+        """Whether the machine has run a step."""
+        return self._steps > 0
+
+    def gives_up(self, printer: Printer) -> bool:
+        """Whether the sitting ends, as its run cannot be kept: after the winches came to rest and brakes closed."""
+        if self.lost is None:
+            return False
+        brakes = WinchMode.OFF in printer.machine.abilities.modes
+        standing = WinchMode.OFF in printer.command.modes if brakes else not printer.command.winch_speeds.any()
+        return standing or printer.supervisor.state is not PrintState.FAULT
 
     def _read(self, step: Step) -> None:
         for reading in step.frame.readings:
@@ -141,6 +165,7 @@ class Telling:
             "time": step.frame.time,
             "state": progress.state,
             "reason": progress.reason,
+            "fresh": supervised.is_new,
             "since": supervised.state_start if math.isfinite(supervised.state_start) else 0.0,
             "finished": printer.finished,
             "layer": progress.layer,
@@ -197,13 +222,18 @@ def _numbers(values: Array | None) -> list[float] | None:
     return None if values is None else values.tolist()
 
 
-def told_sitting(number: int, sitting: Sitting, job: str | None, run: str | None, note: str = "") -> bytes:
-    """What is fixed for a sitting, as JSON. *job*: number of its folder. *run*: name of the run's folder."""
+def told_sitting(
+    number: int, sitting: Sitting, job: str | None, run: str | None, rejected: tuple[str, str] | None = None
+) -> bytes:
+    """What is fixed for a sitting, as JSON. *job*: number of its folder. *run*: name of the run's folder.
+
+    *rejected*: number of a job that the machine could not take up before this sitting, and why.
+    """
     printer, path, owner = sitting.printer, sitting.path, sitting.head.settings
     plan, numbers = printer.plan, np.unique(path.track.layer[path.track.laying])
     about = {
         "sitting": number,
-        "note": note,
+        "rejected": None if rejected is None else {"job": rejected[0], "why": rejected[1]},
         "head": written_head(sitting.head),
         "kind": sitting.head.kind,
         "robot": sitting.head.robot.name,
@@ -238,13 +268,14 @@ def _path_of(path: TimedPath, numbers: NDArray[np.int32]) -> dict[str, Any]:
     return {"length": path.track.length, "duration": path.duration, "layers": len(numbers)}
 
 
-def waiting_state(number: int, what: str, events: Events) -> bytes:
-    """The state between two sittings, in which no machine is open: nothing moves."""
+def waiting_state(number: int, what: str, events: Events, *, opening: bool = False) -> bytes:
+    """The state between two sittings, in which no machine is open: nothing moves. *opening*: the next one begins."""
     told = {
         "sitting": number,
         "clock": time.monotonic(),
         "utc": time.time(),
         "state": "closed",
+        "opening": opening,
         "reason": what,
         "events": list(events.told),
         "answers": list(events.answers),

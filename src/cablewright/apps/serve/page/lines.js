@@ -7,7 +7,7 @@ export class LineTable {
   begin(sitting) {
     this.sitting = sitting;
     this.rows = sitting.lines.map((name) => {
-      const cells = ["tension", "gauge", "slack", "length", "winch", "drive"].map(() => make("td"));
+      const cells = ["tension", "within its limits", "slack", "length", "winch", "drive"].map((what) => make("td", { "data-name": what, className: what === "winch" ? "turns" : "" }));
       const mark = make("span", { className: "mark" }), gauge = make("div", { className: "gauge" }, mark), word = make("small");
       cells[1].append(gauge, word);
       return { row: make("tr", {}, make("th", { scope: "row", textContent: name }), ...cells), cells, mark, gauge, word };
@@ -33,8 +33,8 @@ export class LineTable {
       cells[1].classList.toggle("out", Boolean(out));
       put(cells[2], lines.slack[i] ? `slack by ${length(lines.excess[i])}` : lines.excess[i] === null ? "not known" : "taut");
       cells[2].classList.toggle("out", lines.slack[i]);
-      put(cells[3], `${fixed(lines.lengths[i], 3)} of ${fixed(cable, 0)} m`);
-      put(cells[4], modes[i] === "off" ? "brake" : `${speeds[i] ? fixed(speeds[i], 2) + " rad/s" : "holds"}`);
+      put(cells[3], `${fixed(lines.lengths[i], 3)} of\u00a0${fixed(cable, 0)}\u00a0m`);
+      put(cells[4], modes[i] === "off" ? "brake" : `${speeds[i] ? fixed(speeds[i], 2) + "\u00a0rad/s" : "holds"}`);
       cells[5].hidden = !drives;
       if (drives) put(cells[5], drives.faults[i] || drives.states[i]);
     });

@@ -1,7 +1,25 @@
 // State, reason, progress, and what is known of the platform.
-import { at, fixed, length, put, span } from "./words.js";
+import { at, fixed, put, span } from "./words.js";
 
-const SHOWN = { printing: "good", ready: "good", manual: "good", tensioning: "good", homing: "good", fault: "bad", closed: "bad" };
+// What the state is called while the winches turn, and while they stand.
+const NAMES = {
+  ready: ["moving to the path", "about to move"], printing: ["printing", "printing: stands at 0 %"], manual: ["moving by hand", "by hand"],
+  tensioning: ["taking up slack", "taking up slack"], homing: ["homing", "homing"], idle: ["slowing down", "idle"],
+  paused: ["pausing", "paused"], stopped: ["stopping", "stopped"], refilling: ["stopping to refill", "refilling"],
+};
+const MOVING = ["ready", "printing", "manual", "tensioning", "homing"];
+
+export function turns(control) { return Boolean(control.speeds?.some((speed) => speed !== 0)); }
+
+export function atRest(control) { return !MOVING.includes(control.state) && !turns(control); }
+
+function named(control) { // the state's word, and how it looks
+  const { state } = control;
+  if (state === "closed") return control.opening ? ["opening", ""] : ["closed", "bad"];
+  if (state === "fault") return control.fresh && !turns(control) ? ["off: reset to begin", ""] : ["fault", "bad"];
+  const [moving, standing] = NAMES[state] ?? [state, state];
+  return [turns(control) ? moving : standing, atRest(control) ? "" : "moves"];
+}
 
 export class State {
   constructor(link) {
@@ -30,10 +48,11 @@ export class State {
 
   show({ control }) {
     if (!control) return;
-    const { state, reason } = control, pill = at("state");
-    put(pill, state);
-    pill.className = `pill ${SHOWN[state] ?? ""}`;
-    put(at("reason"), reason ? reason[0].toUpperCase() + reason.slice(1) + "." : WORDS[state] ?? "");
+    const { state, reason } = control, pill = at("state"), [word, kind] = named(control);
+    put(pill, word);
+    pill.className = `pill ${kind}`;
+    const told = control.fresh ? FRESH : control.waiting ? WAITING : reason ? reason[0].toUpperCase() + reason.slice(1) + "." : WORDS[state] ?? "";
+    put(at("reason"), told);
     if (!control.platform) return;
     const { position, velocity, valid, deviation } = control.platform;
     const spread = deviation ? `, \u00b1${fixed(1e3 * Math.max(...deviation), 1)} mm` : "";
@@ -62,9 +81,11 @@ export class State {
   }
 }
 
+const FRESH = "The machine is opened. Its brakes are closed until it is reset and enabled.";
+const WAITING = "The print is to be resumed, and waits until the light barrier is clear and the winches stand. Pause withdraws that.";
 const WORDS = {
-  off: "Brakes are closed and the winches are off.", idle: "The winches are enabled and hold.", ready: "On the way to where the path goes on.",
+  off: "Brakes are closed and the winches are off.", idle: "The winches are enabled and hold.", ready: "Moving to the path; printing begins there.",
   printing: "Follows the path.", paused: "Waits for an order to resume.", stopped: "Was stopped: resume, or reset to end the print.",
   refilling: "Waits for powder: refill, then press Refilled.", manual: "Moves by hand.", tensioning: "Takes up slack, line by line.",
-  homing: "Takes up slack and tests the lengths.", fault: "A reset leads on, once the cause is gone.", closed: "The machine is closed; nothing moves.",
+  homing: "Takes up slack and tests the lengths.", fault: "Reset once the cause is gone.", closed: "The machine is closed; nothing moves.",
 };

@@ -1,0 +1,49 @@
+// Questions before an order: one at a time, below the bar with Stop, Pause and the state, which it never covers.
+// A question ends with the situation in which it was asked; its answer counts in that situation alone.
+import { at, put } from "./words.js";
+
+export class Questions {
+  constructor(link, situation, say) {
+    this.link = link;
+    this.situation = situation; // a text that changes with the state and the lease; empty: nothing can be ordered
+    this.say = say;
+    at("ask-yes").addEventListener("click", ({ detail }) => { if (detail < 2) this.answer(true); }); // not by a double click on what asked
+    at("ask-no").addEventListener("click", () => this.answer(false));
+  }
+
+  ask(title, text, yes, { place = false } = {}) { // whether it was answered by yes
+    this.end(false);
+    const asked = this.situation(), opener = document.activeElement;
+    if (!asked) return Promise.resolve(false);
+    put(at("ask-title"), title); put(at("ask-text"), text); put(at("ask-yes"), yes);
+    at("ask-place").hidden = !place;
+    at("ask").show();
+    at("ask-no").focus();
+    return new Promise((done) => { this.open = { asked, opener, done }; });
+  }
+
+  answer(yes) {
+    if (yes && this.link.stale) this.withdraw("the state that is shown is old");
+    this.look();
+    this.end(yes);
+  }
+
+  look() {
+    if (this.open && this.open.asked !== this.situation()) this.withdraw("the state has changed since it was asked");
+  }
+
+  withdraw(why) {
+    this.end(false);
+    this.say(`The question was withdrawn: ${why}.`);
+  }
+
+  end(yes) {
+    const { open } = this;
+    if (!open) return;
+    this.open = null;
+    const inside = at("ask").contains(document.activeElement);
+    at("ask").close();
+    if (inside) open.opener?.focus();
+    open.done(yes);
+  }
+}
