@@ -46,6 +46,7 @@ class Condition(StrEnum):
     NO_EQUILIBRIUM = "the plant found no equilibrium and stayed where it was"
     BRANCH_END = "the equilibrium that the plant followed ended, and it went to another one nearby"
     UNCERTIFIED = "the equilibrium that the plant followed could not be certified"
+    CLOCK_AHEAD = "the clock jumped ahead"
     CLOCK_BACK = "the clock jumped back; what was told meanwhile is left out"
     OVERRUN = "a step came later than it was due"
     HUNG = "the control hung"

@@ -156,6 +156,7 @@ NOTICES = {
     Condition.NO_EQUILIBRIUM: StopKind.HOLD,
     Condition.ESTOP: StopKind.RAMP,
     Condition.CLOCK_BACK: StopKind.RAMP,
+    Condition.CLOCK_AHEAD: StopKind.RAMP,
     Condition.HUNG: StopKind.RAMP,
 }
 

@@ -10,6 +10,7 @@ from cablewright.signals import Condition, Notice, Reading, Scan, SensorFrame
 
 _SAME: Final = 1e-6  # of a period: elapsed times that differ by less are a period, told by a clock with rounding
 _LATE: Final = 1.5  # periods after which a step is an overrun
+_AHEAD: Final = 3600.0  # s after which no step was late, but the clock was set
 _MOST: Final = 3.0  # periods for which the control goes on after a gap
 
 
@@ -29,7 +30,7 @@ class FrameClock:
     def tell(self, frame: SensorFrame) -> tuple[SensorFrame, float]:
         """Return the frame by this clock, and the time that has elapsed since the last one, s, at most a few periods.
 
-        A late frame has a notice. Where the machine's clock jumps back, or tells no number, the frame has another; the
+        A late frame has a notice. Where the machine's clock jumps, or tells no number, the frame has another; the
         times of all frames and readings from then on are shifted, so that this clock goes on by one period. Readings
         without a time are left out.
         """
@@ -37,8 +38,9 @@ class FrameClock:
         if self._now is None:
             self._now = frame.time - period if known else self._begin
         elapsed = frame.time + self._offset - self._now
-        if not 0.0 < elapsed < math.inf:
-            notices, elapsed = (*notices, Notice(Condition.CLOCK_BACK)), period
+        if not 0.0 < elapsed <= max(_AHEAD, _MOST * period):
+            jumped = Condition.CLOCK_AHEAD if known and elapsed > 0.0 else Condition.CLOCK_BACK
+            notices, elapsed = (*notices, Notice(jumped)), period
             if known:
                 self._offset = self._now + period - frame.time
             now = self._now + period

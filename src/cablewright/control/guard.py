@@ -59,6 +59,7 @@ _CONDITIONS: Final = {
     Condition.BRAKE: (str(Condition.BRAKE), StopKind.KEEP),
     Condition.ESTOP: (str(Condition.ESTOP), StopKind.RAMP),
     Condition.HUNG: (str(Condition.HUNG), StopKind.RAMP),
+    Condition.CLOCK_AHEAD: ("the machine's clock jumped ahead", StopKind.RAMP),
     Condition.CLOCK_BACK: ("the machine's clock jumped back", StopKind.RAMP),
 }
 

@@ -34,6 +34,7 @@ from cablewright.signals import (
 )
 
 NOT_RESET: Final = "not reset since it was started"
+FINISHED: Final = "finished"
 _POSITION_LOST: Final = "the position is not known"
 _BARRIER: Final = "barrier"
 _TURNING: Final = "the winches have not come to rest"
@@ -368,7 +369,7 @@ def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inpu
         _happen(state, Happening.ARRIVED, now, "")
     elif state.state is PrintState.PRINTING and target is not None and target.finished:
         state.finished = True
-        _happen(state, Happening.PATH_END, now, "finished")
+        _happen(state, Happening.PATH_END, now, FINISHED)
     found = state.state is PrintState.PAUSED and state.reason == _POSITION_LOST and _is_settled(settings, state, now)
     obstacle = _person(settings, state, now) or ("" if inputs.standing else _TURNING)
     if found or (state.resume_ordered and not obstacle):

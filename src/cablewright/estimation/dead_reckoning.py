@@ -214,7 +214,7 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
     """Return the estimate after one frame; *state* changes in place. No frame raises an error."""
     dt = frame.time - state.time
     if not dt > 0.0:
-        state.monitor.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
+        state.monitor.restart(frame.time, f"the clock jumped from {state.time:g} to {frame.time:g} s")
         dt = math.inf
     state.time = frame.time
     memories = [state.creep] if state.creep is not None else []

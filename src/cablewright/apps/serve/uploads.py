@@ -39,6 +39,7 @@ FAILED: Final = "report-failed"
 _MAX_REPORT: Final = 64 << 20  # bytes
 _SMALL: Final = 1 << 20  # bytes of a file of ours
 _RUN: Final = re.compile(r"\d{8}-\d{6}-[a-z0-9-]{1,60}")
+_DRAINED: Final = 1 << 30  # bytes of one that is too large that are read before the answer
 _MOST_RUNS: Final = 200  # that are listed
 
 
@@ -70,12 +71,18 @@ class Uploads:
         if (folder / name).exists():
             raise InputError(f"{part}: was sent already; a changed file is another job")
         room = min(MAX_BYTES[name], MAX_TOTAL - await asyncio.to_thread(self._size))
-        whole = bytearray()
-        async for piece in data:
-            whole += piece
-            if len(whole) > room:
-                limit = f"at most {MAX_BYTES[name] >> 10} KiB" if room == MAX_BYTES[name] else "no more room for jobs"
-                raise TooLarge(f"{part} of {self.name(number)!r}: too large; {limit}")
+        whole, size = bytearray(), 0
+        async for piece in data:  # to its end, so that whoever sends it reads the answer
+            size += len(piece)
+            if size <= room:
+                whole += piece
+            else:
+                whole.clear()
+            if size > _DRAINED:
+                break
+        if size > room:
+            limit = f"at most {MAX_BYTES[name] >> 10} KiB" if room == MAX_BYTES[name] else "no more room for jobs"
+            raise TooLarge(f"{part} of {self.name(number)!r}: too large; {limit}")
         if not whole:
             raise InputError(f"{part} of {self.name(number)!r}: is empty")
         await asyncio.to_thread(write_whole, folder / name, bytes(whole))

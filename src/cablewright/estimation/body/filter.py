@@ -44,7 +44,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     """Return the estimate after one frame; *state* changes in place. No frame raises an error."""
     dt = frame.time - state.time
     if not dt > 0.0:
-        state.monitor.restart(frame.time, f"the clock jumped back from {state.time:g} to {frame.time:g} s")
+        state.monitor.restart(frame.time, f"the clock jumped from {state.time:g} to {frame.time:g} s")
         state.window.begin, dt = math.nan, math.inf
     state.time, before = frame.time, state.pose
     for beam in accepted(state.monitor, frame.of(BeamLength), frame.time):

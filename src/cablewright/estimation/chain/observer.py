@@ -140,7 +140,7 @@ def _process_scan(settings: ObserverSettings, state: ObserverState) -> None:
 
 def _restart_clock(state: ObserverState, now: float) -> None:
     """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: earlier readings are dropped")
+    state.monitor.restart(now, f"the clock jumped from {state.time:g} to {now:g} s: earlier readings are dropped")
     state.position_history.clear()
     state.attitude_history.clear()
     state.pending_scans.clear()

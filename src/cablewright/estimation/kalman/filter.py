@@ -217,7 +217,7 @@ def _is_contradicted(settings: FilterSettings, state: FilterState) -> bool:
 
 def _restart_clock(state: FilterState, now: float) -> None:
     """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped back from {state.time:g} to {now:g} s: earlier readings are dropped")
+    state.monitor.restart(now, f"the clock jumped from {state.time:g} to {now:g} s: earlier readings are dropped")
     state.checks.reset()
     state.motion_history.clear()
     state.attitude_history.clear()

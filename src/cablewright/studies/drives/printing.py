@@ -169,7 +169,10 @@ def print_on_drives(
         if archive is None:
             write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
         head = LogHead(robot, owner, owner.period, kind="real", epoch=epoch)
-        _run(run, head, operator, say, progress, lambda: machine.keeper.doubt)
+        if printer.finished:
+            say("the print was finished before: there is nothing to resume")
+        else:
+            _run(run, head, operator, say, progress, lambda: machine.keeper.doubt)
         if machine.bus_machine.left:
             say(machine.bus_machine.left)
         record, log = finish(folder, path.track, path.print_speed, None, progress)

@@ -25,7 +25,7 @@ from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
 from cablewright.control.procedure import Procedure
 from cablewright.control.stop import StopKind, StopState, advance
-from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
+from cablewright.control.supervisor import FINISHED, SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import InputError
 from cablewright.machine.interface import RESET, Machine, check_command, require_abilities
@@ -172,6 +172,8 @@ class Printer:
         supervised.barrier_stops = archive.count("barrier_stops", supervised.barrier_stops)
         supervised.refills = archive.count("refills", supervised.refills)
         supervised.finished = bool(archive.count("finished", int(supervised.finished)))
+        if archive.loading and supervised.finished:
+            supervised.reason = FINISHED
         archive.array("position", self.last_pose)
         archive.array("radii", self.radii)
         if not archive.loading and self._learning is not None:
