@@ -13,6 +13,7 @@ from pydantic_core import from_json, to_json
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from cablewright.apps.serve.operators import OLD_STATE, Client
+from cablewright.control.orders import CALMING
 from cablewright.signals import ORDER_LIFE, OrderKind
 from cablewright.studies.serve.messages import OrderMessage
 
@@ -113,7 +114,9 @@ class Live:
             self._tell({"t": "jog", "refusal": "it is no velocity, or the control does not answer"})
 
     def _late(self, given: dict[str, Any], most: float = ORDER_LIFE) -> str:
-        """Why a message comes too late after the state that its page names as seen, or an empty text."""
+        """Why a message comes too late after the state that its page names as seen, or a hang; or an empty text."""
+        if why := self.page.operators.delayed:
+            return why
         beat = given.get("beat")
         age = 1e-3 * (self.page.feed.beat() - beat) if _is_whole(beat) else 0.0
         return "" if -0.1 < age < most else f"it came {age:.1f} s after the state that you saw"
@@ -135,7 +138,7 @@ class Live:
             why = "there is no such order"
         elif self.page.operators.operator is not client:
             why = "you do not operate the machine"
-        elif late := self._late(given):
+        elif kind not in CALMING and (late := self._late(given)):
             why = late
         elif not client.orders.take():
             why = "too many orders at once"

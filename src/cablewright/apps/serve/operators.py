@@ -60,10 +60,18 @@ class Operators:
     _hung: float = -float("inf")  # s, when it went on after it had hung
 
     def look(self) -> None:
-        """Note that the server runs; where it hung, end the lease, as what is read now may have been sent long ago."""
+        """Note that the server runs, and whether it hung: the lease of a page that it did not hear for long ends."""
         before, self._looked = self._looked, time.monotonic()
         if self._looked - before > ORDER_LIFE:
-            self._operator, self._hung = None, self._looked
+            self._hung = self._looked
+        if self._looked - before > SILENCE:
+            self._operator = None
+
+    @property
+    def delayed(self) -> str:
+        """Why no order counts now: after a hang, what is read may have been sent long before; or an empty text."""
+        self.look()
+        return "the server hung: order it again" if self._looked - self._hung < ORDER_LIFE else ""
 
     @property
     def lease(self) -> int:
@@ -97,8 +105,6 @@ class Operators:
         holder = self.operator
         if holder is not None and holder is not client:
             return f"{holder.title} operates the machine"
-        if time.monotonic() - self._hung < ORDER_LIFE:
-            return f"the server hung; try again in {ORDER_LIFE:g} s"
         client.name = person(name)
         self._number += holder is None
         self._operator = client
