@@ -112,7 +112,8 @@ class Watch:
             self.held_back, self.found_again = max([*paused, self.held_back]), False
         elif self.state is PrintState.PRINTING:
             self.found_again = True
-        if not self.machine.is_watched:
+        unseen = self.machine.active - self.person_since > BARRIER_TIMEOUT + LATE
+        if self.machine.known_broken or (unseen and not self.machine.is_watched):
             self.found_again = False
 
     def _begins(self, step: Step, *, waits: bool) -> None:
