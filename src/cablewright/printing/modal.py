@@ -9,7 +9,7 @@ Choices where dialects differ:
 * G92 shifts the coordinates of the file, never the machine; without words it sets all of them to zero.
 * G28 travels to the machine's zero along the named axes (all, if none is named) and removes their shift.
 * Every file starts at the machine's zero, in absolute millimetres.
-* A line that only names axes repeats the last of G0 to G3.
+* A line that only names axes repeats the last of G0 to G3; F alone needs no motion and holds from there.
 * Accelerations, jerks and macros of a firmware are not interpreted. An unknown code and the words after it are counted
   and ignored; codes that would change the path are refused.
 """
@@ -56,6 +56,10 @@ _REFUSED = {
     "G93": "inverse-time feed is not read; F is a speed",
 }
 _FREE_TEXT = frozenset({"M0", "M1", "M16", "M23", "M28", "M30", "M32", "M117", "M118", "M486", "M928"})
+_BESIDE = frozenset(f"G{n}" for n in (40, 43, 49, *range(54, 60), 61, 64, 80, 94, 98, 99)) | frozenset(
+    f"M{n}" for n in (*range(3, 10), 48, 49)
+)
+"""Codes of machine tools that own no F: it is the feed of their line."""
 _LABELS = frozenset({"EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_START", "EXCLUDE_OBJECT_END"})
 _SWITCHES = {
     "M101": ("M101", True), "M102": ("M101", False), "M103": ("M101", False),
@@ -160,12 +164,14 @@ class Controller:
             else:
                 self._count(macro[0])
             return
-        action, foreign = "", False  # the words after an unknown code belong to it
-        taken = []
+        action, foreign, owned = "", False, False  # the words after an unknown code belong to it
+        taken, feeds = [], []
         words, rest = split(text)
         for letter, number in words:
             if not ((letter == "T" and not foreign) or (letter in "GM" and (number or not foreign))):
                 taken.append((self._spelling.get(letter, letter), number))
+                if letter == "F" and not owned:
+                    feeds.append(taken[-1])
                 continue
             code = letter + number if letter == "T" else code_of(letter, number)
             if code in _LETTERS:
@@ -176,13 +182,15 @@ class Controller:
                 self._set(code)
             else:
                 self._pass(code, words)
-                foreign = True
+                foreign, owned = True, owned or (letter != "T" and code not in _BESIDE)
             if code in _FREE_TEXT:
                 break
         if action or not foreign:
             if rest:
                 raise WordError(why_unread(words, rest))
             self._act(action, taken)
+        elif feeds:
+            self._act("", feeds)
 
     def _pass(self, code: str, words: list[tuple[str, str]]) -> None:
         """Record a code that moves nothing, of a line of these ``words``. Raises `WordError` where it is refused."""
@@ -199,7 +207,7 @@ class Controller:
 
     def _act(self, action: str, taken: list[tuple[str, str]]) -> None:
         """Execute ``action`` with the words of its line, or repeat the last motion where the line only names axes."""
-        if not action and any(letter in "XYZEFIJR" for letter, _ in taken):
+        if not action and any(letter in "XYZEIJR" for letter, _ in taken):
             action = self._motion
             if not action:
                 raise WordError("axes without a G code before any of G0 to G3")
@@ -209,11 +217,13 @@ class Controller:
                 raise WordError("K of an arc is not read; X, Y, Z, E, F, P with I and J, or with R, are allowed")
             if letter in words:
                 raise WordError(f"{self._spelling.get(letter, letter)} is given twice; once is allowed")
-            if letter in _LETTERS.get(action, ""):
+            if letter in _LETTERS.get(action, "" if action else "F"):
                 words[letter] = 0.0 if action == "G28" else as_number(letter, number)
             else:
                 self._count(self._spelling.get(letter, letter))
         match action:
+            case "" if "F" in words:
+                self._set_feed(words["F"])
             case "G0" | "G1":
                 self._straight(action, *(words.get(letter) for letter in "XYZEF"))
             case "G2" | "G3":
