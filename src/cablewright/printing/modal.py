@@ -43,7 +43,16 @@ _Word = bytes | float | None
 _SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
 _FARTHEST_SQUARED = MAX_COORDINATE**2
 _SETTINGS = frozenset({"G17", "G20", "G21", "G90", "G91", "G91.1", "M82", "M83"})
-_LETTERS = {"G0": "XYZEF", "G1": "XYZEF", "G2": "XYZEFIJPR", "G3": "XYZEFIJPR", "G4": "PS", "G28": "XYZ", "G92": "XYZE"}
+_LETTERS = {
+    "": "F",
+    "G0": "XYZEF",
+    "G1": "XYZEF",
+    "G2": "XYZEFIJPR",
+    "G3": "XYZEFIJPR",
+    "G4": "PS",
+    "G28": "XYZ",
+    "G92": "XYZE",
+}
 _REFUSED = {
     "G5": "splines are not read; G0 to G3 are",
     "G5.1": "splines are not read; G0 to G3 are",
@@ -164,14 +173,12 @@ class Controller:
             else:
                 self._count(macro[0])
             return
-        action, foreign, owned = "", False, False  # the words after an unknown code belong to it
-        taken, feeds = [], []
+        action, foreign = "", False  # the words after an unknown code belong to it
+        taken = []
         words, rest = split(text)
         for letter, number in words:
             if not ((letter == "T" and not foreign) or (letter in "GM" and (number or not foreign))):
                 taken.append((self._spelling.get(letter, letter), number))
-                if letter == "F" and not owned:
-                    feeds.append(taken[-1])
                 continue
             code = letter + number if letter == "T" else code_of(letter, number)
             if code in _LETTERS:
@@ -182,15 +189,15 @@ class Controller:
                 self._set(code)
             else:
                 self._pass(code, words)
-                foreign, owned = True, owned or (letter != "T" and code not in _BESIDE)
+                foreign = True
             if code in _FREE_TEXT:
                 break
         if action or not foreign:
             if rest:
                 raise WordError(why_unread(words, rest))
             self._act(action, taken)
-        elif feeds:
-            self._act("", feeds)
+        else:
+            self._act("", _feeds_of_line(words))
 
     def _pass(self, code: str, words: list[tuple[str, str]]) -> None:
         """Record a code that moves nothing, of a line of these ``words``. Raises `WordError` where it is refused."""
@@ -217,15 +224,13 @@ class Controller:
                 raise WordError("K of an arc is not read; X, Y, Z, E, F, P with I and J, or with R, are allowed")
             if letter in words:
                 raise WordError(f"{self._spelling.get(letter, letter)} is given twice; once is allowed")
-            if letter in _LETTERS.get(action, "" if action else "F"):
+            if letter in _LETTERS.get(action, ""):
                 words[letter] = 0.0 if action == "G28" else as_number(letter, number)
             else:
                 self._count(self._spelling.get(letter, letter))
         match action:
-            case "" if "F" in words:
-                self._set_feed(words["F"])
-            case "G0" | "G1":
-                self._straight(action, *(words.get(letter) for letter in "XYZEF"))
+            case "" | "G0" | "G1":
+                self._straight(action or self._motion, *(words.get(letter) for letter in "XYZEF"))
             case "G2" | "G3":
                 self._arc(words, action)
             case "G4":
@@ -365,6 +370,17 @@ class Controller:
         text = self._line.decode("utf-8", "replace").strip()
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
         raise InputError(f"{self._origin}, line {self._number}: {shown}: {reason}")
+
+
+def _feeds_of_line(words: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the F words before the first code that owns the words after it."""
+    found = []
+    for letter, number in words:
+        if letter in "GM" and code_of(letter, number) not in _BESIDE | _SETTINGS:
+            break
+        if letter == "F":
+            found.append((letter, number))
+    return found
 
 
 def _further_turns(turns: float, clockwise: bool) -> float:

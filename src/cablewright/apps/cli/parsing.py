@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from cablewright.robot import Robot
     from cablewright.units import Dimension
 
+_TOO_FAR = 10.0  # times the size of a robot
 FREE = "free"
 """How a command line marks a freedom of the pose that gravity decides."""
 
@@ -31,6 +32,35 @@ def numbers(text: str | None, option: str, count: int | None = None, *, free: bo
     if count is not None and (len(values) != count or not all(map(math.isfinite, values))):
         raise InputError(f"{option} = {text!r}: expected {count} finite numbers with commas between them")
     return values
+
+
+def pose_of(text: str | None, robot: Robot) -> list[float] | None:
+    """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm."""
+    values = numbers(text, "--at", free=True)
+    _require_metres(values[:3] if values else [], "--at", robot, 1.0)
+    return values
+
+
+def lengths_of(text: str, robot: Robot) -> list[float]:
+    """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm."""
+    values = numbers(text, "--lengths") or []
+    _require_metres(values, "--lengths", robot, max(line.advantage for line in robot.lines))
+    return values
+
+
+def _require_metres(values: list[float], option: str, robot: Robot, times: float) -> None:
+    """Raise `InputError` for a length many *times* as large as the *robot*, but not if it is in mm."""
+    from cablewright.units import spell_length
+
+    scene = robot.scene
+    points = (scene.frame_min, scene.frame_max, (0.0, 0.0, 0.0), *(line.exit_point for line in robot.lines))
+    size = times * math.dist(*([pick(axis) for axis in zip(*points, strict=True)] for pick in (min, max)))
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    if _TOO_FAR * size < largest < 1e3 * size:
+        raise InputError(
+            f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(size / times)} large: are these mm, "
+            f"is {1e-3 * largest:g} meant?"
+        )
 
 
 def interval(text: str, option: str) -> tuple[float, float]:
