@@ -207,6 +207,8 @@ class Controller:
             self.notes.read_m486(self._line, len(self.lines))
             return
         self._count(code)
+        if code == "M200" and (diameter := dict(words).get("D")):
+            self.notes.settings["volumetric"] = float(bool(diameter.strip("+-.0")))  # from then on E is in mm^3
         if code in _SWITCHES:
             name, on = _SWITCHES[code]
             stopped = any(letter == "S" and number and not number.strip("+-.0") for letter, number in words)

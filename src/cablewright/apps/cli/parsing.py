@@ -10,6 +10,7 @@ from cablewright.errors import EnvironmentFault, InputError, UnknownName
 
 if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
+    from cablewright.printing.beads import Bead
     from cablewright.robot import Robot
     from cablewright.units import Dimension
 
@@ -94,6 +95,21 @@ def quantity(text: str, option: str, dimension: Dimension) -> float:
     if not value > 0:
         raise InputError(f"{option} = {text!r}: must be over 0")
     return value
+
+
+def bead(text: str | None) -> Bead | None:
+    """The width and height of --bead; a number without a unit is in m. Raises `InputError`."""
+    from cablewright.printing.beads import Bead
+    from cablewright.units import LENGTH
+    from cablewright.validation import validated
+
+    if text is None:
+        return None
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(f"--bead = {text!r}: expected WIDTH,HEIGHT, like 1.2mm,0.6mm")
+    width, height = (quantity(part.strip(), "--bead", LENGTH) for part in parts)
+    return validated(Bead, {"width": width, "height": height}, "--bead")
 
 
 def rotations(text: str | None) -> list[list[float]] | None:
