@@ -9,7 +9,6 @@ from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps.quantities import NOT_KNOWN, count, quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.page import Html, element, table
-from cablewright.printing.beads import Beads
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.robot import GuideSheave, Line, RigidPlatform, Robot
 
@@ -19,7 +18,7 @@ _MAX_HEIGHTS = 6
 def inputs_table(digest: Digest) -> Html:
     """Return robot, job, sampling and program, one per row."""
     check = digest.check
-    robot, job = check.robot, check.job
+    robot, job, bead = check.robot, check.job, check.beads.typical
     rows = [
         *robot_rows(robot),
         ("external force", _wrench(robot)),
@@ -27,18 +26,12 @@ def inputs_table(digest: Digest) -> Html:
         ("job", job.name),
         ("path", job.source),
         ("scale", f"{job.scale:g}; the path's zero is at {_point(job.origin)} m"),
-        ("bead", _bead(check.beads)),
+        ("bead", f"{quantity(bead.width, 'm')} wide, {quantity(bead.height, 'm')} high: {check.beads.source}"),
         ("speeds", _speeds(digest)),
         ("samples", f"{count(len(check.samples))}, at most every {quantity(check.step, 'm')}"),
         ("G-code words without effect", _words(check.toolpath.unknown)),
     ]
     return table(("what", "value"), [row for row in rows if row[1]])
-
-
-def _bead(beads: Beads) -> str:
-    """Say how wide and high beads are, and by what."""
-    low, high = (getattr(beads.typical, name) for name in ("width", "height"))
-    return f"{quantity(low, 'm')} wide, {quantity(high, 'm')} high in the middle of what is laid; {beads.source}"
 
 
 def _words(unknown: dict[str, int]) -> str:
