@@ -127,9 +127,11 @@ class Annotations:
             case "tool":
                 self.bead_widths.set(row, float(word) * 1e-3)
                 self.bead_heights.set(row, float(found["tool_height"]) * 1e-3)
-            case "setting":
+            case "setting" if float(word) > 0.0:
                 key = _BY_NAME[found["key"].decode()]
                 self.settings.setdefault(key, float(word) * (1.0 if key == "volumetric" else 1e-3))
+            case "setting":
+                pass  # 0: chosen by the slicer itself
             case "flavour":
                 self.settings |= {"volumetric": 1.0} if word == "UltiGCode" else {}
             case "object" | "mesh":

@@ -103,7 +103,7 @@ def beads_of(toolpath: Toolpath, scale: float, given: Bead | None, by: str) -> B
     sizes = [np.clip(each * scale, MIN_SIZE, MAX_SIZE) for each in (width, height)]
     typical = Bead(**dict(zip(("width", "height"), (found.middle(each) for each in sizes), strict=True)))
     columns = [_spread(each, found.laid, k) for each in sizes]
-    notes = (*found.notes, *found.contradictions(width, height), *_odd(toolpath, scale, typical))
+    notes = (*found.notes, *found.contradictions(*sizes), *_odd(toolpath, scale, typical))
     return Beads(columns[0], columns[1], width_by, height_by, typical, notes)
 
 
@@ -196,13 +196,14 @@ class _FromFile:
         return np.where(np.isnan(found), self.middle(said), found)
 
     def contradictions(self, width: Array, height: Array) -> Iterator[str]:
-        """Yield where the comments, the heights of layers and E contradict each other."""
+        """Yield where the comments, the heights of layers and E contradict each other; sizes (l,) on the machine, m."""
         high, rise = math.nan if self.high is None else self.middle(self.high), self.middle(self.rise)
         if not 1.0 / _APART < high / rise < _APART and math.isfinite(high / rise):
             said = f"beads are {spell_length(high)} high by the file's comments, which are used"
             yield f"{said}, but its layers rise by {spell_length(rise)}"
         if self.area is not None and self.wide is not None:
-            ratio = float((self.area * self.length).sum() / (section(width, height) * self.length).sum())
+            laid = (section(width, height) * self.length).sum() / self.scale**2
+            ratio = float((self.area * self.length).sum() / laid)
             if not 1.0 / _APART < ratio < _APART:
                 yield (
                     f"the file's comments contradict its E: {self._by_e} the volume is {ratio:.3g} times that of the "

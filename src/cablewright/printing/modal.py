@@ -208,7 +208,7 @@ class Controller:
             return
         self._count(code)
         if code == "M200" and (diameter := dict(words).get("D")):
-            self.notes.settings["volumetric"] = float(bool(diameter.strip("+-.0")))  # from then on E is in mm^3
+            self.notes.settings["volumetric"] = float(bool(diameter.strip("+-.0")))  # whether E is in mm^3
         if code in _SWITCHES:
             name, on = _SWITCHES[code]
             stopped = any(letter == "S" and number and not number.strip("+-.0") for letter, number in words)
