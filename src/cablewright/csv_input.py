@@ -1,6 +1,7 @@
 """Reading tables of text that a stranger wrote: limited line by line, and errors are one line with the place.
 
-A column is found by its name; a unit may follow it: ``force (kN)``, ``elongation [mm]``, ``force_kN``.
+A column is found by its name; a unit may follow it: ``force (kN)``, ``elongation [mm]``, ``force_kN``; or all units
+are in a row below the names. A cell of dashes has no value.
 """
 
 from __future__ import annotations
@@ -9,17 +10,21 @@ import io
 import math
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
-from difflib import SequenceMatcher
+from difflib import get_close_matches
+from itertools import chain
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from cablewright.errors import InputError, suggestion
+from cablewright.errors import InputError
 from cablewright.toml_input import read_bytes
-from cablewright.units import Dimension
+from cablewright.units import Dimension, is_unit
 
 _LONGEST_LINE: Final = 4096  # bytes
 _LONGEST_SHOWN: Final = 60
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_BRACKETED = re.compile(r"\((.*)\)|\[(.*)\]")
+_NO_VALUE = re.compile("[-\u2013\u2014]*")
+_MOST_NAMED, _MOST_SEARCHED = 12, 100  # columns in a message, and for the one that was meant
 
 
 class Column(NamedTuple):
@@ -29,15 +34,17 @@ class Column(NamedTuple):
     size: float | None
 
 
-def text_lines(path: Path, max_bytes: int, what: str, *, indented: bool = False) -> Iterator[tuple[int, str]]:
+def text_lines(
+    path: Path, max_bytes: int, what: str, longest: int = _LONGEST_LINE, *, indented: bool = False
+) -> Iterator[tuple[int, str]]:
     """Yield number and text of each line that is neither empty nor a comment (``#``); *indented*: with its indentation.
 
-    Raises `InputError` for a file that cannot be read, holds more than ``max_bytes``, has a line over 4096 bytes or is
-    not UTF-8.
+    Raises `InputError` for a file that cannot be read, holds more than ``max_bytes``, has a line over ``longest`` bytes
+    or is not UTF-8.
     """
     for count, raw in enumerate(io.BytesIO(read_bytes(path, max_bytes, what)), 1):
-        if len(raw) > _LONGEST_LINE:
-            raise InputError(f"{path}, line {count}: longer than {_LONGEST_LINE} bytes, the most a line may hold")
+        if len(raw) > longest:
+            raise InputError(f"{path}, line {count}: longer than {longest} bytes, the most a line may hold")
         try:
             text = raw.decode("utf-8-sig" if count == 1 else "utf-8").rstrip(" \r\n")
         except UnicodeDecodeError:
@@ -45,6 +52,31 @@ def text_lines(path: Path, max_bytes: int, what: str, *, indented: bool = False)
         bare = text.lstrip(" ")
         if bare and not bare.startswith("#"):
             yield count, text if indented else bare
+
+
+def header_of(rows: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tuple[int, str]]]:
+    """Return line number and text of the header (0 and nothing where there is none), and the rows below it.
+
+    A row of units below the names, ``(s),(mm)``, becomes a part of the header: ``Time (s),Extension (mm)``.
+    """
+    number, header = next(rows, (0, ""))
+    below = next(rows, None)
+    if below is None:
+        return number, header, rows
+    separator = separator_of(header)
+    cells, units = cells_of(header, separator), [_as_unit(cell) for cell in cells_of(below[1], separator)]
+    if len(cells) != len(units) or None in units or not any(units):
+        return number, header, chain([below], rows)
+    named = (f"{cell} ({unit})" if unit else cell for cell, unit in zip(cells, units, strict=True))
+    return number, separator.join(named), rows
+
+
+def _as_unit(cell: str) -> str | None:
+    """Return the unit that is all of a cell, in brackets or known; "" for no unit, None for any other cell."""
+    bracketed = _BRACKETED.fullmatch(cell)
+    if bracketed is not None:
+        return (bracketed[1] or bracketed[2] or "").strip(" -")
+    return cell if is_unit(cell) else "" if _NO_VALUE.fullmatch(cell) else None
 
 
 def separator_of(header: str) -> str:
@@ -78,12 +110,20 @@ def find_column(names: Sequence[str], cells: Sequence[str], place: str, quantity
     return Column(position, float(quantity.units[unit]))
 
 
-def no_column(name: str, cells: Sequence[str], place: str, quantity: Dimension, names: Sequence[str]) -> InputError:
-    """Return the error for a missing column; ``names`` are all expected ones."""
-    near = max(cells, key=lambda cell: SequenceMatcher(None, name, cell[:_LONGEST_SHOWN].casefold()).ratio())
-    hint = suggestion(near[:_LONGEST_SHOWN].casefold(), names)
-    units = units_wanted(name, quantity)
-    return InputError(f"{place}: no column {name!r} ({units}); column {near[:_LONGEST_SHOWN]!r}: {hint}")
+def no_column(names: Sequence[str], cells: Sequence[str], place: str, quantity: Dimension) -> InputError:
+    """Return the error for a missing column of one of these *names*: it says which columns are there."""
+    also = f", also called {', '.join(names[1:])}," if names[1:] else ""
+    words = [set(re.findall(r"[^\W\d_]+", cell[:_LONGEST_SHOWN].casefold())) for cell in cells[:_MOST_SEARCHED]]
+    near = {cell for cell in cells[: len(words)] if get_close_matches(names[0], [cell.casefold()], cutoff=0.75)}
+    pairs = zip(cells, words, strict=False)
+    likely = [shown(cell) for cell, held in pairs if cell in near or not held.isdisjoint(names)]
+    more = f" and {len(cells) - _MOST_NAMED} more" if len(cells) > _MOST_NAMED else ""
+    hint = (
+        f"is it {' or '.join(likely[:2])}? then call that {names[0]!r}"
+        if likely
+        else (f"the header has {', '.join(map(shown, cells[:_MOST_NAMED]))}{more}")
+    )
+    return InputError(f"{place}: no column {names[0]!r}{also} ({units_wanted(names[0], quantity)}); {hint}")
 
 
 def units_wanted(name: str, quantity: Dimension) -> str:
@@ -112,8 +152,8 @@ def number_rows(
     """Yield line number, cells and the SI numbers of *columns* (by name) of each row below *header*.
 
     Raises `InputError` for more than *max_rows* rows (*what* a row is, in the plural, is for the message), a row that
-    has more or fewer cells than the header, and a cell that is not a finite number; an empty one is NaN in the columns
-    that may be *blank*.
+    has more or fewer cells than the header, and a cell that is not a finite number; an empty one, or dashes, is NaN in
+    the columns that may be *blank*.
     """
     separator = separator_of(header)
     width = len(header.split(separator))
@@ -126,7 +166,7 @@ def number_rows(
             raise InputError(f"{place}: more than {max_rows} {what}, the maximum")
         numbers = [
             math.nan
-            if name in blank and not bare(cells[c.position])
+            if name in blank and _NO_VALUE.fullmatch(bare(cells[c.position]))
             else read_number(cells[c.position], f"{place}: {name}") * (c.size or 1.0)
             for name, c in columns.items()
         ]
@@ -152,7 +192,7 @@ def _unit(cell: str, name: str, quantity: Dimension) -> str | None:
     bare = rest.lstrip(" _")
     if bare[:1] + bare[-1:] in ("()", "[]"):
         return bare[1:-1].strip() or "()"
-    plain = cell[len(name) :].lstrip(" _/")
+    plain = cell[len(name) :].lstrip(" _/,")
     return plain if plain in quantity.units and plain != cell[len(name) :] else None
 
 

@@ -174,6 +174,11 @@ def unit_size(unit: str) -> float:
     return _SIZES[unit]
 
 
+def is_unit(text: str) -> bool:
+    """Whether *text* is a unit of some dimension."""
+    return text in _SIZES
+
+
 def respell(value: float, like: str) -> str:
     """Return ``value`` (SI) as a text in the unit of the text ``like``, which `Dimension.read` accepts."""
     match = _TEXT.fullmatch(like.strip())

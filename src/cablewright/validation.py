@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Final, TypeVar
+from typing import Annotated, Any, ClassVar, Final, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from cablewright.errors import InputError, suggestion
+from cablewright.units import Dimension
 
 NEWEST_SCHEMA: Final = 1
 """The newest version of the file formats that this cablewright reads."""
@@ -100,6 +101,7 @@ def validated(
         lines = []
         for details in error.errors(include_url=False):
             path, why = _explained(details, data)
+            why += _unit(model, path) if details["type"] in _BOUNDS else ""
             place, note = locate(path)
             value = look_up(data, path, _ABSENT)
             tables = any(isinstance(entry, dict) for entry in (value if isinstance(value, list) else [value]))
@@ -147,6 +149,25 @@ def _explained(details: ErrorDetails, data: Mapping[str, Any]) -> tuple[KeyPath,
     return path, details["msg"].removeprefix("Value error, ").replace("Input should be", "must be", 1)
 
 
+def _unit(annotation: Any, path: KeyPath) -> str:
+    """Return the SI unit, after a space, of the number at a key path of a model; "" where it has none."""
+    parts = list(_parts(annotation))
+    key = next((part for part in path if isinstance(part, str)), None)
+    if key is None:
+        return next((f" {each.si}" for each in parts if isinstance(each, Dimension)), "")
+    fields = (each.model_fields.get(key) for each in parts if isinstance(each, type) and issubclass(each, Description))
+    rest = path[path.index(key) + 1 :]
+    return next((_unit((found.annotation, *found.metadata), rest) for found in fields if found is not None), "")
+
+
+def _parts(annotation: Any) -> Iterator[Any]:
+    """Yield a type and all that it is made of."""
+    yield annotation
+    for each in annotation if isinstance(annotation, tuple) else get_args(annotation):
+        yield from _parts(each)
+
+
+_BOUNDS = ("greater_than_equal", "less_than", "less_than_equal")
 _SENTENCES = {
     "bool_type": "must be true or false",
     "greater_than_equal": "must be at least {ge:g}",

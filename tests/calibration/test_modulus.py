@@ -361,11 +361,16 @@ def test_lines_are_those_of_the_file(tmp_path) -> None:
         ("# only words\n\n", "empty"),
         (
             "time,elongation\n1,2",
-            "line 1: no column 'force' (a unit may follow, as in 'force (kN)', one of N, kN, MN",
+            "line 1: no column 'force', also called load, tensile force, tensile load, standard force, (a unit may",
         ),
-        ("forse,elongation\n1,2", "column 'forse': did you mean 'force'?"),
-        ("force,elongatoin\n1,2", "column 'elongatoin': did you mean 'elongation'?"),
-        ("force,extension\n1,2", "no column 'elongation'"),
+        ("forse,elongation\n1,2", "is it 'forse'? then call that 'force'"),
+        ("force,elongatoin\n1,2", "is it 'elongatoin'? then call that 'elongation'"),
+        ("force,way\n1,2", "no column 'elongation'"),
+        ("Time,Weg\n1,2", "the header has 'Time', 'Weg'"),
+        ("Time,Load cell,Crosshead extension\n1,2,3", "is it 'Load cell'? then call that 'force'"),
+        ("load,Crosshead extension\n1,2", "is it 'Crosshead extension'? then call that 'elongation'"),
+        ("load,extension,displacement\n1,2,3", "more than one column 'elongation': 'extension' and 'displacement'"),
+        ("load,strain (%)\n1,2", "no column 'elongation'"),  # of a specimen of unknown length
         ("1,2\n3,4", "line 1: no column 'force'"),
         ("force (lbf),elongation", "column 'force (lbf)': unknown unit 'lbf'"),
         ("force (KN),elongation", "unknown unit 'KN'"),
@@ -374,7 +379,8 @@ def test_lines_are_those_of_the_file(tmp_path) -> None:
         ("force,elongation\n1,2\n3", "line 3: 1 cells; the header has 2"),
         ("force,elongation\n1,2,3", "line 2: 3 cells; the header has 2"),
         ("force;elongation\n1,5;2,5", "line 2: force = '1,5': must be a finite number, with a decimal point"),
-        ("force,elongation\nN,mm", "line 2: force = 'N': must be"),
+        ("force,elongation\nN,mm", "0 samples; at least 20 are required"),
+        ("force (N),elongation\nN,mm", "column 'force (N) (N)': unknown unit"),
         ("force,elongation\n1,", "line 2: elongation = '': must be"),
         ("force,elongation\n1,nan", "elongation = 'nan'"),
         ("force,elongation\n1,inf", "elongation = 'inf'"),
@@ -493,3 +499,42 @@ def test_the_example_is_the_cable_of_the_paper() -> None:
     assert found.modulus == pytest.approx(102.2e9, rel=0.01)
     assert found.cycles == 3
     assert found.notes == ()
+
+
+MACHINES = (  # header, units below it; size of what is written in the unit, N and m
+    ("Time,Extension,Load", "(s),(mm),(kN)", 1e-3, 1e3),
+    ('"Time","Extension","Load"', '"(s)","(mm)","(N)"', 1.0, 1e3),
+    ("Time,Displacement,Force", "s,mm,kN", 1e-3, 1e3),
+    ("Test time [s],Tensile extension [mm],Tensile load [kN]", "", 1e-3, 1e3),
+    ("Time,Elongation,Standard force", "s,m,N", 1.0, 1.0),
+    ("Time,Strain,Load", "[-],[%],[N]", 1.0, 100.0 / 2.0),
+    ("Time (s),Strain (mm/mm),Load (N)", "", 1.0, 1.0 / 2.0),
+)
+
+
+@pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine[0])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_headers_of_testing_machines_give_the_same_numbers(tmp_path: Path, machine, separator: str) -> None:
+    header, units, of_force, of_elongation = machine
+    force, elongation = np.linspace(80.0, 900.0, 40), np.linspace(0.002, 0.0225, 40)
+    quote = '"' if header.startswith('"') else ""
+    rows = [
+        ",".join(f"{quote}{cell!r}{quote}" for cell in row)
+        for row in zip(range(40), (elongation * of_elongation).tolist(), (force * of_force).tolist(), strict=True)
+    ]
+    lines = [header, *([units] if units else []), *rows]
+    path = written(tmp_path, "\n".join(lines).replace(",", separator))
+    read = read_test(path, gauge=2.0)
+    np.testing.assert_allclose(read.force, force, rtol=1e-12)
+    np.testing.assert_allclose(read.elongation, elongation, rtol=1e-12)
+
+
+def test_strain_without_a_unit_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path, "load,strain\n" + "1,2\n" * 30)
+    with pytest.raises(InputError, match=r"column 'strain': give its unit"):
+        read_test(path, gauge=1.0)
+
+
+def test_force_counts_before_what_machines_call_it(tmp_path: Path) -> None:
+    path = written(tmp_path, "force,load,elongation\n" + "1,9,3\n" * 30)
+    assert (read_test(path).force == 1.0).all()

@@ -146,7 +146,8 @@ def test_ways_to_write_a_csv(file: Path, text: str) -> None:
         ("110001+00000X11 21.324+04565000", "65 minutes and 0 seconds; both must be under 60"),
         ("110001+00000X11 31..00+0001A345", "'0001A345' must be digits"),
         ("110001+00000X11 31..00+00012345 31..00+00012345", "word 31 occurs twice"),
-        ("110001+00000X11 110001+00000X12", "word 11 occurs twice"),
+        ("110001+00000X11 31..00+00012345 110002+00000X12 31..00+0001", "line 1, block 2: word '31..00+0001' has 4"),
+        ("110001+00000X11 31..00+---", "has 3 places of data; expected 8"),
         ("110001+00000X11 " + "31..00+00012345 " * 65, "66 words, over the limit of 64"),
         ("110001+00000X11 21.322+00000000 22.322+10000000 31..00+99999999", "point 'X11' is 100000 m from"),
     ],
@@ -167,6 +168,58 @@ def test_a_second_station_is_refused(file: Path) -> None:
     text = "\n".join([station.format(0), shot, station.format(1), shot])
     with pytest.raises(InputError, match="line 3: the station differs from that of line 2; survey from one station"):
         read(file, text)
+
+
+@pytest.mark.parametrize("wide", [False, True])
+@pytest.mark.parametrize("end", [" ", "  ", " \r", "\n \n"])
+def test_blocks_without_line_ends_are_the_same_shots(file: Path, wide: bool, end: str) -> None:
+    text = gsi(polar(site(), np.random.default_rng(2)), wide=wide)
+    by_lines, joined = read(file, text), read(file, end.join(text.splitlines()))
+    assert [(shot.point, shot.position) for shot in by_lines.shots] == [
+        (shot.point, shot.position) for shot in joined.shots
+    ]
+
+
+def test_one_line_may_hold_hundreds_of_blocks(file: Path) -> None:
+    text = "".join(f"11{i:04d}+{i:08d} 21.322+00000000 22.322+10000000 31..00+00001000 " for i in range(1, 901))
+    assert len(read(file, text).shots) == 900
+
+
+SIGHT = "11{0:04d}+00000X{0:02d} 21.322+00000000 22.322+10000000 31..00+00001000"
+CODES = "41{:04d}+0000000{} 42....+000000{} 43....+0000{} "
+
+
+@pytest.mark.parametrize("end", ["\n", " "])
+@pytest.mark.parametrize("first", ["", CODES.format(1, 2, "P1", 1500)])
+@pytest.mark.parametrize("code", [2, 7])
+def test_codes_between_sights_that_may_begin_a_station_are_refused(file: Path, end: str, first: str, code: int) -> None:
+    blocks = [first, SIGHT.format(1), SIGHT.format(2), CODES.format(3, code, "P2", 1620), SIGHT.format(3)]
+    with pytest.raises(InputError, match=f"'41 {code}, 42 P2, 43 1620'.* one station is allowed"):
+        read(file, end.join(filter(None, blocks)))
+
+
+@pytest.mark.parametrize(
+    ("blocks", "note"),
+    [
+        ([CODES.format(1, 2, "P1", 1500), SIGHT.format(1), SIGHT.format(2)], False),
+        ([CODES.format(1, 2, "P1", 1500), SIGHT.format(1), CODES.format(1, 2, "P1", 1500), SIGHT.format(2)], True),
+        ([SIGHT.format(1), "410001+00000104 ", SIGHT.format(2)], True),
+        ([SIGHT.format(1), SIGHT.format(2), CODES.format(3, 9, "ND", 0)], True),
+    ],
+)
+def test_codes_that_change_nothing_are_read_over(file: Path, blocks: list[str], note: bool) -> None:
+    found = read(file, "\n".join(blocks))
+    assert len(found.shots) == 2
+    assert any("of codes" in each for each in found.notes) == note
+
+
+def test_dashes_are_no_value(file: Path) -> None:
+    found = read(file, "\n".join([SIGHT.format(1), SIGHT.format(2).replace("00001000", "-" * 8), SIGHT.format(3)]))
+    assert [shot.point for shot in found.shots] == ["X01", "X03"]
+    assert "X02 at line 2 is left out" in found.notes[0]
+    found = read(file, "point,x,y,z\n,mm,mm,mm\nA,1000,2,3\nB,1,-,3\nC,\u2013,--,\nD,4,5,6")
+    assert [(shot.point, shot.position[0]) for shot in found.shots] == [("A", 1.0), ("D", 0.004)]
+    assert [note.partition(" is")[0] for note in found.notes] == ["B at line 4", "C at line 5"]
 
 
 def judged(file: Path, data: bytes) -> None:

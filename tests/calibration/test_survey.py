@@ -366,3 +366,16 @@ def test_circles_are_least_squares(seed: int) -> None:
             q = fit.value.copy()
             q[i] += push * (radius if i < 4 else 1.0)
             assert left(q) >= least * (1 - 1e-9)
+
+
+@pytest.mark.parametrize(("move", "beyond"), [(0.0, 0), (0.05, 0), (0.3, 1), (2.0, 1)])
+def test_an_exit_beyond_a_wall_is_told(move: float, beyond: int) -> None:
+    """Exits 2 and 3 of the site are 0.1 m from the east wall; exit 2 is moved towards it, in the site itself."""
+    where = site()
+    markers = dict(where.markers)
+    for name in ("X2-1", "X2-2"):
+        x, y, z = markers[name]
+        markers[name] = (x + move, y, z)
+    notes = survey(exact(Site(markers)), PLAN).notes
+    assert [("exit point of line 2" in note and "beyond wall east" in note) for note in notes].count(True) == beyond
+    assert not any("beyond" in note and "line 2" not in note for note in notes)

@@ -14,7 +14,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import SIGMAS
-from cablewright.csv_input import Column, cells_of, find_column, number_rows, separator_of, shown, text_lines
+from cablewright.csv_input import Column, cells_of, find_column, header_of, number_rows, separator_of, shown, text_lines
 from cablewright.errors import InputError, suggestion
 from cablewright.models.drum import drum_of
 from cablewright.robot import Robot
@@ -45,8 +45,7 @@ def read_measured(path: str | Path, robot: Robot) -> Measured:
     or longer than the header, and a cell that is not a finite number.
     """
     path = Path(path)
-    rows = text_lines(path, MAX_BYTES, "table of measurements")
-    number, header = next(rows, (0, ""))
+    number, header, rows = header_of(text_lines(path, MAX_BYTES, "table of measurements"))
     if not number:
         raise InputError(f"{path}: empty; expected a header with columns dl_1 to dl_{robot.m}, then rows of numbers")
     columns = _columns(header, f"{path}, line {number}", robot)

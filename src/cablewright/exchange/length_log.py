@@ -13,7 +13,16 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.csv_input import Column, cells_of, find_column, no_column, number_rows, separator_of, text_lines
+from cablewright.csv_input import (
+    Column,
+    cells_of,
+    find_column,
+    header_of,
+    no_column,
+    number_rows,
+    separator_of,
+    text_lines,
+)
 from cablewright.errors import InputError
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result
@@ -35,18 +44,16 @@ class LengthLog:
 
 def read_lengths(path: Path, robot: Robot) -> LengthLog:
     """Return the log in a CSV file for the lines of *robot*. Raises `InputError`: file, line and column in one line."""
-    rows = text_lines(path, MAX_BYTES, "table of lengths")
-    try:
-        number, header = next(rows)
-    except StopIteration:
-        raise InputError(f"{path}: is empty; a header and rows of lengths are needed") from None
+    number, header, rows = header_of(text_lines(path, MAX_BYTES, "table of lengths"))
+    if not number:
+        raise InputError(f"{path}: is empty; a header and rows of lengths are needed")
     place, cells = f"{path}, line {number}", cells_of(header, separator_of(header))
     names = [line.name for line in robot.lines]
     of_check = cells[: 1 + len(names)] == ["time", *(f"length {name}" for name in names)] and "laid" in cells
-    columns = {"time": _column(("time",), cells, place, DURATION, names, of_check)}
+    columns = {"time": _column(("time",), cells, place, DURATION, of_check)}
     for name in names:
         keys = (f"length {name}".casefold(), f"length_{name}".casefold())
-        columns[f"length {name}"] = _column(keys, cells, place, LENGTH, names, of_check)
+        columns[f"length {name}"] = _column(keys, cells, place, LENGTH, of_check)
     table = np.array([numbers for _, _, numbers in number_rows(path, rows, header, columns, MAX_ROWS, "rows")])
     if not len(table):
         raise InputError(f"{path}: has no rows below its header")
@@ -61,14 +68,11 @@ def read_lengths(path: Path, robot: Robot) -> LengthLog:
     return LengthLog(time, lengths)
 
 
-def _column(
-    keys: tuple[str, ...], cells: list[str], place: str, quantity: Dimension, names: list[str], of_check: bool
-) -> Column:
+def _column(keys: tuple[str, ...], cells: list[str], place: str, quantity: Dimension, of_check: bool) -> Column:
     """Return the column of one of these keys, with its unit. Raises `InputError`."""
     found = find_column(keys, cells, place, quantity)
     if found is None:
-        wanted = ["time", *(f"length {name}" for name in names)]
-        raise no_column(keys[0], cells, place, quantity, wanted)
+        raise no_column(keys[:1], cells, place, quantity)
     if found.size is None and not of_check:
         unit = list(quantity.units)[1]
         raise InputError(f"{place}: column {cells[found.position]!r} has no unit; write '{keys[0]} ({unit})'")

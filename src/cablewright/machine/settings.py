@@ -27,7 +27,7 @@ from cablewright.machine.sensors import (
     SwivelSensor,
     TensionSensor,
 )
-from cablewright.printing.job import Bead
+from cablewright.printing.beads import Bead
 from cablewright.units import Density, Length, Positive, Torque
 from cablewright.validation import Description, FileDescription, refusal, require_unique_names
 

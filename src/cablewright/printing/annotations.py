@@ -1,4 +1,4 @@
-"""What slicers say in comments and object labels: layers, line types, objects, bead heights; and a file's slicer."""
+"""What slicers say in comments and object labels: layers, line types, objects, beads, settings; and who they are."""
 
 from __future__ import annotations
 
@@ -26,6 +26,16 @@ LAYER_MARKERS: Final = {
 }
 """Kinds of layer markers, as they are written."""
 
+SETTINGS: Final = {
+    "filament_diameter": ("filament_diameter", "filamentDiameters", "fiber_dia_mm", "Filament Diameter #1"),
+    "layer_height": ("layer_height", "layerHeight", "layer_thickness_mm", "Layer height"),
+    "line_width": ("line_width", "extrusion_width", "extruderWidth", "extrusion_width_mm"),
+    "volumetric": ("use_volumetric_e",),
+}
+"""Settings of slicers that say how large beads are, m, and what slicers call them; ``volumetric``: 1 for E in mm^3."""
+
+_BY_NAME: Final = {name: setting for setting, names in SETTINGS.items() for name in names}
+_KEYS = "|".join(re.escape(name) for name in _BY_NAME)
 _Z = r"[-+]?[0-9]{1,9}(?:\.[0-9]{0,9})?"
 _NOTE: Final = re.compile(
     rf"""
@@ -38,6 +48,8 @@ _NOTE: Final = re.compile(
     | \(<layer>[ ]*(?P<tag>{_Z})[ ]*\)\s*
     | ;(?:Z|[ ]Z_HEIGHT):[ ]?(?P<z>{_Z})\s*
     | ;(?:HEIGHT|[ ]LAYER_HEIGHT):[ ]?(?P<height>{_Z})\s*
+    | ;(?:WIDTH|[ ]LINE_WIDTH):[ ]?(?P<width>{_Z})\s*
+    | ;[ ]tool[ ]H(?P<tool_height>{_Z})[ ]W(?P<tool>{_Z})\s*
     | (?:;TYPE:|;[ ]?FEATURE:|;[ ]feature[ ])[ ]?(?P<type>.{{1,80}})
     | ;[ ]'(?P<path>[^']{{1,60}}[ ]Path)'.*
     | \(<(?P<nested>(?:perimeter|edge|loop|infill)>[^()]{{0,20}})\)\s*
@@ -45,6 +57,8 @@ _NOTE: Final = re.compile(
     | ;[ ](?:start[ ])?printing[ ]object,?[ ](?P<object>.{{1,300}})
     | ;[ ]stop[ ]printing[ ]object(?P<object_end>.*)
     | ;MESH:(?P<mesh>.{{1,300}})
+    | ;[ ]*(?P<key>{_KEYS})[ ]?[=,:][ ]?(?P<setting>{_Z})(?:mm)?(?:[|,;\s].*)?
+    | ;FLAVOR:(?P<flavour>[A-Za-z]{{1,30}})\s*
     | ;[ ](?P<bare>[a-z][a-z ]{{2,30}})\s*
     """.encode(),
     re.VERBOSE | re.DOTALL,
@@ -83,7 +97,8 @@ class Annotations:
         self.layers: dict[str, Changes] = {}  # by kind of marker
         self.marker = ""  # the kind that counts: the first in the file; ;Z: only if there is no other
         self.types = Changes()  # `LineType` of what is extruded
-        self.bead_heights = Changes()  # m, file scale
+        self.bead_widths, self.bead_heights = Changes(), Changes()  # m, file scale
+        self.settings: dict[str, float] = {}  # see `SETTINGS`
         self.objects = Changes()  # index into `names`; -1: none
         self.names: list[str] = []  # of objects
         self._keys: dict[str, int] = {}  # index of an object, by what the file calls it
@@ -107,6 +122,18 @@ class Annotations:
                 self.types.set(row, LineType.UNSPECIFIED)
             case "height":
                 self.bead_heights.set(row, float(word) * 1e-3)
+            case "width":
+                self.bead_widths.set(row, float(word) * 1e-3)
+            case "tool":
+                self.bead_widths.set(row, float(word) * 1e-3)
+                self.bead_heights.set(row, float(found["tool_height"]) * 1e-3)
+            case "setting" if float(word) > 0.0:
+                key = _BY_NAME[found["key"].decode()]
+                self.settings.setdefault(key, float(word) * (1.0 if key == "volumetric" else 1e-3))
+            case "setting":
+                pass  # 0: chosen by the slicer itself
+            case "flavour":
+                self.settings |= {"volumetric": 1.0} if word == "UltiGCode" else {}
             case "object" | "mesh":
                 self._enter(None if word == "NONMESH" else word, row)
             case "object_end":

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.paging import MEMORY, Room, blocks, let_go
-from cablewright.printing.job import Bead
+from cablewright.printing.beads import Bead, Beads
 from cablewright.printing.path import Samples
 
 PIECE_LENGTH: Final = 0.25
@@ -39,7 +39,7 @@ class Deposit:
         return len(self.sample)
 
 
-def deposit(samples: Samples, bead: Bead, room: Room = MEMORY) -> Deposit:
+def deposit(samples: Samples, beads: Bead | Beads, room: Room = MEMORY) -> Deposit:
     """Return the material of extruding moves, in pieces of about `PIECE_LENGTH` or shorter.
 
     A piece exists from the sample at its end on, not while it is being printed. *room*: for the pieces.
@@ -59,7 +59,8 @@ def deposit(samples: Samples, bead: Bead, room: Room = MEMORY) -> Deposit:
         *(room.empty((count, 3)) for _ in range(4)), room.empty((count,), np.int64), room.empty((count,), np.int32)
     )  # fmt: skip
     for at in blocks(count):
-        boxes = _boxes(samples.positions[before[at]], samples.positions[ends[at]], bead)
+        sizes = beads.sizes(samples.move[ends[at]])
+        boxes = _boxes(samples.positions[before[at]], samples.positions[ends[at]], *sizes)
         for column, values in zip(columns, (*boxes, ends[at], samples.layer[ends[at]]), strict=True):
             column[at] = values
         let_go((samples, columns))
@@ -68,8 +69,11 @@ def deposit(samples: Samples, bead: Bead, room: Room = MEMORY) -> Deposit:
     return Deposit(*columns)
 
 
-def _boxes(start: Array, end: Array, bead: Bead) -> tuple[Array, Array, Array, Array]:
-    """Centre, directions along and across, and half sides (b, 3) of straight pieces from *start* to *end* (b, 3)."""
+def _boxes(start: Array, end: Array, wide: Array, high: Array) -> tuple[Array, Array, Array, Array]:
+    """Centre, directions along and across, and half sides (b, 3) of straight pieces from *start* to *end* (b, 3).
+
+    *wide*, *high*: of their strands (b,), m.
+    """
     way = end - start
     length = np.linalg.norm(way, axis=1)
     along = way / length[:, None]
@@ -78,8 +82,8 @@ def _boxes(start: Array, end: Array, bead: Bead) -> tuple[Array, Array, Array, A
     safe = np.where(upright, 1.0, level)
     across = np.stack([-along[:, 1] / safe, along[:, 0] / safe, np.zeros_like(level)], axis=1)
     across[upright] = (1.0, 0.0, 0.0)
-    height = np.where(upright, bead.width, bead.height)  # the box of a vertical piece is square
-    drop = np.where(upright, 0.0, 0.5 * bead.height)
+    height = np.where(upright, wide, high)  # the box of a vertical piece is square
+    drop = np.where(upright, 0.0, 0.5 * high)
     centre = 0.5 * (start + end) - drop[:, None] * np.cross(along, across)
-    half = np.stack([0.5 * (length + bead.width), np.full_like(length, 0.5 * bead.width), 0.5 * height], axis=1)
+    half = np.stack([0.5 * (length + wide), 0.5 * wide, 0.5 * height], axis=1)
     return centre, along, across, half

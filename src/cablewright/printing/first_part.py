@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from cablewright.printing.job import Bead
+from cablewright.printing.beads import Bead
 from cablewright.units import LENGTH, SPEED, Vec3, three_digits
 
 LAYERS: Final = 3

@@ -6,7 +6,6 @@ File paths are relative to the folder of the TOML file. Lengths and speeds are t
 from __future__ import annotations
 
 import logging
-import math
 import os
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +17,8 @@ from pydantic import AfterValidator, Field, model_validator
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.paging import MEMORY, Room
+from cablewright.printing.beads import ASSUMED, Beads, beads_of
+from cablewright.printing.beads import Bead as Bead
 from cablewright.printing.gcode import SHORTEST_ARC_STEP, SMALLEST_ARC_ERROR, parse
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.numeric_path import Helix, RandomCurve
@@ -50,18 +51,6 @@ _Coordinate = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
 
 DEFAULT_STEP = 0.05
 """Maximum distance between samples, m, where neither the job nor a robot gives it."""
-
-
-class Bead(Description):
-    """Cross-section of a laid strand of material, m."""
-
-    width: _Distance = 0.06
-    height: _Distance = 0.02
-
-    @property
-    def section(self) -> float:
-        """Area of the cross-section, m^2: a rectangle with round sides."""
-        return self.width * self.height - (1.0 - 0.25 * math.pi) * min(self.width, self.height) ** 2
 
 
 class Motion(Description):
@@ -104,10 +93,11 @@ class Job(FileDescription):
     origin: tuple[_Coordinate, _Coordinate, _Coordinate] = (0.0, 0.0, 0.0)
     """Position of the scaled path's zero, m, machine."""
     bead: Bead = Bead()
+    """What it leaves open is taken from G-code, see `beads`."""
     motion: Motion = Motion()
     sampling: Sampling = Sampling()
     max_error: _Distance | None = None
-    """Expected error that is allowed; None: half the width of the bead."""
+    """Expected error that is allowed; None: half the width of each bead."""
     schedule: Annotated[tuple[ScheduleStep, ...], Field(max_length=10_000)] = ()
     """Rotation and retraction of a rigid platform by the nozzle's height, in rising order."""
 
@@ -123,10 +113,9 @@ class Job(FileDescription):
                 raise refusal("schedule", f"heights must rise; {high:g} m follows {low:g} m")
         return self
 
-    @property
-    def allowed_error(self) -> float:
-        """The expected error that is allowed, m."""
-        return 0.5 * self.bead.width if self.max_error is None else self.max_error
+    def allowed_error(self, width: float) -> float:
+        """Return the expected error that is allowed, m, for a bead of that *width*, m."""
+        return 0.5 * width if self.max_error is None else self.max_error
 
     @property
     def path(self) -> Path | RandomCurve | Helix:
@@ -150,6 +139,20 @@ class Job(FileDescription):
             error = max(self.sampling.arc_error / self.scale, SMALLEST_ARC_ERROR)
             return parse(self.path, step, progress, arc_error=error, material=self.material)
         return self.path.toolpath()
+
+    def beads(self, toolpath: Toolpath, given: Bead | None = None) -> Beads:
+        """Return the beads of the moves of the *toolpath*: *given*, or else those of the job file, or of the G-code."""
+        by, bead = ("as given", given) if given is not None else ("by the job file", self.bead)
+        own = given is not None or "bead" in self.model_fields_set
+        if self.gcode is not None:
+            return beads_of(toolpath, self.scale, bead if own else None, by)
+        return beads_of(toolpath, self.scale, Bead(**bead.model_dump()), by if own else ASSUMED)
+
+    def typical_bead(self) -> Bead:
+        """Return the bead of the middle of what is laid; reads the G-code where the job leaves it open."""
+        if self.gcode is None or self.bead.model_fields_set == Bead.model_fields.keys():
+            return self.bead
+        return self.beads(self.toolpath()).typical
 
     def samples(self, toolpath: Toolpath, step: float = DEFAULT_STEP, room: Room = MEMORY) -> Samples:
         """Sample the toolpath in machine coordinates, by the step of `sampling` or else *step*, m.

@@ -9,7 +9,7 @@ Choices where dialects differ:
 * G92 shifts the coordinates of the file, never the machine; without words it sets all of them to zero.
 * G28 travels to the machine's zero along the named axes (all, if none is named) and removes their shift.
 * Every file starts at the machine's zero, in absolute millimetres.
-* A line that only names axes repeats the last of G0 to G3.
+* A line that only names axes repeats the last of G0 to G3; F alone needs no motion and holds from there.
 * Accelerations, jerks and macros of a firmware are not interpreted. An unknown code and the words after it are counted
   and ignored; codes that would change the path are refused.
 """
@@ -43,7 +43,16 @@ _Word = bytes | float | None
 _SLOWEST, _FASTEST = 1e-9, 1e6  # m/s
 _FARTHEST_SQUARED = MAX_COORDINATE**2
 _SETTINGS = frozenset({"G17", "G20", "G21", "G90", "G91", "G91.1", "M82", "M83"})
-_LETTERS = {"G0": "XYZEF", "G1": "XYZEF", "G2": "XYZEFIJPR", "G3": "XYZEFIJPR", "G4": "PS", "G28": "XYZ", "G92": "XYZE"}
+_LETTERS = {
+    "": "F",
+    "G0": "XYZEF",
+    "G1": "XYZEF",
+    "G2": "XYZEFIJPR",
+    "G3": "XYZEFIJPR",
+    "G4": "PS",
+    "G28": "XYZ",
+    "G92": "XYZE",
+}
 _REFUSED = {
     "G5": "splines are not read; G0 to G3 are",
     "G5.1": "splines are not read; G0 to G3 are",
@@ -56,6 +65,10 @@ _REFUSED = {
     "G93": "inverse-time feed is not read; F is a speed",
 }
 _FREE_TEXT = frozenset({"M0", "M1", "M16", "M23", "M28", "M30", "M32", "M117", "M118", "M486", "M928"})
+_BESIDE = frozenset(f"G{n}" for n in (40, 43, 49, *range(54, 60), 61, 64, 80, 94, 98, 99)) | frozenset(
+    f"M{n}" for n in (*range(3, 10), 48, 49)
+)
+"""Codes of machine tools that own no F: it is the feed of their line."""
 _LABELS = frozenset({"EXCLUDE_OBJECT_DEFINE", "EXCLUDE_OBJECT_START", "EXCLUDE_OBJECT_END"})
 _SWITCHES = {
     "M101": ("M101", True), "M102": ("M101", False), "M103": ("M101", False),
@@ -183,6 +196,8 @@ class Controller:
             if rest:
                 raise WordError(why_unread(words, rest))
             self._act(action, taken)
+        else:
+            self._act("", _feeds_of_line(words))
 
     def _pass(self, code: str, words: list[tuple[str, str]]) -> None:
         """Record a code that moves nothing, of a line of these ``words``. Raises `WordError` where it is refused."""
@@ -192,6 +207,8 @@ class Controller:
             self.notes.read_m486(self._line, len(self.lines))
             return
         self._count(code)
+        if code == "M200" and (diameter := dict(words).get("D")):
+            self.notes.settings["volumetric"] = float(bool(diameter.strip("+-.0")))  # whether E is in mm^3
         if code in _SWITCHES:
             name, on = _SWITCHES[code]
             stopped = any(letter == "S" and number and not number.strip("+-.0") for letter, number in words)
@@ -199,7 +216,7 @@ class Controller:
 
     def _act(self, action: str, taken: list[tuple[str, str]]) -> None:
         """Execute ``action`` with the words of its line, or repeat the last motion where the line only names axes."""
-        if not action and any(letter in "XYZEFIJR" for letter, _ in taken):
+        if not action and any(letter in "XYZEIJR" for letter, _ in taken):
             action = self._motion
             if not action:
                 raise WordError("axes without a G code before any of G0 to G3")
@@ -214,8 +231,8 @@ class Controller:
             else:
                 self._count(self._spelling.get(letter, letter))
         match action:
-            case "G0" | "G1":
-                self._straight(action, *(words.get(letter) for letter in "XYZEF"))
+            case "" | "G0" | "G1":
+                self._straight(action or self._motion, *(words.get(letter) for letter in "XYZEF"))
             case "G2" | "G3":
                 self._arc(words, action)
             case "G4":
@@ -355,6 +372,17 @@ class Controller:
         text = self._line.decode("utf-8", "replace").strip()
         shown = repr(text if len(text) <= 60 else text[:57] + "...")
         raise InputError(f"{self._origin}, line {self._number}: {shown}: {reason}")
+
+
+def _feeds_of_line(words: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Return the F words before the first code that owns the words after it."""
+    found = []
+    for letter, number in words:
+        if letter in "GM" and code_of(letter, number) not in _BESIDE | _SETTINGS:
+            break
+        if letter == "F":
+            found.append((letter, number))
+    return found
 
 
 def _further_turns(turns: float, clockwise: bool) -> float:

@@ -115,9 +115,12 @@ def _toolpath(places: Array, layer: NDArray[np.int32]) -> Toolpath:
         "line": np.arange(1, moves + 1, dtype=np.int32),
         "kind": np.full(moves, LineType.UNSPECIFIED, dtype=np.int8),
         "object": np.full(moves, -1, dtype=np.int32),
+        "bead_width": np.full(moves, np.nan),
         "bead_height": np.full(moves, np.nan),
         "homing": np.zeros(moves, dtype=bool),
     }
     for column in columns.values():
         column.setflags(write=False)
-    return Toolpath(**columns, objects=(), layers_by="rounds", material_by="every G1", slicer="", unknown={})
+    return Toolpath(
+        **columns, objects=(), layers_by="rounds", material_by="every G1", slicer="", settings={}, unknown={}
+    )

@@ -41,12 +41,14 @@ class Toolpath:
     line: NDArray[np.int32]  # (k,) line of the file, from 1
     kind: NDArray[np.int8]  # (k,) `LineType`
     object: NDArray[np.int32]  # (k,) index into `objects`; -1: none
-    bead_height: Array  # (k,) m, file scale, as the file says; NaN where it does not
+    bead_width: Array  # (k,) m, file scale, as the file's comments say; NaN where they do not
+    bead_height: Array  # (k,) m, file scale, likewise
     homing: Mask  # (k,) whether the move is that of a G28
     objects: tuple[str, ...]  # names of the objects that the file labels
     layers_by: str  # the layer marker of the file, or `BY_HEIGHT`
     material_by: Material
     slicer: str  # program and version that the file names; empty if none
+    settings: dict[str, float]  # of the slicer, m, see `annotations.SETTINGS`
     unknown: dict[str, int]  # ignored words, and how often each occurs
 
     @cached_property
@@ -120,7 +122,8 @@ def build(controller: Controller, origin: str, material: Material, slicer: str) 
     notes = controller.notes
     layer, layers_by = _layers(notes, points[1:, 2], extruding)
     kind = notes.types.spread(k, LineType.UNSPECIFIED)
-    kind[(kind == LineType.UNSPECIFIED) & (layer < 1)] = LineType.PRIME
+    before = (layer < 1) | (layers_by == BY_HEIGHT and bool(notes.layers))  # the first marker with material after it
+    kind[(kind == LineType.UNSPECIFIED) & before] = LineType.PRIME
     kind[~extruding] = LineType.TRAVEL
     columns = {
         "extrusion": extrusion,
@@ -130,6 +133,7 @@ def build(controller: Controller, origin: str, material: Material, slicer: str) 
         "line": line,
         "kind": kind.astype(np.int8),
         "object": notes.objects.spread(k, -1.0).astype(np.int32),
+        "bead_width": notes.bead_widths.spread(k, np.nan),
         "bead_height": notes.bead_heights.spread(k, np.nan),
         "homing": homing,
     }
@@ -143,6 +147,7 @@ def build(controller: Controller, origin: str, material: Material, slicer: str) 
         layers_by=layers_by,
         material_by=material,
         slicer=slicer,
+        settings=notes.settings,
         unknown={word: n for word, n in controller.unknown.items() if word not in _CODES.get(material, ())},
     )
 

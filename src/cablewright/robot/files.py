@@ -8,7 +8,7 @@ from functools import partial
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.robot.defaults import locate, merge
@@ -16,6 +16,9 @@ from cablewright.robot.plausibility import doubts
 from cablewright.robot.robot import Robot
 from cablewright.toml_input import MAX_BYTES, is_file, parse_table, read_table, require_schema
 from cablewright.validation import validated
+
+_OF_OTHERS: Final = (".cfg", ".conf", ".g", ".gcode", ".ini", ".json", ".wcrfx", ".xml", ".yaml", ".yml")
+"""Endings of robots of other programs, some of which `exchange` reads."""
 
 log = logging.getLogger(__name__)
 
@@ -31,8 +34,13 @@ def load(name_or_path: str | Path) -> Robot:
         if not is_file(Path(name_or_path)):
             hint = suggestion(name_or_path, library_names())
             raise InputError(f"no robot {name_or_path!r} in the library and no file of that name; {hint}")
-    table, _ = read_table(name_or_path)
-    return _build(table, str(name_or_path))
+    try:
+        return _build(read_table(name_or_path)[0], str(name_or_path))
+    except InputError as error:
+        if Path(name_or_path).suffix.lower() not in _OF_OTHERS or not is_file(Path(name_or_path)):
+            raise
+        how = f"`cablewright import {name_or_path} --out robot.toml` converts a file of another program"
+        raise InputError(f"{error}; {how}") from None
 
 
 def loads(text: str, origin: str = "the text") -> Robot:

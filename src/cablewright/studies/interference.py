@@ -31,6 +31,7 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.solids import Obstacle, of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.paging import MEMORY, Room, in_room, let_go, of_rows
+from cablewright.printing.beads import Beads
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
@@ -199,10 +200,12 @@ def _over_job(
     room: Room,
 ) -> JobInterference:
     """Distances at each sample of *job* from everything, with the part as far as it is printed by then."""
-    samples, _ = sampled(model.robot, job, in_room(job.toolpath(report), room), room)
+    toolpath = in_room(job.toolpath(report), room)
+    beads = in_room(job.beads(toolpath), room)
+    samples, _ = sampled(model.robot, job, toolpath, room)
     require_for_samples(len(samples), bytes_each(model.robot, room.folder), "the distances")
     poses, retraction = along(model.robot, job, samples, room)
-    found = JobDistances.of(job, samples, mesh, settings, room)
+    found = JobDistances.of(beads, samples, mesh, settings, room)
     for first in range(0, len(poses), BLOCK):
         report("distances of lines", first, len(poses))
         block = slice(first, first + BLOCK)
@@ -256,15 +259,15 @@ class JobDistances:
     @classmethod
     def of(
         cls,
-        job: Job,
+        beads: Beads,
         samples: Samples,
         mesh: TriangleMesh | None = None,
         settings: InterferenceSettings = DEFAULT,
         room: Room = MEMORY,
     ) -> Self:
-        """Return it before the first block; the part is the *mesh*, or else what the job lays. *room*: for all."""
+        """Return it before the first block; the part is the *mesh*, or else the *beads* laid. *room*: for all."""
         if mesh is None:
-            part, now = of_beads(deposit(samples, job.bead, room), room), np.arange(len(samples), dtype=np.float64)
+            part, now = of_beads(deposit(samples, beads, room), room), np.arange(len(samples), dtype=np.float64)
         else:
             part, now = of_mesh(mesh), _grown(samples)
         margins = room.empty((len(samples), 4))

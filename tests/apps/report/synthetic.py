@@ -132,6 +132,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         findings=findings,
         toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
         expected=_expected(robot, samples),
+        beads=job.beads(job.toolpath()),
         uncertainty=ASSUMED,
         distances=None,
         not_checked=("wind", "interference of lines: switched off"),

@@ -13,7 +13,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, Limits, Retraction, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers, tension_limits
+from cablewright.apps.cli.parsing import numbers, pose_of, tension_limits
 from cablewright.choices import CompensationName, MethodName
 from cablewright.errors import InputError
 
@@ -239,7 +239,7 @@ class AccuracyCommand:
     def _where(self) -> Any:
         """What `accuracy` takes as places."""
         if self.places.shape == "at":
-            return numbers(self.places.at, "--at", free=True)
+            return pose_of(self.places.at, self.machine)
         return self.places.path or self.places.of(self.machine)
 
     def _folder(self) -> Path | None:

@@ -11,7 +11,7 @@ import typer
 
 from cablewright.apps.cli.options import Limits, OutputOptions, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress, refused
-from cablewright.apps.cli.parsing import check_suffix, numbers, tension_limits
+from cablewright.apps.cli.parsing import check_suffix, pose_of, tension_limits
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw
@@ -70,7 +70,7 @@ class BracketCommand:
         _require_fem(self.vtu is not None)
         from cablewright.studies.bracket import bracket
 
-        pose = numbers(self.at, "--at", free=True)
+        pose = pose_of(self.at, model.robot)
         known = {"robot": model.robot.name, "pose": pose, "universal_joint": None, "conventional": None}
         with refused("infeasible", **known), progress() as show:
             found = bracket(

@@ -10,7 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, JobFile, Limits, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import tension_limits
+from cablewright.apps.cli.parsing import bead, tension_limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +45,14 @@ class CheckCommand:
     expected_error: Annotated[
         bool, typer.Option("--expected-error/--no-expected-error", help="Find the error under uncertain parameters.")
     ] = True
+    bead: Annotated[
+        str | None,
+        typer.Option(
+            "--bead",
+            metavar="WIDTH,HEIGHT",
+            help="Width and height of all strands, like 1.2mm,0.6mm; by default of the job file, or of the G-code.",
+        ),
+    ] = None
     seed: Seed = 0
     out: Annotated[Path | None, typer.Option("--out", help="Run folder; by default runs/check-ROBOT-JOB.")] = None
     as_json: AsJson = False
@@ -59,6 +67,7 @@ class CheckCommand:
         from cablewright.studies.checks.check import check
 
         machine, job, tensions = self.robot.loaded(), load_job(self.job), tension_limits(self.tension_limits)
+        strand = bead(self.bead)
         uncertain = None if self.uncertainty is None else load_uncertainty(self.uncertainty)
         wanted = {"interference": self.interference, "expected-error": self.expected_error}
         skipped = tuple(name for name, kept in wanted.items() if not kept)
@@ -72,6 +81,7 @@ class CheckCommand:
                 clearance=self.clearance,
                 skip=skipped,
                 seed=self.seed,
+                bead=strand,
                 progress=show,
                 room=part,
             )
@@ -83,6 +93,7 @@ class CheckCommand:
                 "clearance": self.clearance,
                 "skip": skipped,
                 "seed": self.seed,
+                "bead": self.bead,
             }
             store.write_check(found, part, self.robot.robot, self.job, options, self.uncertainty)
             report.write(found, part, layer_table(found.samples, found.law))

@@ -11,7 +11,7 @@ import typer
 
 from cablewright.apps.cli.options import LawOptions, OutputOptions, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress, tell
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import pose_of
 from cablewright.errors import InputError
 from cablewright.file_output import cannot_write
 
@@ -73,7 +73,7 @@ class InterferenceCommand:
         part = None if self.mesh is None else read_stl(self.mesh, self.mesh_scale)
         if part is not None and not part.is_closed:
             tell("note: the mesh is not closed: what is inside is not known; distances are from its faces")
-        where = numbers(self.at, "--at", free=True) if self.job is None else load_job(self.job)
+        where = pose_of(self.at, model.robot) if self.job is None else load_job(self.job)
         with TemporaryDirectory(prefix="cablewright-") as room, progress("inverse", "distances") as show:
             try:
                 found = interference(

@@ -9,7 +9,7 @@ import typer
 
 from cablewright.apps.cli.options import Geometric, OrientedRegionOptions, OutputOptions, Pose, RobotOptions, Tensions
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import pose_of
 from cablewright.errors import InputError
 
 OF_BOUNDARY = ("criterion", "box", "point", "orientations", "retraction_law")
@@ -50,7 +50,7 @@ class ModesCommand:
         if self.at is not None:
             self._refuse_boundary_options()
             laws = {key: given[key] for key in ("cable", "sheave", "tension_limits", "retraction")}
-            found = modes(machine, numbers(self.at, "--at", free=True) or [], geometric=self.geometric, **laws)
+            found = modes(machine, pose_of(self.at, machine) or [], geometric=self.geometric, **laws)
             return answer(
                 found, self.output.as_json, **self.output.write(found, f"Modes of {machine.name}", when=found.has_modes)
             )

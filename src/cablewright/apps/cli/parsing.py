@@ -10,9 +10,11 @@ from cablewright.errors import EnvironmentFault, InputError, UnknownName
 
 if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
+    from cablewright.printing.beads import Bead
     from cablewright.robot import Robot
     from cablewright.units import Dimension
 
+_TOO_FAR = 10.0  # times the size of a robot
 FREE = "free"
 """How a command line marks a freedom of the pose that gravity decides."""
 
@@ -31,6 +33,35 @@ def numbers(text: str | None, option: str, count: int | None = None, *, free: bo
     if count is not None and (len(values) != count or not all(map(math.isfinite, values))):
         raise InputError(f"{option} = {text!r}: expected {count} finite numbers with commas between them")
     return values
+
+
+def pose_of(text: str | None, robot: Robot) -> list[float] | None:
+    """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm."""
+    values = numbers(text, "--at", free=True)
+    _require_metres(values[:3] if values else [], "--at", robot, 1.0)
+    return values
+
+
+def lengths_of(text: str, robot: Robot) -> list[float]:
+    """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm."""
+    values = numbers(text, "--lengths") or []
+    _require_metres(values, "--lengths", robot, max(line.advantage for line in robot.lines))
+    return values
+
+
+def _require_metres(values: list[float], option: str, robot: Robot, times: float) -> None:
+    """Raise `InputError` for a length many *times* as large as the *robot*, but not if it is in mm."""
+    from cablewright.units import spell_length
+
+    scene = robot.scene
+    points = (scene.frame_min, scene.frame_max, (0.0, 0.0, 0.0), *(line.exit_point for line in robot.lines))
+    size = times * math.dist(*([pick(axis) for axis in zip(*points, strict=True)] for pick in (min, max)))
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    if _TOO_FAR * size < largest < 1e3 * size:
+        raise InputError(
+            f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(size / times)} large: are these mm, "
+            f"is {1e-3 * largest:g} meant?"
+        )
 
 
 def interval(text: str, option: str) -> tuple[float, float]:
@@ -64,6 +95,21 @@ def quantity(text: str, option: str, dimension: Dimension) -> float:
     if not value > 0:
         raise InputError(f"{option} = {text!r}: must be over 0")
     return value
+
+
+def bead(text: str | None) -> Bead | None:
+    """The width and height of --bead; a number without a unit is in m. Raises `InputError`."""
+    from cablewright.printing.beads import Bead
+    from cablewright.units import LENGTH
+    from cablewright.validation import validated
+
+    if text is None:
+        return None
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise InputError(f"--bead = {text!r}: expected WIDTH,HEIGHT, like 1.2mm,0.6mm")
+    width, height = (quantity(part.strip(), "--bead", LENGTH) for part in parts)
+    return validated(Bead, {"width": width, "height": height}, "--bead")
 
 
 def rotations(text: str | None) -> list[list[float]] | None:

@@ -10,7 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import check_suffix, numbers
+from cablewright.apps.cli.parsing import check_suffix, pose_of
 from cablewright.errors import InputError
 from cablewright.results import Figure, Result
 
@@ -102,7 +102,7 @@ class ShowCommand:
         from cablewright.solvers.inverse import inverse
 
         robot = self.robot.loaded(self.retraction)
-        pose = numbers(self.at, "--at", free=True)
+        pose = pose_of(self.at, robot)
         if pose is None:
             return robot_scene(robot)
         found = inverse(robot, pose)

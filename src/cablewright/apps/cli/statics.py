@@ -10,7 +10,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, LawOptions, LengthsOrLog, Pose, Retraction, RobotOptions, SheaveChoice
 from cablewright.apps.cli.output import answer, compiling, progress
-from cablewright.apps.cli.parsing import numbers, slack_excess
+from cablewright.apps.cli.parsing import lengths_of, numbers, pose_of, slack_excess
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 
@@ -60,7 +60,7 @@ class InverseCommand:
         from cablewright.studies.one_pose import SlackSets, SolvedPose
 
         model = Model.of(self.robot.loaded(), **self.laws.laws())
-        pose = numbers(self.at, "--at", free=True) or []
+        pose = pose_of(self.at, model.robot) or []
         if self.slack is not None and self.all_slack_sets:
             raise InputError("--slack and --all-slack-sets: give one of them")
         if self.slack is None and not self.all_slack_sets:
@@ -131,7 +131,7 @@ class ForwardCommand:
             return self._logged(model)
         found = solve_forward(
             model,
-            numbers(self.lengths, "--lengths") or [],
+            lengths_of(self.lengths, model.robot),
             guess=numbers(self.guess, "--guess"),
             modulus_factors=numbers(self.modulus_factors, "--modulus-factors"),
             retraction=self.retraction,

@@ -45,7 +45,9 @@ def plan(digest: Digest) -> Figure:
     pieces = worst_of_each_place(samples, digest.extruding, digest.check.error_uncompensated, _MAX_PLAN)
     exits = np.array([line.exit_point for line in robot.lines])
     extent = max(float(np.ptp([*exits[:, :2], low[:2], high[:2]], axis=0).max()), 1e-3)
-    width = float(np.clip(digest.check.job.bead.width / extent * 5.5 * 72, 1.0, 4.0))  # points: as wide as the bead
+    width = float(
+        np.clip(digest.check.beads.typical.width / extent * 5.5 * 72, 1.0, 4.0)
+    )  # points: as wide as the bead
     _draw_pieces(drawn, axes, _from_above, pieces, digest, width)
     _mark_worst(axes, _from_above, digest)
     _plan_exits(axes, robot, exits)

@@ -18,7 +18,7 @@ _MAX_HEIGHTS = 6
 def inputs_table(digest: Digest) -> Html:
     """Return robot, job, sampling and program, one per row."""
     check = digest.check
-    robot, job = check.robot, check.job
+    robot, job, bead = check.robot, check.job, check.beads.typical
     rows = [
         *robot_rows(robot),
         ("external force", _wrench(robot)),
@@ -26,7 +26,7 @@ def inputs_table(digest: Digest) -> Html:
         ("job", job.name),
         ("path", job.source),
         ("scale", f"{job.scale:g}; the path's zero is at {_point(job.origin)} m"),
-        ("bead", f"{quantity(job.bead.width, 'm')} wide, {quantity(job.bead.height, 'm')} high"),
+        ("bead", f"{quantity(bead.width, 'm')} wide, {quantity(bead.height, 'm')} high: {check.beads.source}"),
         ("speeds", _speeds(digest)),
         ("samples", f"{count(len(check.samples))}, at most every {quantity(check.step, 'm')}"),
         ("G-code words without effect", _words(check.toolpath.unknown)),

@@ -54,7 +54,8 @@ def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
 
 
 def _path(robot: Robot, job: Job) -> PathScene | None:
-    samples = job.samples(job.toolpath())
+    toolpath = job.toolpath()
+    samples = job.samples(toolpath)
     if len(samples.positions) > _MOST:
         return None
     speed = job.time_law(samples).speed
@@ -62,9 +63,11 @@ def _path(robot: Robot, job: Job) -> PathScene | None:
         Quantity.of("height", "height", "m", samples.positions[:, 2]),
         Quantity.of("speed", "planned speed", "m/s", speed),
     )
-    bead = (job.bead.width, job.bead.height)
+    bead = job.beads(toolpath).typical
     places, laid, layer = samples.positions, samples.extruding, samples.layer
-    return PathScene(places, laid, layer, extent(robot), quantities, None, samples.line, job.move_name, bead)
+    return PathScene(
+        places, laid, layer, extent(robot), quantities, None, samples.line, job.move_name, (bead.width, bead.height)
+    )
 
 
 def _thinned(curve: Array, end: Any) -> Array:

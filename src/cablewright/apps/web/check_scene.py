@@ -43,7 +43,9 @@ def extent(robot: Robot) -> float:
 
 def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescription:
     """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
-    samples, _ = sampled(robot, job, job.toolpath(progress))
+    toolpath = job.toolpath(progress)
+    bead = job.beads(toolpath).typical
+    samples, _ = sampled(robot, job, toolpath)
     poses, retraction = along(robot, job, samples)
     law = job.time_law(samples)
     progress("states along the path", 0, 1)
@@ -60,7 +62,7 @@ def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescr
         law.time,
         samples.line,
         job.move_name,
-        (job.bead.width, job.bead.height),
+        (bead.width, bead.height),
     )
     notes = (f"{_REST} Limits were not judged along the path: `cablewright check` does.",)
     return SceneDescription(f"{job.name} on {robot.name}", robot, states, path, notes=notes)
@@ -87,7 +89,7 @@ def check_scene(check: Check) -> SceneDescription:
         check.law.time,
         samples.line,
         job.move_name,
-        (job.bead.width, job.bead.height),
+        (check.beads.typical.width, check.beads.typical.height),
         worst,
     )
     tensions = check.statics.tensions

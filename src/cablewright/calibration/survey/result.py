@@ -62,6 +62,11 @@ class SurveyedWall:
     rms: float  # m
     points: int
 
+    @property
+    def words(self) -> str:
+        """What messages call it: ``wall west``, ``floor``."""
+        return self.name if self.name in ("floor", "ceiling") else f"wall {self.name}"
+
 
 @dataclass(frozen=True)
 class MarkerResidual:

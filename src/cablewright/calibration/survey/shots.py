@@ -9,12 +9,13 @@ from itertools import chain
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from cablewright.calibration.survey.gsi import looks_like_gsi, read_blocks
+from cablewright.calibration.survey.gsi import Block, looks_like_gsi, read_blocks
 from cablewright.csv_input import (
     Column,
     bare,
     cells_of,
     find_column,
+    header_of,
     no_column,
     number_rows,
     separator_of,
@@ -76,13 +77,14 @@ def read_shots(path: str | Path) -> Shots:
     is not a number.
     """
     path = Path(path)
-    lines = text_lines(path, MAX_BYTES, "survey")
-    number, text = next(lines, (0, ""))
+    lines = text_lines(path, MAX_BYTES, "survey", longest=MAX_BYTES)  # GSI may be one line
+    number, text, lines = header_of(lines)
     if not number:
         raise InputError(f"{path}: empty; expected GSI, or a CSV with columns point,x,y,z or point,hz,v,slope")
     if looks_like_gsi(text):
         return _of_gsi(path, chain([(number, text)], lines))
-    return Shots(tuple(_of_csv(path, number, text, lines)), (), str(path))
+    notes: list[str] = []
+    return Shots(tuple(_of_csv(path, number, text, lines, notes)), tuple(notes), str(path))
 
 
 def of_polar(hz: float, v: float, slope: float) -> Vector:
@@ -94,7 +96,8 @@ def of_polar(hz: float, v: float, slope: float) -> Vector:
     return level * math.sin(hz), level * math.cos(hz), slope * math.cos(v)
 
 
-def _of_csv(path: Path, number: int, header: str, lines: Iterator[tuple[int, str]]) -> Iterator[Shot]:
+def _of_csv(path: Path, number: int, header: str, lines: Iterator[tuple[int, str]], notes: list[str]) -> Iterator[Shot]:
+    """Yield the shots of the rows; a row without a value is left out, with a note."""
     cells = cells_of(header, separator_of(header))
     place = f"{path}, line {number}"
     point = [i for i, cell in enumerate(cells) if cell.casefold() in _POINT]
@@ -102,8 +105,12 @@ def _of_csv(path: Path, number: int, header: str, lines: Iterator[tuple[int, str
         many = "more than one column" if point else "no column"
         raise InputError(f"{place}: {many} 'point', the markers' names (also called {', '.join(_POINT[1:])})")
     columns = _columns(cells, place)
-    for number, row, values in number_rows(path, lines, header, columns, MAX_SHOTS, "shots"):
+    for number, row, values in number_rows(path, lines, header, columns, MAX_SHOTS, "shots", blank=columns):
         place = f"{path}, line {number}"
+        missing = [name for name, value in zip(columns, values, strict=True) if math.isnan(value)]
+        if missing:
+            notes.append(f"{_name(bare(row[point[0]]), place)} at line {number} is left out: {missing[0]} has no value")
+            continue
         sight = of_polar(*values) if "hz" in columns else None
         x, y, z = sight or values
         yield _checked(Shot(_name(bare(row[point[0]]), place), number, (x, y, z), sight), place)
@@ -116,8 +123,8 @@ def _columns(cells: Sequence[str], place: str) -> dict[str, Column]:
         return cartesian
     if len(polar) < 3:
         names, found = (_POLAR, polar) if len(polar) > len(cartesian) else (_CARTESIAN, cartesian)
-        missing = next(each[0] for each in names if each[0] not in found)
-        raise no_column(missing, cells, place, _dimension(missing), [each[0] for each in names])
+        missing = next(each for each in names if each[0] not in found)
+        raise no_column(missing, cells, place, _dimension(missing[0]))
     for name in ("hz", "v"):
         if polar[name].size is None:
             units = units_wanted(name, ANGLE).replace("may", "must")
@@ -141,8 +148,14 @@ def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
     station: Vector | None = None
     height: float | None = None  # of the instrument over the station's mark, m
     polar_line: int | None = None  # of the file, of the last polar shot
+    setup: tuple[str, ...] = ()  # the codes before the first polar shot
+    between: list[Block] = []  # blocks of codes after a polar shot
     for block in read_blocks(path, lines):
         place, words = f"{path}, line {block.line}", block.words
+        if block.codes and polar_line is None:
+            setup = block.codes
+        elif block.codes:
+            between.append(block)
         new_station, new_height = _station(words, station), words.get(88, height)
         if polar_line is not None and (new_station, new_height) != (station, height):
             hint = "survey from one station, or export coordinates (words 81 to 83)"
@@ -159,6 +172,7 @@ def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
                 up = station[2] + (height or 0.0)
                 sight = position[0] - station[0], position[1] - station[1], position[2] - up
         elif {21, 22, 31} <= words.keys() and words[31] > 0:
+            _require_one_station(path, block, between, setup)
             polar_line = block.line
             sight = of_polar(words[21], words[22], words[31])
             position = sight[0], sight[1], sight[2] + (height or 0.0) - words.get(87, 0.0)
@@ -166,7 +180,26 @@ def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
             notes.append(f"{name} at line {block.line} is left out: angles without a distance give no position")
             continue
         shots.append(_checked(Shot(name, block.line, position, sight), place))
+    if between:
+        count, line = len(between), between[0].line
+        notes.append(
+            f"{count} block{'s' * (count > 1)} of codes, the first at line {line}: taken for remarks on points"
+        )
     return Shots(tuple(shots), tuple(notes), str(path))
+
+
+def _require_one_station(path: Path, sight: Block, between: Sequence[Block], setup: tuple[str, ...]) -> None:
+    """Raise `InputError` for a *sight* after codes *between* sights that may begin a station: a code with a text.
+
+    A block like that before the first sight, *setup*, says nothing new; a code alone is of a point.
+    """
+    for block in between:
+        if len(block.codes) > 1 and block.codes != setup:
+            raise InputError(
+                f"{path}, line {block.line}: a block of codes, {shown(', '.join(block.codes))}, before the sight at "
+                f"line {sight.line} may begin another station; one station is allowed: survey from one, export "
+                "coordinates (words 81 to 83), or delete the block where it is a remark"
+            )
 
 
 def _station(words: Mapping[int, float], before: Vector | None) -> Vector | None:

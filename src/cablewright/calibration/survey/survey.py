@@ -23,12 +23,14 @@ from cablewright.calibration.survey.shots import Shots, read_shots
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
+from cablewright.units import spell_length
 
 _MAX_AZIMUTH_SIGMA: Final = math.radians(1.0)  # of a wall's normal
 _MAX_CENTRE_SIGMA: Final = 0.02  # m, of a circle's centre
 _MAX_LEAN_SIGMA: Final = math.radians(0.5)  # of a lean that is reported
 _MAX_CHI_SQUARED: Final = 9.0  # per surplus condition, of a leaning wall that is accepted
 _FLAT: Final = 1e-3  # min ratio of width to length of the marks on a circle
+_BEYOND: Final = 0.02  # m beyond a wall that needs no note: plaster, recesses
 _MIN_LEVEL: Final = 0.01  # m: two markers with a smaller horizontal distance give no direction
 
 
@@ -107,8 +109,10 @@ class _Evaluation:
             self.notes.append(
                 f"markers fit {unit_weight:.1f} times worse than the instrument's stated accuracy explains"
             )
+        exits = tuple(self._exit_of(line, placed) for line in self._lines(placed))
+        self.notes.extend(_beyond_walls(exits, found))
         return Survey(
-            exits=tuple(self._exit_of(line, placed) for line in self._lines(placed)),
+            exits=exits,
             axes=tuple(self._axes(swivels, sheaves, frame)),
             walls=found,
             residuals=rows,
@@ -351,6 +355,23 @@ class _Evaluation:
             else:
                 self.notes.append(f"{note}, or one of its {len(which)} markers is wrong")
         return lean, sigma
+
+
+def _beyond_walls(exits: Sequence[Exit], walls: Sequence[SurveyedWall]) -> Iterator[str]:
+    """Yield a note for each exit point or winch exit beyond a plane of the room by more than its sigmas explain."""
+    for each in exits:
+        for what, place, sigma in (
+            ("exit point", each.exit_point, each.exit_sigma), ("winch exit", each.winch_exit, each.winch_sigma)
+        ):  # fmt: skip
+            if place is None or sigma is None or not walls:
+                continue
+            wall = max(walls, key=lambda wall: float(wall.normal @ place) - wall.distance)
+            beyond = float(wall.normal @ place) - wall.distance
+            if beyond > _BEYOND + 3.0 * math.hypot(wall.distance_sigma, *sigma):
+                yield (
+                    f"the {what} of line {each.line} is {spell_length(beyond)} beyond {wall.words}: measured from "
+                    "another station, or a wrong name?"
+                )
 
 
 def _arc(away: Array) -> float:

@@ -62,7 +62,7 @@ def creep(
     >>> f"{found.stiffness / 1e3:.0f} kN, creep after an hour {found.after_hour:.0e} 1/N"
     '500 kN, creep after an hour 1e-09 1/N'
     """
-    test = test if isinstance(test, TensileTest) else read_test(test, timed=True)
+    test = test if isinstance(test, TensileTest) else read_test(test, timed=True, gauge=initial_length)
     require_cable("initial length", initial_length)
     taus = _checked_retardations(retardations)
     times, loads = _require_loads(test)

@@ -64,7 +64,7 @@ def modulus(
     265
     """
     low, high = band
-    test = test if isinstance(test, TensileTest) else read_test(test)
+    test = test if isinstance(test, TensileTest) else read_test(test, gauge=initial_length)
     given = {"initial length": initial_length, "section": section, "breaking load": breaking_load}
     for name, value in given.items():
         require_cable(name, value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Final
 
@@ -12,7 +13,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
-from cablewright.csv_input import Column, cells_of, find_column, no_column, number_rows, separator_of, text_lines
+from cablewright.csv_input import (
+    Column,
+    cells_of,
+    find_column,
+    header_of,
+    no_column,
+    number_rows,
+    separator_of,
+    text_lines,
+)
 from cablewright.errors import InputError
 from cablewright.units import DURATION, FORCE, LENGTH, RELATIVE_HUMIDITY, TEMPERATURE_DIFFERENCE, Dimension
 
@@ -24,6 +34,15 @@ MIN_POINTS: Final = 20
 _MAX_SIZE: Final = {"force": 1e9, "elongation": 1e5, "time": 1e10, "temperature": 1e4}  # sums of products stay finite
 _SHARES: Final = ("humidity",)  # from 0 to 1
 _COLUMNS: Final = {"force": FORCE, "elongation": LENGTH}
+_ALSO: Final = {
+    "force": ("load", "tensile force", "tensile load", "standard force"),
+    "elongation": ("extension", "displacement", "tensile extension", "tensile displacement"),
+    "time": ("test time", "elapsed time"),
+}
+"""What testing machines call them; the name itself comes first."""
+_STRAIN: Final = Dimension(
+    "strain", {unit: Decimal(size) for unit, size in {"m/m": "1", "mm/mm": "1", "%": "1e-2"}.items()}
+)
 _MORE_COLUMNS: Final[dict[str, Dimension]] = {
     "time": DURATION, "temperature": TEMPERATURE_DIFFERENCE, "humidity": RELATIVE_HUMIDITY,
 }  # fmt: skip
@@ -82,30 +101,34 @@ class TensileTest:
         return f"line {self.lines[sample]}" if len(self.lines) else f"sample {sample + 1}"
 
 
-def read_test(path: str | Path, *, timed: bool = False) -> TensileTest:
+def read_test(path: str | Path, *, timed: bool = False, gauge: float | None = None) -> TensileTest:
     """Read a CSV whose header names columns ``force`` and ``elongation``; other columns are ignored.
 
-    If *timed* it may name ``time``, ``temperature`` and ``humidity`` too.
-    A unit may follow the name (``force (kN)``, ``elongation [mm]``, ``force_kN``); without one it is SI. The separator
-    is tab, semicolon or comma: the first of these that the header holds. Empty lines and comments (``#``) are skipped.
+    If *timed* it may name ``time``, ``temperature`` and ``humidity`` too. ``load``, ``extension`` and ``displacement``
+    are the names of testing machines for the first two; a ``strain (%)`` or ``strain (m/m)`` is the elongation divided
+    by *gauge*, the specimen's length in m.
+    A unit may follow the name (``force (kN)``, ``elongation [mm]``, ``force_kN``) or stand in a row below; without one
+    it is SI. The separator is tab, semicolon or comma: the first of these that the header holds. Empty lines and
+    comments (``#``) are skipped.
 
     Raises `InputError` for a file that is no regular file, is over `MAX_BYTES` or `MAX_ROWS`, is not UTF-8, lacks a
     column, or has a row shorter or longer than the header or a cell that is not a finite number.
     """
     path = Path(path)
-    rows = text_lines(path, MAX_BYTES, "test")
-    number, header = next(rows, (0, ""))
+    number, header, rows = header_of(text_lines(path, MAX_BYTES, "test"))
     if not number:
         raise InputError(f"{path}: empty; expected a header with columns force and elongation, then rows of numbers")
     cells, place = cells_of(header, separator_of(header)), f"{path}, line {number}"
     columns: dict[str, Column] = {}
     for name, quantity in _COLUMNS.items():
-        found = find_column((name,), cells, place, quantity)
+        found = _column(name, cells, place, quantity)
+        if found is None and name == "elongation":
+            found = _strain(cells, place, gauge)
         if found is None:
-            raise no_column(name, cells, place, quantity, tuple(_COLUMNS))
+            raise no_column((name, *_ALSO[name]), cells, place, quantity)
         columns[name] = found
     for name, quantity in _MORE_COLUMNS.items() if timed else ():
-        found = find_column((name,), cells, place, quantity)
+        found = _column(name, cells, place, quantity)
         if found is not None:
             columns[name] = found
     numbers, lines = array("d"), array("q")
@@ -114,3 +137,19 @@ def read_test(path: str | Path, *, timed: bool = False) -> TensileTest:
         lines.append(number)
     values = dict(zip(columns, np.array(numbers).reshape(-1, len(columns)).T, strict=True))
     return TensileTest(origin=str(path), lines=lines, **values)
+
+
+def _column(name: str, cells: Sequence[str], place: str, quantity: Dimension) -> Column | None:
+    """Return the column of a quantity, by its name or else by those of testing machines. Raises `InputError`."""
+    own = find_column((name,), cells, place, quantity)
+    return own or find_column((name, *_ALSO.get(name, ())), cells, place, quantity)
+
+
+def _strain(cells: Sequence[str], place: str, gauge: float | None) -> Column | None:
+    """Return the column of strain as one of elongation, of a specimen of length *gauge*, m. Raises `InputError`."""
+    found = find_column(("strain", "tensile strain"), cells, place, _STRAIN)
+    if found is None or gauge is None:
+        return None
+    if found.size is None:
+        raise InputError(f"{place}: column {cells[found.position]!r}: give its unit, 'strain (%)' or 'strain (mm/mm)'")
+    return Column(found.position, found.size * gauge)

@@ -53,7 +53,7 @@ def campaign(
     if not 0 <= tried <= machines:
         raise InputError(f"tried = {tried}: must be from 0 to the number of machines, {machines}")
     what = _what(robot, job, machine, options or PrintOptions())
-    allowed = what.job.allowed_error if allowed_error is None else allowed_error
+    allowed = what.job.allowed_error(what.job.typical_bead().width) if allowed_error is None else allowed_error
     if not (allowed > 0.0 and math.isfinite(allowed)):
         raise InputError(f"allowed_error = {allowed:g}: must be a finite number over 0, m")
     seeds = [what.options.seed + number for number in range(machines)]

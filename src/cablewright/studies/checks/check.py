@@ -15,6 +15,7 @@ from cablewright.analyses.interference import too_near
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.paging import Room, in_room
+from cablewright.printing.beads import Bead
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.schedule import Schedule
 from cablewright.printing.toolpath import Toolpath
@@ -54,6 +55,7 @@ def check(
     clearance: float = 0.0,
     skip: Collection[str] = (),
     seed: int = 0,
+    bead: Bead | None = None,
     progress: Progress | None = None,
     room: Path | None = None,
 ) -> Check:
@@ -62,8 +64,9 @@ def check(
     *tension_limits* (N) replace those of every line. *uncertainty*: of the robot's numbers; by default that of its
     file, or else `assumed_uncertainty`. *clearance*, m: distance under which a line is too near to something; 0: only
     if it touches. *skip*: what is not checked, of "interference" and "expected-error". *seed*: of the machines drawn
-    for the expected error. *room*: a folder, with room on its disk for what is found at the samples, which is then not
-    in memory; the arrays of the result are those of files without a name.
+    for the expected error. *bead*: width and height of all strands, m; by default of the job file, or else of the
+    G-code's comments, E and heights, see `Job.beads`. *room*: a folder, with room on its disk for what is found at the
+    samples, which is then not in memory; the arrays of the result are those of files without a name.
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the forces of the time law's accelerations. Raises `InputError`
@@ -83,13 +86,14 @@ def check(
     kept = Room(room)
     toolpath = in_room(job.toolpath(report), kept)
     _require_scale(robot, job, toolpath)
+    beads = in_room(job.beads(toolpath, bead), kept)
     samples, step = sampled(robot, job, toolpath, kept)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
     source, uncertain = _uncertainty(robot, uncertainty)
-    path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), kept)
+    path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), beads, kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
-    extra = (*_clearance(walked.distances, clearance), *_expected(expected, job.allowed_error))
+    extra = (*_clearance(walked.distances, clearance), *_expected(expected, path))
     findings = ranked((*path.judged(robot, walked), *extra))
     found = Check(
         robot=robot,
@@ -103,6 +107,7 @@ def check(
         findings=findings,
         verdict="",
         toolpath=toolpath,
+        beads=beads,
         expected=expected,
         uncertainty=source,
         distances=walked.distances,
@@ -143,14 +148,21 @@ def _breaks_tensions(findings: tuple[Finding, ...]) -> bool:
     return any(each.violations for each in findings if each.is_status or each.limit in TENSION_LIMITS)
 
 
-def _expected(expected: ExpectedError | None, allowed: float) -> Iterator[Finding]:
-    """Yield the expected error as a limit. Samples count by their root mean square error, scaled to it."""
+def _expected(expected: ExpectedError | None, path: JobPath) -> Iterator[Finding]:
+    """Yield the expected error as a limit, at the sample where it is nearest to what its bead allows.
+
+    Samples count by their root mean square error, scaled to the expected error. Those that lay nothing have no limit,
+    unless nothing is laid.
+    """
     if expected is None or expected.sample is None:
         return
     largest = float(np.nanmax(expected.rms))
-    beyond = expected.rms * (expected.value / largest if largest > 0.0 else 0.0) > allowed
-    bounds, margin = (-np.inf, allowed), allowed - expected.value
-    yield Finding(EXPECTED_ERROR, "m", margin, expected.value, bounds, None, expected.sample, int(beyond.sum()))
+    error = expected.rms * (expected.value / largest if largest > 0.0 else 0.0)
+    margin = path.allowed_errors() - error
+    worst = int(np.nanargmin(margin))
+    value = expected.value if worst == expected.sample else float(error[worst])
+    bounds, beyond = (-np.inf, float(margin[worst] + error[worst])), int((margin < 0.0).sum())
+    yield Finding(EXPECTED_ERROR, "m", bounds[1] - value, value, bounds, None, worst, beyond)
 
 
 def _clearance(distances: Clearances | None, clearance: float) -> Iterator[Finding]:

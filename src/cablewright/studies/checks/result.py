@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
-from cablewright.analyses.feasibility import Finding
+from cablewright.analyses.feasibility import EXPECTED_ERROR, Finding
 from cablewright.analyses.interference import Contact
 from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Model
 from cablewright.paging import blocks, let_go
+from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
@@ -103,8 +104,12 @@ class Check(Result):
                shown="mm"),
         Figure("expected_error_by", "", "Share of each cause.", "expected.causes", "expected error by cause",
                parts=Cause.FIGURES),
-        Figure("max_expected_error", "m", "Expected error that the job allows.", "job.allowed_error", digits=3,
+        Figure("max_expected_error", "m", "Expected error that the job allows.", "allowed_error", digits=3,
                shown="mm"),
+        Figure("bead_width", "m", "Width of a strand in the middle of what is laid.", "beads.typical.width", digits=3,
+               shown="mm"),
+        Figure("bead_height", "m", "Its height.", "beads.typical.height", digits=3, shown="mm"),
+        Figure("bead_by", "", "Where widths and heights of beads are from.", "beads.source", "bead"),
         Figure("uncertainty", "", "Where the uncertainties are from: a file, the robot file, or assumed.",
                name="uncertainties"),
         Figure("acceleration_displacement", "m", "Largest displacement of the nozzle by the forces of acceleration; "
@@ -196,6 +201,7 @@ class Check(Result):
     step: float  # m, max distance of samples
     reserved: bool  # whether tensions at rest keep from their limits what acceleration takes
     toolpath: Toolpath
+    beads: Beads
     interpolation_error: float | None = None  # m, of lengths between two samples
 
     @property
@@ -258,6 +264,12 @@ class Check(Result):
         return Model(self.robot).nozzle(poses)
 
     @property
+    def allowed_error(self) -> float:
+        """The expected error that is allowed, m: where it is nearest to that, or of the middle of what is laid."""
+        bounds = next((each.allowed[1] for each in self.findings if each.limit == EXPECTED_ERROR), None)
+        return self.job.allowed_error(self.beads.typical.width) if bounds is None else bounds
+
+    @property
     def placed_findings(self) -> tuple[PlacedFinding, ...]:
         """The findings, with the place of each."""
         return tuple(PlacedFinding(finding, self.place(finding.sample)) for finding in self.findings)
@@ -278,7 +290,7 @@ class Check(Result):
             notes.append(
                 "tensions at rest keep so far from their limits that lines are within them while the nozzle accelerates"
             )
-        return (*notes, *(() if self.expected is None else self.expected.notes))
+        return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property
     def nearest_place(self) -> Place | None:

@@ -14,6 +14,7 @@ from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
 from cablewright.arrays import Array
 from cablewright.models.statics import Model
 from cablewright.paging import Room, blocks, let_go, room_for, write_rows
+from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw, accelerations, corner_speeds
@@ -53,11 +54,12 @@ class JobPath:
     law: TimeLaw
     poses: Array
     retraction: Array | None
+    beads: Beads
     room: Room = field(default_factory=Room)  # for what is found
 
     def walk(self, full: Model, ranges: Sequence[Range], skip: Collection[str], seed: int, report: Progress) -> Walked:
         """Solve the inverse and forward problems, and look for all that is not in *skip*."""
-        distances = None if "interference" in skip else JobDistances.of(self.job, self.samples, room=self.room)
+        distances = None if "interference" in skip else JobDistances.of(self.beads, self.samples, room=self.room)
         search = None if "expected-error" in skip else ExpectedErrorSearch(ranges, self.samples, seed)
         motion, rows = self.job.motion, len(self.poses)
         corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation, self.room)
@@ -87,6 +89,14 @@ class JobPath:
         lines = replace(solved.lines, cable_length=solved.lengths)
         clearances = None if distances is None else distances.clearances
         return Walked(replace(solved, lines=lines), drop, rise, clearances, search)
+
+    def allowed_errors(self) -> Array:
+        """Return the expected error that is allowed at each sample (k,), m; inf for travel, if anything is laid."""
+        if self.job.max_error is not None:
+            return np.full(len(self.samples), self.job.max_error)
+        wide = self.beads.width[self.samples.move]
+        laid = self.samples.extruding
+        return 0.5 * (np.where(laid, wide, np.inf) if laid.any() else wide)
 
     def judged(self, robot: Robot, found: Walked) -> tuple[Finding, ...]:
         """Compare with the limits of the robot's file."""

@@ -140,7 +140,7 @@ def print_on_drives(
     """
     if job.robot not in (None, robot.name):
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
-    owner = extruding(settings, job.bead, job.motion.print_speed)
+    owner = extruding(settings, job.typical_bead(), job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
     path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.point_drum.valve)
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}

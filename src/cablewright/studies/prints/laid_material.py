@@ -22,12 +22,13 @@ _BLOCK: Final = 4096  # samples at a time
 def check_clear(model: Model, job: Job, layers: int | None) -> None:
     """Raise `AnswerError` at the first place of the first *layers* of a *job* (None: all) where a line touches them.
 
-    Strands are as wide and high as the job's bead; lines hang as the full model has them. The last 0.1 m of a line at
+    Strands are as wide and high as the part's beads; lines hang as the full model has them. The last 0.1 m of a line at
     its platform point are left out: a platform point may be level with the nozzle.
     """
-    samples = _first_layers(job.samples(job.toolpath()), layers)
+    toolpath = job.toolpath()
+    samples = _first_layers(job.samples(toolpath), layers)
     poses, retraction = along(model.robot, job, samples)
-    found = JobDistances.of(job, samples, settings=InterferenceSettings(spares_ends=True))
+    found = JobDistances.of(job.beads(toolpath), samples, settings=InterferenceSettings(spares_ends=True))
     for first in range(0, len(poses), _BLOCK):
         block = slice(first, first + _BLOCK)
         drawn = None if retraction is None else retraction[block]

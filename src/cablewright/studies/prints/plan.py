@@ -118,7 +118,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
-    owner = extruding(given.owner, job.bead, job.motion.print_speed)
+    owner = extruding(given.owner, job.typical_bead(), job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
     if choices.plant == "quasi-static":
         if not 1e-3 <= choices.period <= 60.0:

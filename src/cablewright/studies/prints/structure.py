@@ -17,8 +17,8 @@ from cablewright.arrays import Array
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.machine.sensors import LidarSettings
 from cablewright.models.rotation import matrices
+from cablewright.printing.beads import Bead
 from cablewright.printing.heightfield import HeightField, rebuilt
-from cablewright.printing.job import Bead
 from cablewright.printing.track import Track
 from cablewright.results import Figure, Result
 from cablewright.signals import Estimate, Scan

@@ -11,7 +11,7 @@ import typer
 
 from cablewright.apps.cli.options import AsJson, Pose, RobotName
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import numbers, pose_of
 from cablewright.choices import WireXVersion, WrittenFormatName
 from cablewright.errors import AnswerError, InputError
 
@@ -151,7 +151,7 @@ class ExportCommand:
         if self.at is None:
             held = rest_pose(model).equilibrium
         else:
-            held = solve_inverse(model, numbers(self.at, "--at", free=True) or [])
+            held = solve_inverse(model, pose_of(self.at, robot) or [])
         if self.format == "mjcf":
             return mjcf(held), b""
         if not all(map(math.isfinite, held.pose)):
