@@ -92,6 +92,7 @@ class ExpectedError:
     ranges: tuple[Range, ...]
     curvature: float  # how much larger the error is at that sample if all draws are solved, as a share; NaN if none is
     unsolved: int  # draws without an equilibrium at that sample
+    unknown: str = ""  # why the value is not known, though samples are
 
     @property
     def notes(self) -> tuple[str, ...]:

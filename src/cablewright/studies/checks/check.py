@@ -12,6 +12,7 @@ import numpy as np
 from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
+from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.paging import Room, in_room
@@ -22,8 +23,8 @@ from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.checks.interpolation import interpolation_error
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
+from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
@@ -89,8 +90,11 @@ def check(
     path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
-    extra = (*_clearance(walked.distances, clearance), *_expected(expected, job.allowed_error))
-    findings = ranked((*path.judged(robot, walked), *extra))
+    extra = (
+        *_clearance(walked.distances, clearance),
+        *_errors(expected, walked.statics.displacement, job.allowed_error),
+    )
+    findings = ranked((*path.judged(robot, walked), *path.bounded(careful, walked), *extra))
     found = Check(
         robot=robot,
         job=job,
@@ -109,7 +113,6 @@ def check(
         not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip, Schedule(job.schedule).turns)),
         step=step,
         reserved=careful is not robot,
-        interpolation_error=interpolation_error(careful, path.poses, walked.statics.lengths, path.retraction),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
@@ -143,14 +146,21 @@ def _breaks_tensions(findings: tuple[Finding, ...]) -> bool:
     return any(each.violations for each in findings if each.is_status or each.limit in TENSION_LIMITS)
 
 
-def _expected(expected: ExpectedError | None, allowed: float) -> Iterator[Finding]:
-    """Yield the expected error as a limit. Samples count by their root mean square error, scaled to it."""
+def _errors(expected: ExpectedError | None, displacement: Array, allowed: float) -> Iterator[Finding]:
+    """Yield the expected error, and its sum with the *displacement* (k,) by acceleration, as limits.
+
+    Samples count by their root mean square error, scaled to the expected error.
+    """
     if expected is None or expected.sample is None:
+        yield from error_finding(displacement, 0.0, allowed)
         return
+    value = expected.value if np.isfinite(expected.value) else np.inf
     largest = float(np.nanmax(expected.rms))
-    beyond = expected.rms * (expected.value / largest if largest > 0.0 else 0.0) > allowed
-    bounds, margin = (-np.inf, allowed), allowed - expected.value
-    yield Finding(EXPECTED_ERROR, "m", margin, expected.value, bounds, None, expected.sample, int(beyond.sum()))
+    beyond = expected.rms * (value / largest if largest > 0.0 else 0.0) > allowed
+    bounds, margin = (-np.inf, allowed), allowed - value
+    yield Finding(EXPECTED_ERROR, "m", margin, value, bounds, None, expected.sample, int(beyond.sum()))
+    if np.isfinite(value):
+        yield from error_finding(displacement, value, allowed)
 
 
 def _clearance(distances: Clearances | None, clearance: float) -> Iterator[Finding]:

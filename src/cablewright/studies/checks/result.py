@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
-from cablewright.analyses.feasibility import Finding
+from cablewright.analyses.feasibility import INTERPOLATION, Finding
 from cablewright.analyses.interference import Contact
 from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Model
@@ -25,6 +25,7 @@ from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
+from cablewright.solvers.preferred import preferred_note, preferred_tensions
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.interference import Clearances
@@ -135,6 +136,9 @@ class Check(Result):
                     np.fmin, "statics.lines.lowest_tension", shown="N"),
         _extreme_of("max_tension", "N", "Largest tension, anywhere along a line, with the forces of acceleration.",
                     np.fmax, "statics.lines.highest_tension", shown="N"),
+        _extreme_of("max_plane_force", "N", "Largest force on the plane along its normal, with the forces of "
+                    "acceleration; positive lifts off a plane that only pushes.", np.fmax, "statics.plane_force",
+                    only=lambda found: found.robot.platform.plane is not None, shown="N"),
         *_errors(),
         Figure("median_error_uncompensated", "m", "Median error of the nozzle without compensation.",
                lambda found: float(median(found.error_uncompensated)), "median error without compensation", 3,
@@ -157,6 +161,9 @@ class Check(Result):
                   "statics.tensions", median),
         _of_lines("line_max_tension", "N", "Largest tension of each line.", "max tension",
                   "statics.lines.highest_tension"),
+        Figure("line_preferred_tension", "N", "Tension of each line to which those at rest are nearest, where the "
+               "limits let redundant lines hang slack.", lambda found: found.preferred_tensions[0],
+               "preferred tension", only=lambda found: found.preferred_tensions is not None, shown="N", along="line"),
         Figure("line_tension_limits", "N", "Min and max tension that is allowed, of each line.",
                lambda found: [line.tension_limits for line in found.robot.lines], "limits", shown="N", along="line"),
         _of_lines("line_max_length", "m", "Largest unstrained length of each line.", "max length", "lengths"),
@@ -196,7 +203,6 @@ class Check(Result):
     step: float  # m, max distance of samples
     reserved: bool  # whether tensions at rest keep from their limits what acceleration takes
     toolpath: Toolpath
-    interpolation_error: float | None = None  # m, of lengths between two samples
 
     @property
     def feasible(self) -> bool:
@@ -212,6 +218,11 @@ class Check(Result):
             missed[at] = ~met & (self.codes[at] == 0)
             let_go((self.errors, self.codes))
         return missed
+
+    @property
+    def interpolation_error(self) -> float | None:
+        """The largest error of a length half-way between two samples, m; None where nothing is held."""
+        return next((each.value for each in self.findings if each.limit == INTERPOLATION), None)
 
     @property
     def nearest(self) -> Contact | None:
@@ -278,7 +289,13 @@ class Check(Result):
             notes.append(
                 "tensions at rest keep so far from their limits that lines are within them while the nozzle accelerates"
             )
+        notes += [note] if (note := preferred_note(self.preferred_tensions)) else []
         return (*notes, *(() if self.expected is None else self.expected.notes))
+
+    @property
+    def preferred_tensions(self) -> Array | None:
+        """(1, m) N, to which tensions are nearest; None where they are the least."""
+        return preferred_tensions(Model(self.robot))
 
     @property
     def nearest_place(self) -> Place | None:

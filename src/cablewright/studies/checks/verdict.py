@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, Finding
+from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, MOVED_ERROR, Finding
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.path_statics import extreme
 from cablewright.studies.checks.result import Check
@@ -46,9 +46,15 @@ def _shown(found: Check) -> list[str]:
     if found.nearest is not None:
         parts.append(f"lines keep {spell_length(found.nearest.margin)} from all that is described")
     if found.expected is not None and found.expected.sample is not None:
+        parts.append(f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}")
+    pulled = extreme(np.fmax, found.statics.plane_force)
+    if pulled > 0.0:
+        parts.append(f"its plane has to hold it back with up to {pulled:.4g} N, which a plane that only pushes does not")
+    moved = extreme(np.fmax, found.statics.displacement)
+    if moved > 0.0:
         parts.append(
-            f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}, and up to "
-            f"{spell_length(extreme(np.fmax, found.statics.displacement))} more where the nozzle accelerates"
+            f"acceleration displaces the nozzle by {spell_length(moved)} more, which is not bounded: swinging is not "
+            "checked"
         )
     return parts
 
@@ -71,9 +77,17 @@ def _broken(found: Check, worst: Finding) -> str:
             f"line {one} {how} {other}, a distance of {spell_length(worst.value)}{least}, {where}; lines are too near "
             f"to something at {worst.violations} of {total} samples"
         )
+    if worst.limit == EXPECTED_ERROR and not np.isfinite(worst.value):
+        assert found.expected is not None
+        return f"its expected error is not stated: {found.expected.unknown}, {where}"
     if worst.limit == EXPECTED_ERROR:
         return (
             f"95 of 100 machines {_machines(found)} print it to within {spell_length(worst.value)} only, where "
+            f"{spell_length(worst.allowed[1])} is allowed, largest {where}"
+        )
+    if worst.limit == MOVED_ERROR:
+        return (
+            f"expected error and displacement by acceleration are {spell_length(worst.value)} together, where "
             f"{spell_length(worst.allowed[1])} is allowed, largest {where}"
         )
     line = f" of line {worst.line}" if worst.line else ""
