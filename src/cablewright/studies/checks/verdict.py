@@ -49,7 +49,7 @@ def _shown(found: Check) -> list[str]:
         parts.append(f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}")
     pulled = extreme(np.fmax, found.statics.plane_force)
     if pulled > 0.0:
-        parts.append(f"its plane has to hold it back with up to {pulled:.4g} N, which a plane that only pushes does not")
+        parts.append(f"its plane has to pull at it, with up to {pulled:.4g} N, which no board does")
     moved = extreme(np.fmax, found.statics.displacement)
     if moved > 0.0:
         parts.append(
