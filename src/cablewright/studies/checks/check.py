@@ -159,7 +159,7 @@ def _errors(expected: ExpectedError | None, displacement: Array, allowed: float)
     beyond = expected.rms * (value / largest if largest > 0.0 else 0.0) > allowed
     bounds, margin = (-np.inf, allowed), allowed - value
     yield Finding(EXPECTED_ERROR, "m", margin, value, bounds, None, expected.sample, int(beyond.sum()))
-    if np.isfinite(value):
+    if value <= allowed:
         yield from error_finding(displacement, value, allowed)
 
 

@@ -104,13 +104,13 @@ class Check(Result):
                shown="mm"),
         Figure("expected_error_by", "", "Share of each cause.", "expected.causes", "expected error by cause",
                parts=Cause.FIGURES),
-        Figure("max_expected_error", "m", "Expected error that the job allows.", "job.allowed_error", digits=3,
-               shown="mm"),
+        Figure("max_expected_error", "m", "Expected error that the job allows.", "job.allowed_error",
+               "allowed expected error", digits=3, shown="mm"),
         Figure("uncertainty", "", "Where the uncertainties are from: a file, the robot file, or assumed.",
                name="uncertainties"),
-        Figure("acceleration_displacement", "m", "Largest displacement of the nozzle by the forces of acceleration; "
-               "not in the expected error.", lambda found: extreme(np.fmax, found.statics.displacement), digits=3,
-               shown="mm"),
+        Figure("acceleration_displacement", "m", "Largest displacement of the nozzle by the forces of acceleration as "
+               "of a spring, beside the expected error; not bounded: swinging is not checked.",
+               lambda found: extreme(np.fmax, found.statics.displacement), digits=3, shown="mm"),
         Figure("clearance", "m", "Smallest distance of a line from another, the platform, the frame and the part as "
                "printed by then; null where it was not checked or there is nothing.", "nearest.margin",
                "clearance of lines", shown="mm"),
