@@ -48,20 +48,22 @@ class BetweenSamples:
         each span. 1.5 times that is allowed, `INTERPOLATED`, or a hundredth of the error *allowed* by the job, m.
         """
         bent, changed = self._largest()
-        if not len(changed):
-            return
-        yield from self._interpolation(np.union1d(bent, changed), allowed)
-        yield from self._jumps(changed)
+        if len(bent):
+            yield from self._interpolation(np.union1d(bent, changed), allowed)
+        if len(changed):
+            yield from self._jumps(changed)
 
     def _largest(self) -> tuple[Indices, Indices]:
-        """The segments, by the sample at their begin, that bend most, and those that change most."""
+        """The segments between held samples, by the first of these, that bend most, and those that change most."""
         bent, changed = _Largest(), _Largest()
         for at in blocks(len(self._poses) - 1):
             ends = slice(at.start, at.stop + 1)
-            step, lengths = _steps(self._poses[ends]), self._statics.lengths[ends]
+            held = self._statics.codes[ends] == 0
+            step, lengths = _steps(self._poses[ends]), np.where(held[:, None], self._statics.lengths[ends], np.nan)
             bent.take(at.start, np.where(step > 0.0, step**2 / np.minimum(lengths[1:], lengths[:-1]).min(axis=1), 0.0))
             beyond = lengths - self._statics.rigid_lengths[ends]
-            changed.take(at.start, _size(np.diff(self._scaled(beyond, self._statics.tensions[ends]), axis=0)))
+            changes = np.diff(self._scaled(beyond, self._statics.tensions[ends]), axis=0)
+            changed.take(at.start, np.where(held[1:] & held[:-1], _size(changes), 0.0))
             let_go((self._poses, self._statics))
         return bent.rows, changed.rows
 
@@ -72,9 +74,9 @@ class BetweenSamples:
         off = np.where(held.ok[:, None], np.abs(held.lengths - between), np.nan)
         chords = np.linalg.norm(held.platform_points - held.lines.exit_point, axis=2)
         step = _steps(self._poses[np.stack([segments, segments + 1], axis=1)].swapaxes(0, 1))[0]
-        straight = held.lines.spans * (step**2)[:, None] / (8.0 * chords)
-        bounds = np.maximum(CURVED * straight, max(INTERPOLATED, SHARE * allowed))
-        yield from self._placed(at_most(INTERPOLATION, "m", off, bounds, self._names), segments)
+        straight = float(np.nanmax(held.lines.spans * (step**2)[:, None] / (8.0 * chords)))
+        bound = max(CURVED * straight, INTERPOLATED, SHARE * allowed)
+        yield from self._placed(at_most(INTERPOLATION, "m", off, bound, self._names), segments)
 
     def _jumps(self, segments: Indices) -> Iterator[Finding]:
         """Yield the changes that stay while each of *segments* is halved around its largest change."""
@@ -125,6 +127,7 @@ class _Largest:
         rows = np.concatenate([self.rows, first + np.arange(len(values))])
         values = np.concatenate([self._values, np.nan_to_num(values)])
         kept = np.argsort(-values, kind="stable")[:MEASURED]
+        kept = kept[values[kept] > 0.0]
         self.rows, self._values = rows[kept], values[kept]
 
 
