@@ -38,14 +38,14 @@ def platform_points(robot: Robot, poses: np.ndarray) -> np.ndarray:
     if poses.shape[1] == 3:
         return poses[:, None] + own
     turns = Rotation.from_rotvec(poses[:, 3:]).as_matrix()
-    return poses[:, None, :3] + np.einsum("kij,mj->kmi", turns, own)
+    return np.asarray(poses[:, None, :3] + np.einsum("kij,mj->kmi", turns, own))
 
 
 def straight_lengths(robot: Robot, poses: np.ndarray) -> np.ndarray:
     """Return spans times distances (k, m), m, of platform points from exit points, and dead lengths."""
     away = platform_points(robot, poses) - np.array([line.exit_point for line in robot.lines])
     spans, dead = np.array([(line.advantage, line.dead_length) for line in robot.lines]).T
-    return np.linalg.norm(away, axis=2) * spans + dead
+    return np.asarray(np.linalg.norm(away, axis=2) * spans + dead)
 
 
 def faults(found: Check) -> Iterator[str]:

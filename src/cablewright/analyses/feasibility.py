@@ -144,14 +144,17 @@ _OF_JOBS = {
     EXPECTED_ERROR: "beyond it strands miss those below",
     PLANE_FORCE: "above it the platform lifts off its plane, which only pushes",
     MOVED_ERROR: "beyond it strands miss those below; swinging comes on top, and is not checked",
+}
+OF_CHECKS: Final = {
     SLACK: "above it the line hangs in a loop: give its tension_limits a larger min",
     PACE: "no geometry needs more: above it the line changes from taut to slack",
     INTERPOLATION: "beyond it the winches miss the path between samples: give the job a shorter sampling.step",
     LENGTH_JUMP: "above it the solution changes from one shape of the lines to another",
     TENSION_JUMP: "above it the solution changes from one choice of tensions to another",
 }
+"""Limits of figures of a check that no robot file gives, and what to do about them."""
 _FRAME = {f"frame, {axis}": "beyond it the platform leaves the frame" for axis in "xyz"}
-_WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME | _OF_JOBS
+_WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME | _OF_JOBS | OF_CHECKS
 
 
 def judge(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, MOVED_ERROR, Finding
+from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, MOVED_ERROR, OF_CHECKS, Finding
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.path_statics import extreme
 from cablewright.studies.checks.result import Check
@@ -89,7 +89,8 @@ def _broken(found: Check, worst: Finding) -> str:
             f"{spell_length(worst.allowed[1])} is allowed, largest {where}"
         )
     line = f" of line {worst.line}" if worst.line else ""
+    why = f": {worst.why}" if worst.limit in OF_CHECKS else ""
     return (
         f"{worst.limit}{line} is out of bounds at {worst.violations} of {total} samples, worst {worst.value:.4g} "
-        f"{worst.unit} where {worst.bounds()} is allowed, {where}"
+        f"{worst.unit} where {worst.bounds()} is allowed, {where}{why}"
     )
