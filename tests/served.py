@@ -173,9 +173,13 @@ class Client:
 
     def order(self, kind: str, **arguments: Any) -> str:
         """Give an order; returns why it was refused, or an empty text."""
+        return self._answer("answer", self.ask(kind, **arguments))
+
+    def ask(self, kind: str, **arguments: Any) -> int:
+        """Give an order; returns its number, without waiting for the answer."""
         self._count += 1
         self.send(t="order", id=self._count, kind=kind, arguments=arguments)
-        return self._answer("answer", self._count)
+        return self._count
 
     def take(self, name: str = "Ann") -> str:
         """Operate."""

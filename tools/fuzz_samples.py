@@ -22,6 +22,8 @@ CASPR = (
 )
 """Bodies, and cables after the cut."""
 
+CASPR_PLANAR = CASPR.replace(b'"SPATIAL_EULER_XYZ"', b'"PLANAR_XZ" q_min="-1 0 -3" q_max="1 2 3"')
+
 MASLOW = b"".join(
     b"Maslow_%s: %s\n" % pair
     for pair in zip(
@@ -30,9 +32,22 @@ MASLOW = b"".join(
         strict=True,
     )
 )
+MASLOW_SECTION = (
+    b"Maslow_vertical: false\nkinematics:\n  MaslowKinematics:\n    armLength: 123.4\n    workThickness: 12\n"
+    + MASLOW.replace(b"Maslow_vertical: true\n", b"").replace(b"Maslow_", b"    ")
+)
 KLIPPER = b"[printer]\nkinematics: winch\n" + b"".join(
     b"[stepper_%c]\nrotation_distance: 250.5\nanchor_x: %d\nanchor_y: %d\nanchor_z: 1000\n" % (97 + k, 100 * k, 200 * k)
     for k in range(4)
+)
+KLIPPER_FORK = KLIPPER.replace(
+    b"winch\n",
+    b"winch\nwinch_mover_weight: 1.2\nwinch_spring_constant: 20000\nwinch_max_force: 70, 70, 70, 70\n"
+    b"winch_buildup_factor: 0.05\nwinch_mechanical_advantage: 2, 2, 2, 4\nwinch_guy_wire_lengths: 0, 0, 100, 0\n",
+    1,
+)
+RRF_2019 = (
+    b"M669 K6 A0:-1600:-100 B1300:1200:-160 C-1440:741.5:-161 D2345\nM669 Q0.7 R65:65:65:64 U2:2:2:4\nM666 X0 Y0\n"
 )
 RRF = (
     b"M669 K6 N4 A0:-1600:-100 B1300:1200:-160 C-1440:741.5:-161 D2345\n"

@@ -1,11 +1,15 @@
-"""Run machines through random orders and injected faults, and hold the loop of a print to its promises.
+"""Run machines through random lives, and hold the loop of a print to its promises.
 
-    python tools/random_orders.py --sequences 100000 --seed 1
+    python tools/random_orders.py --sequences 300000 --seed 1
 
-Promised, of every step: winches turn only after an order that lets them, and never beside a person; after a stop has
-had its time they stand until a reset was accepted, with no cause left and brakes closed; brakes close on winches that
+A life has random orders of two people who hand over to each other, a control that hangs, steps that come late, readings
+that are repeated, overtaken or ahead, and faults. Promised, of every step: winches turn only after an order that lets
+them, and never beside a person; nothing begins to move but by an order that was given at most a second ago, under the
+lease that still holds, and after the last pause; whatever moves by hand or by a procedure ends with its lease; a hang
+of the control ends in a fault; no motion ends by its distance from a target of another; after a stop has had its time
+winches stand until a reset was accepted, with no cause left and brakes closed; brakes close on winches that
 were held, or at once where one has no torque, and open by an order alone; no line is wound in whose measured tension
-was over its limit for longer than a stop takes. A sequence is determined by its seed. Exit code 1, and the seed, if a
+was over its limit for longer than a stop takes. A life is determined by its seed. Exit code 1, and the seed, if a
 promise was broken.
 """
 
@@ -17,196 +21,50 @@ import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
-
-from cablewright.arrays import Array
-from cablewright.control.guard import CONFIRMED, GuardSettings
-from cablewright.control.guide import TimedPath
-from cablewright.control.manual import ManualSettings
-from cablewright.control.procedure import ProcedureStep
-from cablewright.control.stop import StopSettings
-from cablewright.control.supervisor import SupervisorSettings
-from cablewright.control.velocity import VelocitySettings
-from cablewright.machine.interface import Abilities
-from cablewright.models.statics import Model
-from cablewright.printing.job import Job, Motion
-from cablewright.printing.numeric_path import Helix
-from cablewright.robot import load
-from cablewright.signals import (
-    Barrier,
-    Command,
-    Condition,
-    Encoders,
-    Estimate,
-    Inputs,
-    Notice,
-    Order,
-    OrderKind,
-    PrintState,
-    Reading,
-    SensorFrame,
-    Tensions,
-    WinchMode,
-    frozen,
+from tools.random_world import (
+    BARRIER_TIMEOUT,
+    BY_HAND,
+    LIMIT,
+    PERIOD,
+    STOP,
+    Desk,
+    Followed,
+    Sent,
+    Shaken,
+    TakeUp,
+    desk,
+    plan,
 )
-from cablewright.solvers.taut import taut_at
-from cablewright.studies.prints.loop import Printer, PrintPlan, Step
 
-PERIOD = 0.05  # s
-STEPS = 80  # of a sequence
-LIMIT = 300.0  # N
-USUAL = 100.0  # N
-COUNTS = 1000.0  # per radian of a drum
-RADIUS = 0.05  # m
-STOP = StopSettings(ramp_time=0.2, hold_time=0.2)
-_MOVE = (PrintState.READY, PrintState.PRINTING, PrintState.MANUAL, PrintState.TENSIONING, PrintState.HOMING)
-_STANDS = tuple(state for state in PrintState if state not in _MOVE)
-_RELEASING = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK, OrderKind.TAKE_UP, OrderKind.HOME)
+from cablewright.control.guard import CONFIRMED
+from cablewright.signals import Command, OrderKind, PrintState, WinchMode
+from cablewright.studies.prints.loop import Printer, Step
+
+STEPS = 100  # of a life
+LIFE = 1.0  # s, of an order
 LEASE = 0.2  # s that a jog lasts
 SLOWING = 1.0  # s that a controlled stop may take
-
-
-@cache
-def plan() -> PrintPlan:
-    """A ring on a point robot, with short times so that a sequence sees every state."""
-    ring = Job(
-        name="ring",
-        origin=(0.3, -0.5, 0.0),
-        helix=Helix(radius=0.05, layers=1, layer_height=0.001, first_height=1.0),
-        motion=Motion(print_speed=0.2, travel_speed=0.2, acceleration=1.0),
-    )
-    robot, path = load("merlet2023"), TimedPath.of(ring)
-    scene = robot.scene
-    limits = SupervisorSettings(
-        scene.frame_min, scene.frame_max, 1.0, barrier_timeout=0.5, settling_time=0.1, position_timeout=1.0
-    )
-    guard = GuardSettings(np.full(robot.m, LIMIT), max_drum_speed=20.0, counts_per_radian=COUNTS, stop=STOP)
-    manual = ManualSettings(scene.frame_min, scene.frame_max, 1.0, park=(0.0, 0.0, 1.0))
-    velocity = VelocitySettings(Model(robot), 10.0, "paper")
-    return PrintPlan(path, velocity, limits, guard, manual, powder=1.0, flow=0.5)
-
-
-class TakeUp:
-    """A procedure that winds all lines in for a while, and fails now and then."""
-
-    def __init__(self, random: np.random.Generator) -> None:
-        """*random* draws how long it takes, and whether it fails."""
-        self.random, self.end = random, math.inf
-
-    def begin(self, now: float) -> None:
-        """As `Procedure`."""
-        self.end = now + float(self.random.uniform(0.1, 0.6))
-
-    def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
-        """As `Procedure`."""
-        m, done = len(estimate.lengths), frame.time + dt > self.end
-        fails = "a line does not come" if done and self.random.random() < 0.3 else ""
-        return ProcedureStep(np.full(m, 0.0 if done else -0.1), finished=done, failure=fails)
-
-
-class Shaken:
-    """A machine on which everything goes wrong at random, for a while; its tensions are what a fault makes them."""
-
-    def __init__(self, random: np.random.Generator) -> None:
-        """Begin with everything well."""
-        self.random, self.time, self.m = random, 0.0, plan().velocity.model.m
-        self.angles = np.zeros(self.m)
-        self.tensions = np.full(self.m, USUAL)
-        self.jammed = 0  # line that pulls too hard during such a fault
-        self.wrong: dict[str, float] = {}  # s until which a fault lasts
-
-    period = PERIOD
-
-    @property
-    def abilities(self) -> Abilities:
-        """With brakes, and without anything of a simulation."""
-        return Abilities(self.m, frozenset({"encoders"}), frozenset(WinchMode) - {WinchMode.TENSION}, brakes=True)
-
-    def open(self) -> None:
-        """As `Machine`."""
-
-    def stop(self) -> None:
-        """As `Machine`."""
-
-    def close(self) -> None:
-        """As `Machine`."""
-
-    def is_wrong(self, fault: str) -> bool:
-        """Whether that fault is present."""
-        return self.wrong.get(fault, -1.0) >= self.time
-
-    def step(self, command: Command) -> SensorFrame:
-        """As `Machine`."""
-        late = self.random.random() < 0.03
-        self.time += PERIOD * (3.0 if late else 1.0)
-        if self.random.random() < 0.04:
-            fault = str(self.random.choice(["tension", "quiet", "person", "dark", "estop", "drive", "lost", "clock"]))
-            self.wrong[fault] = self.time + float(self.random.exponential(0.4))
-        self.angles += PERIOD * (3.0 if late else 1.0) * command.winch_speeds
-        self.tensions = np.full(self.m, USUAL)
-        if self.is_wrong("tension"):
-            self.tensions[self.jammed] = LIMIT * float(self.random.uniform(1.05, 2.0))
-        else:
-            self.jammed = int(self.random.integers(self.m))
-        readings: list[Reading] = [Tensions("load_cells", self.time, frozen(self.tensions))]
-        if not self.is_wrong("quiet"):
-            readings.append(Encoders(self.time, np.rint(COUNTS * self.angles).astype(np.int64)))
-        if not self.is_wrong("dark"):
-            readings.append(Barrier(self.time, self.is_wrong("person")))
-        if self.random.random() < 0.5 or self.is_wrong("estop"):
-            readings.append(Inputs(self.time, not self.is_wrong("estop"), False, True, ()))
-        notices = (Notice(Condition.DRIVE_FAULT, "line 1"),) if self.is_wrong("drive") else ()
-        now = self.time - (1.0 if self.is_wrong("clock") else 0.0)
-        return SensorFrame(now, tuple(readings), notices)
-
-
-class Followed:
-    """An estimator of a machine that follows its target exactly, unless the position is lost."""
-
-    def __init__(self, machine: Shaken) -> None:
-        """Begin at the start of the path."""
-        self.machine, self.printer = machine, None
-        self.place = plan().path.track.at(0.0).position
-        self.tensions: Array | None = None
-
-    printer: Printer | None
-
-    def step(self, frame: SensorFrame) -> Estimate:
-        """As `Estimator`."""
-        target = None if self.printer is None else self.printer.target
-        if target is not None:
-            self.place = target.position
-        lengths = taut_at(plan().velocity.model, self.place).lengths
-        zeros, none = frozen(np.zeros(3)), frozen(np.zeros(self.machine.m))
-        valid = not self.machine.is_wrong("lost")
-        slack, radii = np.zeros(self.machine.m, dtype=np.bool_), frozen(np.full(self.machine.m, RADIUS))
-        return Estimate(frame.time, frozen(self.place), zeros, zeros, frozen(lengths), none, slack, radii, valid=valid)
-
-
-def random_orders(random: np.random.Generator, now: float) -> tuple[Order, ...]:
-    """None in most steps; else one or two, sensible or not."""
-    if random.random() < 0.6:
-        return ()
-    usual = [OrderKind.RESET, OrderKind.ENABLE, OrderKind.START, OrderKind.RESUME, OrderKind.REFILLED, OrderKind.JOG]
-    kinds = random.choice(np.array([*usual * 3, *OrderKind], dtype=object), int(random.integers(1, 3)))
-    place = tuple((np.array([0.3, -0.5, 1.0]) + random.normal(0.0, 0.3, 3)).tolist())
-    arguments = {
-        OrderKind.JOG: {"velocity": tuple(random.normal(0.0, 0.1, 3).tolist())},
-        OrderKind.GO_TO: {"position": place},
-        OrderKind.OVERRIDE: {"share": (float(random.uniform(-0.2, 1.3)),)},
-    }
-    by = str(random.choice(["anna", "ben"]))
-    return tuple(Order(kind, by, now, arguments.get(kind, {})) for kind in kinds)
+LATE = 3.0 * PERIOD  # s, of a step that comes late
+_MOVE = (PrintState.READY, PrintState.PRINTING, PrintState.MANUAL, PrintState.TENSIONING, PrintState.HOMING)
+_STANDS = tuple(state for state in PrintState if state not in _MOVE)
+_HANDLED = (PrintState.MANUAL, PrintState.TENSIONING, PrintState.HOMING)
+_PROCEDURES = {PrintState.TENSIONING: OrderKind.TAKE_UP, PrintState.HOMING: OrderKind.HOME}
+_ENDS = (PrintState.FAULT, PrintState.OFF, PrintState.IDLE, PrintState.STOPPED)
+_RELEASING = (*BY_HAND, *_PROCEDURES.values())
+_PAUSES = (OrderKind.PAUSE, OrderKind.STOP, OrderKind.EMERGENCY)
+_RESUMES = (OrderKind.START, OrderKind.RESUME, OrderKind.REFILLED)
+_LOST = "the position is not known"
 
 
 class Watch:
-    """The promises, told by what goes in and out alone."""
+    """The promises, judged by what goes in and out alone."""
 
-    def __init__(self) -> None:
+    def __init__(self, machine: Shaken, people: Desk) -> None:
         """Nothing has been ordered yet, and brakes are closed."""
-        m = plan().velocity.model.m
+        m = machine.m
+        self.machine, self.people = machine, people
         self.released = False  # whether an order lets the winches turn
         self.still_by = -math.inf  # s, when they are to stand
         self.over_since = np.full(m, math.inf)  # s
@@ -216,28 +74,73 @@ class Watch:
         self.off_since = -math.inf  # s, of a state in which brakes are to close
         self.hand, self.hand_time = OrderKind.STOP, -math.inf  # last order to move by hand, and when, s
         self.state = PrintState.FAULT
+        self.held_back = -math.inf  # s of the computer's clock, of the last pause or stop that the control has read
+        self.found_again = True  # whether a lost position that is found again lets the print go on
 
-    def see(self, machine: Shaken, step: Step, command: Command) -> None:
-        """Judge one step, which was answered by *command*. Raises `AssertionError`."""
-        state = step.progress.state
+    def see(self, step: Step, command: Command, *, waits: bool) -> None:
+        """Judge one step, which was answered by *command*; *waits*: an order to go on. Raises `AssertionError`."""
+        machine, state = self.machine, step.progress.state
         accepted = {order.kind for order in step.orders if not order.refusal}
-        self._reset(machine, state, accepted)
+        self._reset(state, accepted)
         if state in _STANDS and state is not self.state:
-            self.still_by = machine.time + (3.0 * STOP.ramp_time if state is PrintState.FAULT else SLOWING)
-        ends = (PrintState.FAULT, PrintState.OFF, PrintState.IDLE, PrintState.STOPPED)
-        if state in ends and state is not self.state:
+            self.still_by = machine.active + (3.0 * STOP.ramp_time if state is PrintState.FAULT else SLOWING)
+        if state in _ENDS and state is not self.state:
             self.released = False
         by_hand = [order.kind for order in step.orders if not order.refusal and order.kind in _RELEASING]
         if by_hand:
-            self.hand, self.hand_time = by_hand[-1], machine.time
-        if accepted & {OrderKind.START, OrderKind.RESUME, OrderKind.REFILLED, *_RELEASING}:
+            self.hand, self.hand_time = by_hand[-1], machine.active
+        if accepted & {*_RESUMES, *_RELEASING}:
             self.released = True
-        self._motion(machine, state, command)
-        self._brakes(machine, state, command, accepted)
-        self._tensions(machine, state, command)
+        self._pauses(step, accepted)
+        self._begins(step, waits=waits)
+        self._leases(state)
+        assert not (machine.hung and state is not PrintState.FAULT), f"{state} after the control hung"
+        assert "from its target" not in step.progress.reason, "stopped by a target that is not its own"
+        self._motion(state, command)
+        self._brakes(state, command, accepted)
+        self._tensions(state, command)
         self.state, self.before = state, command
 
-    def _reset(self, machine: Shaken, state: PrintState, accepted: set[OrderKind]) -> None:
+    def _pauses(self, step: Step, accepted: set[OrderKind]) -> None:
+        """A pause is obeyed in every state in which something moves, or might go on."""
+        for order in step.orders:
+            if order.kind is OrderKind.PAUSE and order.refusal and not accepted & {*_PAUSES}:
+                quiet = step.progress.state in (PrintState.FAULT, PrintState.OFF, PrintState.IDLE)
+                assert quiet, f"{step.progress.state} goes on: {order.refusal}"
+        if accepted & {*_PAUSES}:
+            paused = [each.wall for each in self.people.sent if each.kind in _PAUSES]
+            self.held_back, self.found_again = max([*paused, self.held_back]), False
+        elif self.state is PrintState.PRINTING:
+            self.found_again = True
+        if not self.machine.is_watched:
+            self.found_again = False
+
+    def _begins(self, step: Step, *, waits: bool) -> None:
+        """Whatever begins to move does so by an order that lives."""
+        state, wall = step.progress.state, self.machine.wall
+        live = [each for each in self.people.sent if self._is_live(each, wall)]
+        assert not waits or {each.kind for each in live} & {*_RESUMES}, "an order waits that lives no more"
+        begins = state in _MOVE and self.state not in _MOVE
+        if self.state is PrintState.OFF and state is PrintState.IDLE:
+            assert any(each.kind is OrderKind.ENABLE for each in live), "brakes open by an order that lives no more"
+        if not begins or (self.state is PrintState.PAUSED and self.found_again):
+            return
+        kinds = BY_HAND if state is PrintState.MANUAL else (_PROCEDURES[state],) if state in _HANDLED else _RESUMES
+        assert any(each.kind in kinds for each in live), f"{state} by an order that lives no more"
+        assert not self.machine.known_broken, f"{state} begins beside a person"
+
+    def _is_live(self, sent: Sent, wall: float) -> bool:
+        """Whether an order is young, its lease goes on, and nobody has paused since the control read it."""
+        young = wall - sent.wall <= LIFE + LATE
+        return young and sent.lease == self.people.lease and sent.wall >= self.held_back
+
+    def _leases(self, state: PrintState) -> None:
+        """What moves by hand, or by a procedure, ends with the lease under which it was ordered."""
+        if state in _HANDLED and not self.people.lease:
+            gone = self.machine.active - self.people.ended
+            assert gone <= 2.0 * LATE, f"{state} goes on {gone:.2f} s after its lease"
+
+    def _reset(self, state: PrintState, accepted: set[OrderKind]) -> None:
         if self.state is not PrintState.FAULT:
             return
         if state is not PrintState.FAULT:
@@ -246,28 +149,28 @@ class Watch:
             assert OrderKind.EMERGENCY not in accepted, "reset beside an emergency stop"
             assert state is not PrintState.FAULT, "a reset, and the fault stays"
             for fault in ("drive", "estop"):
-                assert not machine.is_wrong(fault), f"reset with a cause: {fault}"
+                assert not self.machine.is_wrong(fault), f"reset with a cause: {fault}"
             assert WinchMode.OFF in self.before.modes, "reset before brakes are closed"
 
-    def _motion(self, machine: Shaken, state: PrintState, command: Command) -> None:
-        bad = machine.is_wrong("person") or machine.is_wrong("dark")
-        self.person_since = min(self.person_since, machine.time) if bad else math.inf
+    def _motion(self, state: PrintState, command: Command) -> None:
+        machine = self.machine
+        self.person_since = math.inf if machine.is_watched else min(self.person_since, machine.active)
         if not command.winch_speeds.any():
             return
         assert np.isfinite(command.winch_speeds).all()
-        assert machine.time - self.person_since < 0.5 + SLOWING, f"{state}: it turns beside a person"
+        assert machine.active - self.person_since < BARRIER_TIMEOUT + SLOWING, f"{state}: it turns beside a person"
         if state is PrintState.MANUAL and self.hand is OrderKind.JOG:
-            assert machine.time - self.hand_time < LEASE + SLOWING, "a jog that nobody repeats goes on"
+            assert machine.active - self.hand_time < LEASE + SLOWING, "a jog that nobody repeats goes on"
         if state in _MOVE:
             assert self.released, f"the winches turn in {state} without an order"
         else:
-            assert machine.time <= self.still_by + 3.0 * PERIOD, f"the winches turn in {state} long after a stop"
+            assert machine.active <= self.still_by + 3.0 * PERIOD, f"the winches turn in {state} long after a stop"
         if state is PrintState.FAULT is self.state:
             faster = np.abs(command.winch_speeds) > np.abs(self.before.winch_speeds) + 1e-12
             assert not faster.any(), "a winch turns faster in a fault"
 
-    def _brakes(self, machine: Shaken, state: PrintState, command: Command, accepted: set[OrderKind]) -> None:
-        now = machine.time  # whatever its clock tells
+    def _brakes(self, state: PrintState, command: Command, accepted: set[OrderKind]) -> None:
+        machine, now = self.machine, self.machine.active  # whatever its clock tells
         closed, were = WinchMode.OFF in command.modes, WinchMode.OFF in self.before.modes
         if were and not closed:
             assert OrderKind.ENABLE in accepted, f"brakes open in {state} without an order"
@@ -285,27 +188,30 @@ class Watch:
         elif self.zero_since == math.inf:
             self.zero_since = now
 
-    def _tensions(self, machine: Shaken, state: PrintState, command: Command) -> None:
+    def _tensions(self, state: PrintState, command: Command) -> None:
+        machine = self.machine
         over = machine.tensions > LIMIT
-        self.over_since = np.where(over, np.minimum(self.over_since, machine.time), math.inf)
-        long = over & (machine.time - self.over_since > STOP.ramp_time + CONFIRMED * 3.0 * PERIOD)
+        self.over_since = np.where(over, np.minimum(self.over_since, machine.active), math.inf)
+        long = over & (machine.active - self.over_since > STOP.ramp_time + CONFIRMED * 3.0 * PERIOD)
         assert not (long & (command.winch_speeds < 0.0)).any(), "a line over its limit is wound in"
         assert not (long.any() and state in _MOVE), f"{state} with a line over its limit"
 
 
 def run_sequence(seed: int) -> set[PrintState]:
-    """Run one sequence; return the states it saw. Raises `AssertionError`."""
+    """Run one life; return the states it saw. Raises `AssertionError`."""
     random = np.random.default_rng(seed)
-    machine = Shaken(random)
-    estimator = Followed(machine)
+    machine, seen = Shaken(random), set()
     procedures = dict.fromkeys((PrintState.TENSIONING, PrintState.HOMING), TakeUp(random))
-    printer = Printer(replace(plan(), procedures=procedures), machine, lambda _place, _radii: estimator)
-    estimator.printer = printer
-    watch, seen = Watch(), set()
-    for _ in range(STEPS):
-        step = printer.step(random_orders(random, printer.time))
-        watch.see(machine, step, printer.command)
-        seen.add(step.progress.state)
+    printer = Printer(replace(plan(), procedures=procedures), machine, lambda _place, _radii: Followed(machine))
+    with desk(random, machine) as (people, operator):
+        watch = Watch(machine, people)
+        for _ in range(STEPS):
+            people.act()
+            step = printer.step(operator.orders(printer, printer.time))
+            operator.answered(printer, step.orders, step.frame.time)
+            watch.see(step, printer.command, waits=printer.supervisor.resume_ordered)
+            people.state = step.progress.state
+            seen.add(people.state)
     return seen
 
 

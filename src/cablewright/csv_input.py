@@ -29,8 +29,8 @@ class Column(NamedTuple):
     size: float | None
 
 
-def text_lines(path: Path, max_bytes: int, what: str) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each line that is neither empty nor a comment (``#``).
+def text_lines(path: Path, max_bytes: int, what: str, *, indented: bool = False) -> Iterator[tuple[int, str]]:
+    """Yield number and text of each line that is neither empty nor a comment (``#``); *indented*: with its indentation.
 
     Raises `InputError` for a file that cannot be read, holds more than ``max_bytes``, has a line over 4096 bytes or is
     not UTF-8.
@@ -39,11 +39,12 @@ def text_lines(path: Path, max_bytes: int, what: str) -> Iterator[tuple[int, str
         if len(raw) > _LONGEST_LINE:
             raise InputError(f"{path}, line {count}: longer than {_LONGEST_LINE} bytes, the most a line may hold")
         try:
-            text = raw.decode("utf-8-sig" if count == 1 else "utf-8").strip(" \r\n")
+            text = raw.decode("utf-8-sig" if count == 1 else "utf-8").rstrip(" \r\n")
         except UnicodeDecodeError:
             raise InputError(f"{path}, line {count}: not UTF-8 text; save the table as CSV in UTF-8") from None
-        if text and not text.startswith("#"):
-            yield count, text
+        bare = text.lstrip(" ")
+        if bare and not bare.startswith("#"):
+            yield count, text if indented else bare
 
 
 def separator_of(header: str) -> str:

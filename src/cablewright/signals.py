@@ -48,6 +48,7 @@ class Condition(StrEnum):
     UNCERTIFIED = "the equilibrium that the plant followed could not be certified"
     CLOCK_BACK = "the clock jumped back; what was told meanwhile is left out"
     OVERRUN = "a step came later than it was due"
+    HUNG = "the control hung"
     DRIVE_FAULT = "a winch's drive reports a fault"
     BUS_SILENT = "a winch's drive does not answer"
     ESTOP = "the emergency-stop chain is open"
@@ -223,6 +224,25 @@ Reading = (
 )
 
 
+_SOURCES: Final[Mapping[type, str]] = MappingProxyType({
+    Barrier: "barrier",
+    BeamLength: "retraction",
+    Climate: "climate",
+    Distance: "distance",
+    Drives: "drives",
+    Encoders: "encoders",
+    Inertial: "inertial",
+    Inputs: "inputs",
+    LineAngles: "line_angles",
+    Swivels: "swivels",
+})  # fmt: skip
+
+
+def source_of(reading: Reading) -> str:
+    """Return the name of the sensor, one of `SOURCES`, that a reading comes from."""
+    return reading.source if isinstance(reading, Scan | Tensions) else _SOURCES[type(reading)]
+
+
 @dataclass(frozen=True, eq=False)
 class SensorFrame:
     """All readings that arrived since the last frame, in the order of arrival.
@@ -279,6 +299,10 @@ class OrderKind(StrEnum):
     STOP = "stop"
     EMERGENCY = "emergency stop"
     RESET = "reset"
+
+
+ORDER_LIFE: Final = 1.0
+"""Time, s, after which an order that enables or moves the machine is rejected, if it was not obeyed before."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -349,3 +349,43 @@ def test_a_platform_point_is_where_its_line_ends() -> None:
     for row in range(2):
         for curve, point in zip(distances(states).curves(row), points[row], strict=True):
             np.testing.assert_allclose(curve[-1], point, atol=1e-8)
+
+
+def crossed(**cable: float) -> Equilibrium:
+    """Return a body in a vertical plane, whose upper lines cross in it, at rest."""
+    points = {"a": (-1.0, 0.2), "b": (1.0, -0.2), "c": (-1.0, -0.2), "d": (1.0, 0.2)}
+    own = {"axial_stiffness": 1e6, "breaking_load": 1e4, "linear_density": 0.03} | cable
+    lines = [
+        {
+            "name": name,
+            "exit_point": (x, 0.0, 2.0 if name in "ab" else 0.0),
+            "platform_point": (end, 0.0, 0.1 if name in "ab" else -0.1),
+            "cable": own,
+            "sheave": {"kind": "eyelet"},
+            "tension_limits": (1.0, 1e4),
+        }
+        for name, (x, end) in points.items()
+    ]
+    table = {
+        "name": "crossed",
+        "scene": {"frame_min": (-1.0, -1.0, 0.0), "frame_max": (1.0, 1.0, 2.0)},
+        "platform": {
+            "kind": "rigid",
+            "mass": 200.0,
+            "centre_of_mass": (0.0, 0.0, -0.5),
+            "plane": {"normal": (0.0, 1.0, 0.0)},
+        },
+        "lines": lines,
+    }
+    return solve_inverse(Model(Robot.model_validate(table)), np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
+
+
+def test_crossing_lines_without_a_diameter_touch() -> None:
+    """They have that of a round of 970 kg/m^3 with their mass: 6.28 mm of 0.03 kg/m."""
+    found = distances(crossed()[None])
+    assert found.contacts.line.margin == pytest.approx(-6.275e-3, abs=1e-5)
+    assert found.status == "touching"
+    assert "assumed by the cable's mass, up to 6.28 mm" in found.notes[0]
+    given = distances(crossed(diameter=2e-3)[None])
+    assert given.contacts.line.margin == pytest.approx(-2e-3, abs=1e-5)
+    assert given.notes == ()

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
+from cablewright.arrays import Array
 from cablewright.control import guard
 from cablewright.control.guard import Cause, GuardSettings, GuardState
 from cablewright.control.stop import StopKind
 from cablewright.errors import InputError
 from cablewright.signals import (
+    Command,
     Condition,
     Drives,
     DriveState,
@@ -23,6 +27,7 @@ from cablewright.signals import (
     Reading,
     SensorFrame,
     Tensions,
+    WinchMode,
     frozen,
 )
 
@@ -151,6 +156,7 @@ NOTICES = {
     Condition.NO_EQUILIBRIUM: StopKind.HOLD,
     Condition.ESTOP: StopKind.RAMP,
     Condition.CLOCK_BACK: StopKind.RAMP,
+    Condition.HUNG: StopKind.RAMP,
 }
 
 
@@ -202,7 +208,8 @@ def test_brakes_that_do_not_do_as_told_are_found() -> None:
     for to_close, contacts, says in ((True, open_, "line 2 does not close"), (False, closed, "line 1 does not open")):
         watched, found = Watched(), []
         for _ in range(60):
-            guard.take_note(watched.state, watched.now, closed=to_close)
+            modes = (WinchMode.OFF if to_close else WinchMode.HOLD,) * 3
+            guard.take_note(watched.state, watched.now, Command(watched.now, np.zeros(3), modes=modes))
             inputs = Inputs(math.inf, chain_closed=True, torque_off=False, enabling=True, brakes_closed=contacts)
             found.append(watched.sees(inputs))
         assert found[:49] == [None] * 49
@@ -258,3 +265,58 @@ def test_limits_that_limit_nothing_are_refused() -> None:
         GuardSettings(np.array([300.0, 0.0]))
     with pytest.raises(InputError, match="encoders = -1"):
         GuardSettings(np.array([300.0]), timeouts={"encoders": -1.0})
+
+
+TURNED = dataclasses.replace(LIMITS, max_uncounted=np.full(3, 0.4))  # 20 mm of cable on a radius of 50 mm
+
+
+def ordered(speeds: Array, follows: Callable[[float, Array], Array], mode: WinchMode = WinchMode.VELOCITY) -> float:
+    """Order *speeds* (3,) until the guard stops; return for how long, s. *follows*: rad/s of the drums, by time."""
+    watched, angles = Watched(TURNED), np.zeros(3)
+    while watched.now < 5.0:
+        guard.take_note(watched.state, watched.now, Command(watched.now, speeds, modes=(mode,) * 3))
+        angles = angles + DT * follows(watched.now, speeds)
+        watched.counts = np.rint(angles * 100.0).astype(np.int64)
+        found = watched.sees()
+        if found is not None:
+            assert "the encoder of line 2 does not count" in found.reason
+            assert found.kind is StopKind.HOLD
+            return watched.now
+    return math.inf
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.6, -0.6, 2.0])
+def test_an_encoder_that_does_not_count_is_named_within_3_cm(speed: float) -> None:
+    stopped = ordered(np.full(3, speed), lambda _, speeds: speeds * [1.0, 0.0, 1.0])
+    assert abs(speed) * stopped * 0.05 <= max(0.03, abs(speed) * 0.05 * 0.3)
+
+
+def test_late_slow_and_slipping_winches_count() -> None:
+    for speed in (0.01, 0.5, 3.0):
+        for follows in (
+            lambda now, speeds: speeds * (now > 0.2),  # late
+            lambda now, speeds: speeds * min(1.0, 3.0 * now),  # accelerates
+            lambda now, speeds: 0.5 * speeds,  # the half of it
+            lambda now, speeds: 0.5 * speeds * (1.0 + math.cos(20.0 * now)),  # vibrates
+        ):
+            assert ordered(np.array([speed, -speed, 0.0]), follows) == math.inf
+
+
+@pytest.mark.parametrize("mode", [WinchMode.TENSION, WinchMode.HOLD, WinchMode.OFF])
+def test_winches_without_a_speed_need_not_count(mode: WinchMode) -> None:
+    assert ordered(np.full(3, 1.0), lambda _, speeds: 0.0 * speeds, mode) == math.inf
+
+
+def test_a_winch_that_goes_back_and_forth_less_than_the_limit_need_not_count() -> None:
+    watched = Watched(TURNED)
+    for _ in range(1000):
+        speeds = np.full(3, math.copysign(0.3, math.sin(4.0 * watched.now)))
+        guard.take_note(watched.state, watched.now, Command(watched.now, speeds))
+        assert watched.sees() is None
+
+
+def test_a_motor_that_says_it_cannot_turn_is_not_a_stuck_encoder() -> None:
+    watched = Watched(TURNED)
+    for _ in range(200):
+        guard.take_note(watched.state, watched.now, Command(watched.now, np.full(3, 1.0)))
+        assert watched.sees(conditions=(Condition.STALLED,)) is None

@@ -152,6 +152,42 @@ anchor_y: 0.125
 anchor_z: 3000   ; over the middle
 """
 
+FORK = """[printer]
+kinematics: winch
+max_velocity: 300
+winch_mover_weight: 1.5
+winch_spring_constant: 25000
+winch_min_force: 0, 4, 0, 8
+winch_max_force: 60, 80, 60, 120
+winch_target_force: 10
+winch_buildup_factor: 0.04
+winch_mechanical_advantage: 2, 2, 3, 4
+winch_guy_wire_lengths: 0, 1000, 0, 500
+flex_compensation_algorithm: qp
+[stepper_a]
+rotation_distance: 220
+anchor_x: 0
+anchor_y: -1500
+anchor_z: -100
+gear_ratio: 20:1
+[stepper_b]
+rotation_distance: 220
+anchor_x: 1200
+anchor_y: 1100
+anchor_z: -100
+[stepper_c]
+rotation_distance: 150
+anchor_x: -1300
+anchor_y: 800
+anchor_z: -100
+[stepper_d]
+rotation_distance: 110
+anchor_x: 0
+anchor_y: 0
+anchor_z: 2200
+"""
+"""Klipper for Hangprinters."""
+
 RRF = """; own Hangprinter
 G21
 M669 K6 N4 S130

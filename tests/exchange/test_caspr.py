@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import cablewright as cw
 from cablewright.errors import InputError
@@ -39,6 +40,58 @@ def test_all_features_are_carried(name: str, tmp_path: Path) -> None:
     assert (platform.mass, platform.centre_of_mass) == (12.5, (0.0, 0.02, 0.1))
     assert platform.nozzle == (0.0, 0.0, -0.3)
     assert (platform.inertia, platform.inertia_products) == ((1.5, 1.6, 1.7), (0.1, 0.0, 0.0))
+
+
+NORMALS = {"XY": (0.0, 0.0, 1.0), "XZ": (0.0, 1.0, 0.0), "YZ": (1.0, 0.0, 0.0)}
+
+
+@pytest.mark.parametrize("axes", NORMALS)
+@pytest.mark.parametrize("body", [False, True])
+def test_planar_joints(axes: str, body: bool, tmp_path: Path) -> None:
+    """The plane is through the joint; lengths at a pose in it are distances; the joint's limits are the frame."""
+    normal = np.array(NORMALS[axes])
+    along = np.eye(3)[normal == 0.0]
+    kind = f"{'PLANAR' if body else 'P'}_{axes}"
+    joint = f'<joint type="{kind}" q_min="-0.5 0.1{" -3" if body else ""}" q_max="0.5 0.9{" 3" if body else ""}"/>'
+    text = BODIES.replace('<joint type="SPATIAL_EULER_XYZ"/>', joint)
+    place = 0.25 * normal
+    text = text.replace("<location>0.0 0.0 0.0", f"<location>{' '.join(map(str, place))}")
+    if not body:
+        text = text.replace("0.0 0.02 0.1", "0 0 0").replace("0.0 0.0 -0.3", "0 0 0")
+    corners = np.array([(-1.0, -0.8), (1.0, -0.8), (1.0, 1.2), (-1.0, 1.2)])
+    ends = 0.1 * np.sign(corners) @ along * body
+    exits = corners @ along + place
+    cables = "".join(
+        caspr_cable(str(k), a.tolist(), b.tolist()) for k, (a, b) in enumerate(zip(exits, ends, strict=True))
+    )
+    found = read(tmp_path, text, caspr_cables(cables))
+    robot = found.robot
+    assert (robot.n, robot.freedoms) == ((6, 3) if body else (3, 2))
+    plane = robot.platform.plane
+    assert plane is not None
+    assert (plane.across, plane.distance) == (tuple(normal), 0.25)
+    assert {line.tension_limits for line in robot.lines} == {(5.0, 800.0)}
+    at = np.array([0.1, 0.3]) @ along + place
+    pose, turned = at, ends
+    if body:
+        turn = Rotation.from_rotvec(0.2 * normal)
+        pose, turned = np.concatenate([at, turn.as_rotvec()]), turn.apply(ends)
+    lengths = cw.inverse(robot, pose, cable="rigid").lengths
+    np.testing.assert_allclose(lengths, np.linalg.norm(exits - at - turned, axis=1), atol=1e-9)
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    np.testing.assert_allclose(low[normal == 0.0], [-0.5, 0.1])
+    np.testing.assert_allclose(high[normal == 0.0], [0.5, 0.9])
+    assert loads(robot_toml(found, "cablewright import")) == robot
+    assert not any("parent.location" in each for each in found.lost)
+
+
+@pytest.mark.parametrize("most", ["1 0 1", "1 nan 1", "1"])
+def test_limits_of_a_joint_that_are_no_box(most: str, tmp_path: Path) -> None:
+    joint = f'<joint type="TRANSLATIONAL_XYZ" q_min="0 0 0" q_max="{most}"/>'
+    point = caspr_cables("".join(caspr_cable(str(k), at, (0.0, 0.0, 0.0)) for k, at in enumerate(samples.EXITS)))
+    found = read(tmp_path, BODIES.replace('<joint type="SPATIAL_EULER_XYZ"/>', joint), point)
+    assert found.robot.scene == read(tmp_path).robot.scene
+    assert "joint.q_min, q_max: no box with a finite extent along each axis of the joint" in found.lost
 
 
 def test_lengths_are_distances(tmp_path: Path) -> None:
@@ -123,6 +176,8 @@ BAD_BODIES = {
     "links between bodies": (BODIES.replace("</links>", _TWO + "</links>"), "links between bodies"),
     "hanging on a body": (BODIES.replace("<num>0</num>", "<num>1</num>"), "must be 0, the ground"),
     "other joint": (BODIES.replace("SPATIAL_EULER_XYZ", "R_Z"), "joint.type = 'R_Z'"),
+    "spherical joint": (BODIES.replace("SPATIAL_EULER_XYZ", "S_EULER_XYZ"), "joint.type = 'S_EULER_XYZ': must be one"),
+    "universal joint": (BODIES.replace("SPATIAL_EULER_XYZ", "U_XY"), "joint.type = 'U_XY': must be one"),
     "inertia": (BODIES.replace("<Ixx>1.5", "<Ixx>-1.5"), "own_bodies.xml with own_cables.xml: platform.inertia"),
     "mass": (BODIES.replace("<mass>12.5", "<mass>-12.5"), "must be at least"),
     "infinite": (BODIES.replace("<mass>12.5", "<mass>inf"), "must be a finite number"),

@@ -17,7 +17,7 @@ from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import ImportedRobot
 from cablewright.machine.drums import drums_of
 from cablewright.robot import load, loads
-from exchange.samples import KLIPPER, MASLOW, RRF
+from exchange.samples import FORK, KLIPPER, MASLOW, RRF, wirex
 
 FILES = {"maslow.yaml": MASLOW, "printer.cfg": KLIPPER, "config.g": RRF}
 
@@ -86,18 +86,137 @@ def test_reprapfirmware(tmp_path: Path) -> None:
     growth = [2.0 * line.winch.build_up * line.winch.drum_radius**2 for line in robot.lines]
     np.testing.assert_allclose(growth, 0.0356e-3, rtol=1e-12)
     assert [line.winch.drum_length for line in robot.lines][3] == 4 * 2.345
+    assert robot.lines[0].winch.drum_length == pytest.approx(2 * math.hypot(1.6045, 0.11408) + 0.1, rel=1e-14)
     lost = " ".join(found.lost)
-    assert all(word in lost for word in ("M666 Y", "M666 L", "M666 H", "M666 J", "M669 P", "M669 S"))
+    assert all(word in lost for word in ("M666 L", "M666 H", "M666 J", "M669 P", "M669 S"))
+    assert [line.dead_length for line in robot.lines] == [0.1, 0.1, 0.1, 0.0]
 
 
 def test_reprapfirmware_comes_back(tmp_path: Path) -> None:
     robot = read(tmp_path, "config.g", RRF).robot
-    text = rrf_config(robot, drums_of(robot), None, 200).text
+    text = rrf_config(robot, drums_of(robot), None, 200, np.array([(0.3, -0.2, 0.1), (-0.3, 0.4, 0.6)])).text
     assert read(tmp_path, "config.g", text).robot == robot
 
 
 def test_reprapfirmware_takes_the_height_of_the_last_anchor_alone(tmp_path: Path) -> None:
     assert read(tmp_path, "config.g", RRF.replace("D0:0:2345.0", "D2345")).robot.lines[3].exit_point == (0, 0, 2.345)
+
+
+def steps_of_the_fork(apart: float, spans: int, rotation_distance: float, growth: float) -> float:
+    """Turns of a spool, from the origin, by the fork's law: mm of its lines are of the nozzle, not of the cable."""
+    radius = rotation_distance * spans / (2 * math.pi)
+    k2 = -growth * spans
+    return 2 / rotation_distance * radius / k2 * (math.sqrt(radius**2 + apart * k2) - radius)
+
+
+def test_klipper_of_hangprinters(tmp_path: Path) -> None:
+    """Each winch turns as by the law of the fork; forces there are of all spans."""
+    found = read(tmp_path, "printer.cfg", FORK)
+    robot = found.robot
+    assert robot.platform.mass == 1.5
+    assert [line.advantage for line in robot.lines] == [2, 2, 3, 4]
+    assert [line.tension_limits for line in robot.lines] == [(0.0, 30.0), (2.0, 40.0), (0.0, 20.0), (2.0, 30.0)]
+    assert {line.cable.stiffness for line in robot.lines} == {25000.0}
+    assert [line.dead_length for line in robot.lines] == [0.0, 1.0, 0.0, 0.5]
+    for drum, line, turn in zip(drums_of(robot), robot.lines, (220, 220, 150, 110), strict=True):
+        origin = math.hypot(*line.exit_point) * line.advantage + line.dead_length
+        for apart in (-300.0, 40.0, 250.0):
+            length = origin + 1e-3 * apart * line.advantage
+            angles = drum.angles(np.array([origin, length]))
+            assert (angles[1] - angles[0]) / (2 * math.pi) == pytest.approx(
+                steps_of_the_fork(apart, line.advantage, turn, 0.04), rel=1e-9
+            )
+    lost = " ".join(found.lost)
+    assert "stepper.gear_ratio: a machine file has it" in lost
+    assert "printer.max_velocity: a job has it" in lost
+    assert not any(key in lost for key in ("weight", "advantage", "buildup", "spring", "max_force", "guy"))
+    assert not any("platform.mass" in each or "tension_limits" in each for each in found.assumed)
+
+
+def test_reprapfirmware_before_m666(tmp_path: Path) -> None:
+    """R, Q, U and O were letters of M669, and M669 W no weight; X, Y and Z of M666 were end switches."""
+    text = """M669 K6
+M669 A0.0:-1500.0:-110.0 B1300.0:1200.0:-110.0 C-1300.0:800.0:-110.0 D2200.0 P1000
+M669 Q0.05 R60:60:60:61 U4:4:4:3 L20:20:20:20 W7500:7500:7500:4000
+M666 X0 Y0 Z0
+"""
+    found = read(tmp_path, "config.g", text)
+    robot = found.robot
+    assert [line.advantage for line in robot.lines] == [4, 4, 4, 3]
+    assert [line.winch.drum_radius for line in robot.lines] == [0.06, 0.06, 0.06, 0.061]
+    assert [line.cables for line in robot.lines] == [2, 2, 2, 3]
+    assert all(line.dead_length == 0.0 for line in robot.lines)
+    assert 2.0 * robot.lines[0].winch.build_up * 0.06**2 == pytest.approx(2 * 0.05e-3)
+    assert "platform.mass: 2 kg" in found.assumed
+    assert "lines.cables: 2, 2, 2, 3, what RepRapFirmware of 2019 takes without O" in found.assumed
+    lost = " ".join(found.lost)
+    assert all(word in lost for word in ("M666 X: the end switch", "M669 W", "M669 P", "M666 L"))
+
+
+def test_reprapfirmware_without_spools(tmp_path: Path) -> None:
+    """The firmware's own values stand for what a file leaves out."""
+    found = read(tmp_path, "config.g", RRF.replace("Q0.0356 R65.239:65.135:65.296:64.673", "W2.5"))
+    assert {line.winch.drum_radius for line in found.robot.lines} == {0.075}
+    assert found.robot.lines[0].winch.build_up == pytest.approx(0.5 * 0.007e-3 / 0.075**2)
+    assert any("winch.drum_radius: 75 mm, what RepRapFirmware takes" in each for each in found.assumed)
+
+
+SECTION = """name: Own
+Maslow_vertical: false
+Maslow_tlX: 1.0
+kinematics:
+  MaslowKinematics:
+    tlX: 25.4
+    tlY: 2080.0
+    tlZ: 100.0
+    trX: 3000.5
+    trY: 2095.25
+    trZ: 56.0
+    blZ: 34.0
+    brX: 3010.0   # measured
+    brY: 0
+    brZ: 78.0
+    armLength: 123.4
+    fixedZ: true
+    maxSegmentLength: 5
+axes:
+  x:
+    tlX: 7.0
+"""
+
+
+def test_maslow_of_2025(tmp_path: Path) -> None:
+    """Anchors in a section of kinematics are those of the old layout; what was there before is told as replaced."""
+    old = read(tmp_path, "maslow.yaml", MASLOW.replace("vertical: true", "vertical: false")).robot
+    found = read(tmp_path, "maslow.yaml", SECTION)
+    assert found.robot.lines == old.lines
+    lost = " ".join(found.lost)
+    assert all(f"{key}: " in lost for key in ("armLength", "fixedZ", "maxSegmentLength"))
+    assert "Maslow_tlX: the anchors of MaslowKinematics are read" in found.lost
+    raised = read(tmp_path, "maslow.yaml", SECTION.replace("fixedZ: true", "workThickness: 12"))
+    heights = [[line.exit_point[2] for line in robot.lines] for robot in (raised.robot, old)]
+    assert heights[0] == pytest.approx([each + 0.012 for each in heights[1]], abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "name: Pen\nkinematics:\n  WallPlotter:\n    left_axis: 0\n",
+            "kinematics: 'WallPlotter', two belts on a wall",
+        ),
+        ("kinematics:\n  CoreXY:\n", "is a FluidNC configuration with kinematics: 'CoreXY'"),
+        ("winch:\n  ros__parameters:\n    rate: 3\n", "is a file of ROS parameters"),
+        ("points:\n- frame: [1, 2]\n  platform: 3\nname: hall\n", "is YAML with 'points', 'name'"),
+        ("", "has no keys"),
+    ],
+)
+def test_other_yaml_is_named(text: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"import reads WireX .*Maslow \(\.yaml, \.yml\).*Klipper") as caught:
+        read(tmp_path, "machine.yaml", text)
+    assert words in str(caught.value)
+    with pytest.raises(InputError, match="a Maslow's settings have Maslow_tlX and so on, or kinematics"):
+        read_robot([tmp_path / "machine.yaml"], "maslow")
 
 
 BAD = {
@@ -107,6 +226,15 @@ BAD = {
     "maslow with a unit": ("maslow.yaml", MASLOW.replace("2080.0", "2080 mm"), "without a unit"),
     "maslow twice": ("maslow.yaml", MASLOW + "maslow_tlx: 3\n", "given twice"),
     "maslow neither": ("maslow.yaml", MASLOW.replace("vertical: true", "vertical: yes"), "must be true or false"),
+    "maslow section without an anchor": (
+        "maslow.yaml", SECTION.replace("trY", "trW"), "has no trY, the top right anchor's y, mm in kinematics"
+    ),
+    "maslow section, twice": ("maslow.yaml", SECTION.replace("brY: 0", "brX: 0"), "brX is given twice"),
+    "fork, too few": ("printer.cfg", FORK.replace("2, 2, 3, 4", "2, 2, 3"), "must be 4 values, one for each winch"),
+    "fork, advantage": ("printer.cfg", FORK.replace("2, 2, 3, 4", "2, 2, 0, 4"), "must be a whole number, 1 or more"),
+    "fork, weight": ("printer.cfg", FORK.replace("weight: 1.5", "weight: -1.5"), "must be at least 0"),
+    "fork, a tiny drum": ("printer.cfg", FORK.replace("220", "1e-190"), "build_up"),
+    "fork, nan": ("printer.cfg", FORK.replace("25000", "nan"), "winch_spring_constant = 'nan'"),
     "klipper of another kind": ("printer.cfg", KLIPPER.replace("winch", "delta"), "must be winch"),
     "klipper without a radius": ("printer.cfg", KLIPPER.replace("rotation_distance: 251.2\n", ""), "rotation_distance"),
     "klipper, two winches": ("printer.cfg", KLIPPER[: KLIPPER.index("[stepper_c]")], "at least 3"),
@@ -144,9 +272,15 @@ def test_bad_files_are_one_line(what: str, tmp_path: Path) -> None:
     assert name in str(caught.value)
 
 
-def test_formats_are_found_by_ending(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="of no known ending"):
+def test_formats_are_found_by_content(tmp_path: Path) -> None:
+    """Whatever a file's name ends in; one of no known content is told which are read."""
+    for name, text in FILES.items():
+        for other in ("robot.txt", *FILES):
+            assert read(tmp_path, other, text).format == read(tmp_path, name, text).format
+    with pytest.raises(InputError, match=r"no format is known .*--format names one of WireX \(\.wcrfx\), CASPR"):
         read(tmp_path, "robot.dat", "")
+    assert read(tmp_path, "robot.xml", '<?xml version="1.0"?>' + wirex()).format == "WireX 0.32"
+    (tmp_path / "a.wcrfx").write_text("<models/>")
     with pytest.raises(InputError, match="a second file; WireX has one"):
         read_robot([tmp_path / "a.wcrfx", tmp_path / "b.wcrfx"])
     with pytest.raises(InputError, match="only a CASPR model"):
@@ -156,6 +290,6 @@ def test_formats_are_found_by_ending(tmp_path: Path) -> None:
 
 def test_firmware_that_has_no_such_line() -> None:
     for name, words in (("cogiro", "a body that rotates"), ("wang2021", "not straight from an eyelet")):
-        for write in (klipper_anchors, lambda robot: rrf_config(robot, (), None, 200)):
+        for write in (klipper_anchors, lambda robot: rrf_config(robot, (), None, 200, np.zeros((2, 3)))):
             with pytest.raises(InputError, match=words if name == "wang2021" else f"{words}|has 8 lines"):
                 write(load(name))

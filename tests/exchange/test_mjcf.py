@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from boards import board
 from cablewright.errors import AnswerError, InputError
@@ -29,6 +32,7 @@ def test_library_robots(name: str) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     np.testing.assert_allclose(data.ten_length, model.tendon_range[:, 1], atol=1e-8, rtol=0)
+    np.testing.assert_allclose(data.ten_length, at.lengths, atol=2e-6, rtol=0)
     place, turned = data.body("platform").xpos.copy(), data.body("platform").xquat.copy()
     np.testing.assert_allclose(place, at.pose[:3], atol=1e-12)
     data.qpos[2 if model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE else model.jnt_qposadr[0]] += 0.005
@@ -38,6 +42,48 @@ def test_library_robots(name: str) -> None:
     assert np.abs(data.qvel).max() < 1e-4
     np.testing.assert_allclose(data.body("platform").xpos, place, atol=1e-4, rtol=0)
     assert abs(data.body("platform").xquat @ turned) > 1 - 1e-6
+
+
+def straight(robot: Robot, pose: np.ndarray) -> list[float]:
+    """Lengths from exit point over an upright swivel, tangent to its axis there, to the platform: by plane geometry."""
+    found = []
+    turn = Rotation.from_rotvec(pose[3:] if len(pose) == 6 else np.zeros(3))
+    for line in robot.lines:
+        away = turn.apply(line.platform_point) + pose[:3] - line.exit_point
+        r = getattr(line.sheave, "radius", 0.0)
+        if r == 0.0:
+            found.append(float(np.linalg.norm(away)))
+            continue
+        along = float(np.array(line.sheave.axis) @ away)
+        x, z = float(np.linalg.norm(away - along * np.array(line.sheave.axis))) - r, along
+        free = float(np.sqrt(x * x + z * z - r * r))
+        # the tangent point's angle about the wheel's centre, from the side of the axis over the top
+        touch = np.arctan2(z, x) + (1.0 if line.sheave.wrap == "over" else -1.0) * np.arctan2(free, r)
+        side = 1.0 if line.sheave.wrap == "over" else -1.0
+        found.append(free + r * float((np.pi - side * touch) % (2.0 * np.pi)))
+    return found
+
+
+@pytest.mark.parametrize("name", ["ipanema1", "cogiro", "cable-robot-simulator", "wang2021", "jung2020"])
+def test_tendons_are_as_long_as_the_straight_line_and_its_arc(name: str) -> None:
+    """Independent of the exporter: MuJoCo's own length against distances and an arc."""
+    at = at_rest(load(name))
+    model = mujoco.MjModel.from_xml_string(mjcf(at).text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.ten_length, straight(at.model.robot, at.pose), atol=2e-6, rtol=0)
+
+
+def test_another_length_is_noted() -> None:
+    robot = lines_with(load("hangprinter-v4"), dead_length=0.7)
+    at = solve_inverse(Model.of(robot, cable="rigid"), [0.1, -0.1, 0.4])
+    made = mjcf(at)
+    model = mujoco.MjModel.from_xml_string(made.text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.ten_length, at.lengths - 0.7, atol=2e-6, rtol=0)
+    note = next(each for each in made.lost if "are 700 mm shorter than the lines" in each)
+    assert f"<!-- lost: {note} -->" in made.text
 
 
 def settled(at: Equilibrium, steps: int = 3000) -> tuple[np.ndarray, mujoco.MjModel, mujoco.MjData]:
@@ -75,8 +121,13 @@ def lines_with(robot: Robot, **changes: object) -> Robot:
 def test_kinds_of_lines(changes: dict[str, object]) -> None:
     robot = lines_with(load("merlet2023"), **changes)
     at = solve_inverse(Model.of(robot, cable="rigid"), [0.3, -0.4, 1.2])
-    place, _, _ = settled(at)
+    place, model, _ = settled(at)
     np.testing.assert_allclose(place, at.pose, atol=1e-4, rtol=0)
+    apart = 1e3 * np.abs(model.tendon_range[:, 1] - at.lengths)  # which `settled` held against MuJoCo's own
+    noted = re.findall(r"tendons of .* are ([0-9.]+) mm (?:longer|shorter)", "\n".join(mjcf(at).lost))
+    assert sorted(set(map(float, noted))) == pytest.approx(
+        sorted({float(f"{each:.4g}") for each in apart if each > 2e-3})
+    )
     told = any("wheels are sites on their rims" in each for each in mjcf(at).lost)
     assert told == (WHEEL in changes.get("guides", ()))
 
@@ -121,6 +172,11 @@ def test_refusals() -> None:
         mjcf(solve_inverse(Model.of(robot), [0.0, 0.0, 1.0]))
     with pytest.raises(AnswerError, match="no lengths at this pose"):
         mjcf(solve_inverse(Model.of(load("house-printer"), cable="rigid"), [0.0, 0.0, 16.0]))
+    table = robot.model_dump(by_alias=True)
+    table["lines"] = [table["lines"][0] | {"counterweight": 5.0, "winch": {}}, *table["lines"][1:]]
+    hung = Robot.model_validate(table)
+    with pytest.raises(InputError, match="has a counterweight"):
+        mjcf(rest_pose(Model.of(hung, cable="rigid")).equilibrium)
     aside = lines_with(robot, winch_exit=(0.0, 0.0, 0.0))
     with pytest.raises(InputError, match="a winch that is not on the axis of its swivel, which the MuJoCo"):
         mjcf(solve_inverse(Model.of(aside, cable="rigid"), [0.0, 0.0, 1.0]))

@@ -80,7 +80,7 @@ def test_a_dead_cell_is_one_line_and_a_stuck_one_repeats_itself() -> None:
     stuck = FaultPlan(source="load_cells", kind="stuck", begin=2.0)
     told, _ = shown(with_cells(cell(deviation=1.0), (stuck,)), 5.0)
     assert len(np.unique(told[25:], axis=0)) == 1
-    with pytest.raises(ValidationError, match="encoders is not of a line"):
+    with pytest.raises(ValidationError, match="all of them are silent together"):
         FaultPlan.model_validate({"source": "encoders", "line": name})
 
 

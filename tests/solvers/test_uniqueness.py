@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
+from tools.only_one import contradictions
 
 import cablewright as cw
+from cablewright.models.packed_views import LineStates
 from cablewright.solvers.uniqueness import EVERYWHERE, unique_among
 
 
@@ -71,3 +75,42 @@ def test_no_two_covered_equilibria_are_found_for_the_same_lengths() -> None:
         if not np.isfinite(lengths).all():
             continue
         assert sum(unique_among(one) is not None for one in cw.equilibria(robot, lengths)) <= 1
+
+
+def test_no_sentence_of_random_slack_robots_is_contradicted() -> None:
+    """Two batches of each number of lines; `python -m tools.only_one` runs any number of them."""
+    checked = [contradictions(seed=3, number=number, count=60) for number in range(8)]
+    assert not [sentence for false, _ in checked for sentence in false]
+    assert sum(tally["with a sentence and several solutions"] for _, tally in checked) > 20
+
+
+def test_a_dead_span_in_a_loop_is_not_said_to_be_taut() -> None:
+    """Its tension is above that of a dead span that just hangs, but it holds more cable than reaches the winch."""
+    robot = cw.load("house-printer")
+    hold = cw.inverse(robot, [3.0, 3.0, 10.0], sheave="eyelet")
+    tracker = cw.Tracker(cw.Model(robot, cw.Fidelity.of("catenary", "eyelet")), hold.lengths)
+    for step in range(1, 81):
+        assert tracker.step(hold.lengths + np.array([0.1 * step, 0.0, 0.0, 0.0])) is cw.Status.OK
+    states = LineStates(tracker.states)
+    weight = robot.lines[0].cable.linear_density * robot.scene.gravity
+    assert states.tension[0] > 1.01 * weight * 15.0
+    assert states.dead_length[0] > 20.0
+    found = cw.forward(robot, hold.lengths + np.array([8.0, 0.0, 0.0, 0.0]), sheave="eyelet").checked()
+    looped = dataclasses.replace(found, pose=tracker.pose, states=tracker.states)
+    assert unique_among(looped) is None
+    assert unique_among(found) == f"{EVERYWHERE} whose dead spans are taut"
+
+
+def test_a_platform_within_two_radii_of_a_swivel_is_not_among_those_beyond() -> None:
+    """The sentence has the largest radius; beside a small swivel a platform leaves it outwards and is nearer."""
+    robot, lines = cw.load("merlet2023"), []
+    for y, radius in ((0.0, 0.1), (5.0, 0.4)):
+        line = robot.lines[0]
+        changes = {"exit_point": (0.0, y, 4.0), "sheave": line.sheave.model_copy(update={"radius": radius})}
+        lines.append(line.model_copy(update={"winch_exit": None, **changes}))
+    robot = robot.model_copy(update={"lines": tuple(lines)})
+    beyond = f"{EVERYWHERE} whose platform is farther than 0.8 m from the axis of each swivel"
+    for lengths, among in (([2.2, 5.6], None), ([4.0, 4.5], beyond)):
+        found = cw.forward(robot, lengths).checked()
+        assert (found.pose[1] > 0.8) == (among is not None)
+        assert unique_among(found) == among

@@ -141,9 +141,12 @@ class Distances(Pictured):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the distances do not count."""
-        thin = [line.name for line in self.robot.lines if line.cable.diameter is None]
-        return (f"the cable has no diameter, and counts as having none: line {', '.join(thin)}",) if thin else ()
+        """What is assumed of the cables."""
+        thin = [line for line in self.robot.lines if line.cable.diameter is None]
+        if not thin:
+            return ()
+        most, names = max(1e3 * line.cable.thickness for line in thin), ", ".join(line.name for line in thin)
+        return (f"cable.diameter is not given, and assumed by the cable's mass, up to {most:.3g} mm: line {names}",)
 
     @property
     def nearest_of(self) -> dict[str, Contact | None]:
@@ -385,7 +388,7 @@ def _surroundings(robot: Robot, settings: InterferenceSettings) -> Surroundings:
     low = np.array([box.lowest for box in boxes]).reshape(-1, 3)
     high = np.array([box.highest for box in boxes]).reshape(-1, 3)
     return Surroundings(
-        radii=np.array([0.5 * (line.cable.diameter or 0.0) for line in lines]),
+        radii=np.array([0.5 * line.cable.thickness for line in lines]),
         shared=np.array(shared, dtype=np.int64),
         beams=np.array([(beam.start, beam.end) for beam in beams]).reshape(-1, 2, 3),
         beam_radii=np.array([beam.radius for beam in beams]),

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, require_positive
+from cablewright.reading_times import ReadingTimes
 from cablewright.robot import Robot
-from cablewright.signals import BeamLength, SensorFrame
+from cablewright.signals import BeamLength, SensorFrame, source_of
 
 OUTPUT: Final = "retraction"
 """Name of the machine's output: m/s, positive makes the platform longer."""
@@ -59,12 +60,13 @@ class BeamState:
     """``length``: m, last measured. Changed in place by `read`."""
 
     length: float
+    times: ReadingTimes = field(default_factory=ReadingTimes)
 
 
 def read(settings: BeamSettings, state: BeamState, frame: SensorFrame) -> None:
     """Take the measured length from a frame; *state* changes in place."""
     for reading in frame.of(BeamLength):
-        if math.isfinite(reading.length):
+        if math.isfinite(reading.length) and state.times.is_new(source_of(reading), reading.time, frame.time):
             state.length = min(max(reading.length, settings.least), settings.most)
 
 

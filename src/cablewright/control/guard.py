@@ -17,8 +17,10 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.control.stop import StopKind, StopSettings
 from cablewright.errors import InputError, require_positive
+from cablewright.reading_times import ReadingTimes, Timeliness
 from cablewright.signals import (
     PER_LINE,
+    Command,
     Condition,
     Drives,
     DriveState,
@@ -27,6 +29,8 @@ from cablewright.signals import (
     Reading,
     SensorFrame,
     Tensions,
+    WinchMode,
+    source_of,
 )
 
 CONFIRMED: Final = 2
@@ -38,7 +42,15 @@ BRAKE_TIME: Final = 0.5
 LOST_TIME: Final = 1.0
 """Time for which a tension may be under its minimum, s."""
 
+UNCOUNTED: Final = 0.02
+"""Cable that a winch may be ordered to pay out or wind in while its encoder does not count, m."""
+
+_LATE: Final = 0.5  # of the encoders' timeout: for so long it is so at least, as commands and readings are late
+_COUNTS: Final = 0.1  # of the cable ordered: by so much an encoder that counts has moved
+
 _FALLS: Final = 0.01  # of the limit: by so much a tension has fallen that falls
+
+_STANDING: Final = (Condition.STALLED, Condition.DRUM_END)  # winches that do not turn, and say so
 
 _CONDITIONS: Final = {
     Condition.NO_EQUILIBRIUM: ("the platform is in no equilibrium", StopKind.HOLD),
@@ -46,6 +58,7 @@ _CONDITIONS: Final = {
     Condition.BUS_SILENT: (str(Condition.BUS_SILENT), StopKind.BRAKE),
     Condition.BRAKE: (str(Condition.BRAKE), StopKind.KEEP),
     Condition.ESTOP: (str(Condition.ESTOP), StopKind.RAMP),
+    Condition.HUNG: (str(Condition.HUNG), StopKind.RAMP),
     Condition.CLOCK_BACK: ("the machine's clock jumped back", StopKind.RAMP),
 }
 
@@ -57,7 +70,8 @@ class GuardSettings:
     ``max_tensions``: (m,) N at the sheaves. ``min_tensions``: (m,) N, of estimated ones while it prints.
     ``max_torques``: (m,) N m of the winch drums. ``max_drum_speed``: rad/s of a winch drum.
     ``max_following_error``: rad of it. ``counts_per_radian``: of the encoders, per radian of a winch
-    drum; None: speeds are judged by the drives alone. ``timeouts``: s without a reading, by source.
+    drum; None: speeds are judged by the drives alone. ``max_uncounted``: (m,) rad that a winch drum may be ordered to
+    turn without a count. ``timeouts``: s without a reading, by source.
     """
 
     max_tensions: Array
@@ -66,6 +80,7 @@ class GuardSettings:
     max_drum_speed: float | None = None
     max_following_error: float | None = None
     counts_per_radian: float | None = None
+    max_uncounted: Array | None = None
     timeouts: Mapping[str, float] = field(default_factory=lambda: {"encoders": 0.5})
     stop: StopSettings = field(default_factory=StopSettings)
 
@@ -74,7 +89,7 @@ class GuardSettings:
         names = ("max_drum_speed", "max_following_error", "counts_per_radian")
         given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         require_positive(**given, **self.timeouts)
-        for values in (self.max_tensions, self.max_torques):
+        for values in (self.max_tensions, self.max_torques, self.max_uncounted):
             if values is not None and not (values > 0.0).all():
                 raise InputError(f"limits of the guard: {values.tolist()}: each must be over 0")
 
@@ -87,12 +102,21 @@ class Cause(NamedTuple):
 
 
 @dataclass(eq=False)
+class _Uncounted:
+    """Since when an encoder has not moved."""
+
+    time: float  # s
+    counts: int
+    turned: float  # rad, by commands
+
+
+@dataclass(eq=False)
 class GuardState:
-    """Changed in place by `judge`. What a source has told holds until it tells otherwise."""
+    """Changed in place by `judge`. The last reading of a source stays valid until the next one."""
 
     start_time: float = math.inf  # s, of the first frame
-    read_times: dict[str, float] = field(default_factory=dict)  # s, of each source's last reading
-    last_times: dict[str, float] = field(default_factory=dict)  # s, of the frame in which it came, without a gap
+    times: ReadingTimes = field(default_factory=ReadingTimes)  # of each source
+    whole_times: dict[str, float] = field(default_factory=dict)  # s, of each source's last reading without a gap
     causes: dict[str, list[Cause]] = field(default_factory=dict)  # by source
     over: dict[str, dict[int, int]] = field(default_factory=dict)  # readings in a row, by limit and line
     last_tensions: dict[str, list[float]] = field(default_factory=dict)  # N, by source; the last known of each line
@@ -100,11 +124,18 @@ class GuardState:
     lost_since: float = math.nan  # s, since which a tension has been under its minimum
     closing_since: float = math.nan  # s, of the first command since which brakes are to be closed
     opening_since: float = math.nan  # s, since which they are to be open
+    ordered: tuple[float, Command] | None = None  # s, and the command of then
+    turned: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad by all commands
+    uncounted: dict[int, _Uncounted] = field(default_factory=dict)  # by line
 
 
-def take_note(state: GuardState, now: float, *, closed: bool) -> None:
-    """Take note of what is commanded to brakes at *now*, s; *state* changes in place."""
-    if closed:
+def take_note(state: GuardState, now: float, command: Command) -> None:
+    """Take note of what is commanded to brakes and winches at *now*, s; *state* changes in place."""
+    if state.ordered is not None:
+        then, before = state.ordered
+        state.turned = state.turned + before.winch_speeds * max(now - then, 0.0)
+    state.ordered = now, command
+    if WinchMode.OFF in command.modes:
         state.closing_since = now if math.isnan(state.closing_since) else state.closing_since
         state.opening_since = math.nan
     else:
@@ -127,9 +158,10 @@ def judge(
     """
     state.start_time = min(state.start_time, frame.time)
     for reading in frame.readings:
-        source = reading.source if isinstance(reading, Tensions) else _SOURCES.get(type(reading), "")
-        if source:
-            _read(settings, state, source, reading, frame.time)
+        if isinstance(reading, Tensions | Encoders | Drives | Inputs):
+            _read(settings, state, source_of(reading), reading, frame.time)
+    if any(notice.condition in _STANDING for notice in frame.notices):
+        state.uncounted.clear()
     found = _conditions(frame) + _silences(settings, state, frame.time)
     for causes in state.causes.values():
         found += causes
@@ -141,11 +173,12 @@ def judge(
 
 
 def _read(settings: GuardSettings, state: GuardState, source: str, reading: Reading, now: float) -> None:
-    """Judge one reading, unless it is told again, or was overtaken. Nobody's clock is believed to be ahead."""
-    stamp = reading.time if reading.time <= now else now
-    if stamp <= state.read_times.get(source, -math.inf):
+    """Judge one reading, unless it was repeated or overtaken. One from the future is judged as of now."""
+    timeliness, stamp = state.times.judge(source, reading.time, now), min(reading.time, now)
+    if timeliness is Timeliness.AHEAD:
+        timeliness, stamp = state.times.judge(source, now, now), now
+    if timeliness is Timeliness.OLD:
         return
-    state.read_times[source] = stamp
     m, whole = len(settings.max_tensions), True
     if any(len(getattr(reading, name)) != m for name in PER_LINE.get(type(reading), ())):
         state.causes[source] = [Cause(f"the {source.replace('_', ' ')} do not tell {m} numbers, one for each line")]
@@ -153,23 +186,21 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     if isinstance(reading, Tensions):
         state.causes[source], whole = _measured_tensions(settings, state, reading)
     elif isinstance(reading, Encoders):
-        state.causes[source] = _encoder_speeds(settings, state, stamp, reading.counts.tolist())
+        counts = reading.counts.tolist()
+        state.causes[source] = _encoder_speeds(settings, state, stamp, counts) + _stuck(settings, state, now, counts)
     elif isinstance(reading, Drives):
         state.causes[source] = _drives(settings, state, reading)
     elif isinstance(reading, Inputs):
         state.causes[source] = _inputs(reading) + _brakes(state, reading, now)
     if whole:
-        state.last_times[source] = now
-
-
-_SOURCES: Final[dict[type, str]] = {Encoders: "encoders", Drives: "drives", Inputs: "inputs"}
+        state.whole_times[source] = stamp
 
 
 def _silences(settings: GuardSettings, state: GuardState, now: float) -> list[Cause]:
     return [
         Cause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s")
         for source, timeout in settings.timeouts.items()
-        if now - state.last_times.get(source, state.start_time) > timeout
+        if now - state.whole_times.get(source, state.start_time) > timeout
     ]
 
 
@@ -227,6 +258,8 @@ def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, coun
     if settings.counts_per_radian is None or settings.max_drum_speed is None or before is None:
         return []
     elapsed = now - before[0]
+    if elapsed <= 0.0:  # after a reading from the future
+        return []
     per_second = 1.0 / (settings.counts_per_radian * elapsed)
     limits = [settings.max_drum_speed] * len(counts)
     found = []
@@ -234,6 +267,26 @@ def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, coun
         speeds = [way * (now - then) for now, then in zip(counts, before[1], strict=True)]
         fast = _confirmed(state, name, speeds, limits)
         found += [Cause(_too_much("turns at", i, speeds, limits, "rad/s")) for i in fast]
+    return found
+
+
+def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[Cause]:
+    """Winches that were ordered to turn by a speed, and whose encoders do not count."""
+    if settings.max_uncounted is None or settings.counts_per_radian is None or state.ordered is None:
+        return []
+    late = _LATE * settings.timeouts.get("encoders", 0.5)
+    found, modes, turned = [], state.ordered[1].modes, np.broadcast_to(state.turned, len(counts)).tolist()
+    for i, (count, most) in enumerate(zip(counts, settings.max_uncounted.tolist(), strict=True)):
+        last = state.uncounted.get(i)
+        given = not modes or modes[i] is WinchMode.VELOCITY
+        if last is None or not given or abs(count - last.counts) > _COUNTS * most * settings.counts_per_radian:
+            state.uncounted[i] = _Uncounted(now, count, turned[i])
+            continue
+        angle = turned[i] - last.turned
+        if abs(angle) > most and now - last.time >= late:
+            cable = f"{'pay out' if angle > 0.0 else 'wind in'} {1e3 * UNCOUNTED * abs(angle) / most:.0f} mm of cable"
+            why = f"the encoder of line {i + 1} does not count: its winch was ordered to {cable}"
+            found.append(Cause(why, StopKind.HOLD))
     return found
 
 

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from cablewright.control import manual
 from cablewright.control.manual import ManualSettings
 from cablewright.control.supervisor import MOVING
-from cablewright.signals import Order, OrderKind, PrintState
+from cablewright.reading_times import ReadingTimes, Timeliness
+from cablewright.signals import ORDER_LIFE, Order, OrderKind, PrintState
 from cablewright.units import LARGEST
 
 BY_HAND: Final = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK)
 """Orders of motions by hand."""
 
-_STOPS: Final = (OrderKind.STOP, OrderKind.EMERGENCY, OrderKind.PAUSE)
+STOPS: Final = (OrderKind.STOP, OrderKind.EMERGENCY, OrderKind.PAUSE)
+"""Orders to come to rest."""
+
+CALMING: Final = (*STOPS, OrderKind.RELEASE)
+"""Orders that are obeyed however old they are, and whoever operates now."""
+
 _PROCEDURES: Final = {OrderKind.TAKE_UP: PrintState.TENSIONING, OrderKind.HOME: PrintState.HOMING}
 _MAX_ARGUMENTS: Final = 20  # of an order
 
@@ -25,6 +31,7 @@ _MAX_ARGUMENTS: Final = 20  # of an order
 class OrderState:
     """Changed in place by `examine`."""
 
+    times: ReadingTimes = field(default_factory=ReadingTimes)  # of orders to jog
     jog_time: float = -math.inf  # s, of the last order to jog
     jog_stopped: bool = False  # a stop was ordered since nobody asked to jog
 
@@ -37,13 +44,16 @@ def examine(
     *,
     known: bool,
     procedures: Collection[PrintState],
+    step: float = 0.0,
 ) -> list[Order]:
     """Return the orders at *now*, s, each with why it cannot be obeyed; an empty text leaves it to the state.
 
-    *known*: whether the position is. *procedures*: that the plan has. A stop counts more than what moves beside it, and
-    a jog that was stopped begins anew only after nobody has asked for one for a while.
+    *known*: whether the position is. *procedures*: that the plan has. *step*: s, that the last one took as planned; an
+    order given before it is no older for that. A stop counts more than what moves beside it, and a jog that was stopped
+    begins anew only after nobody has asked for one for a while. Whatever is no stop is rejected `ORDER_LIFE` after it
+    was ordered.
     """
-    stops = any(order.kind in _STOPS for order in orders)
+    stops = any(order.kind in STOPS for order in orders)
     found = []
     for order in orders:
         if not _is_sound(order):
@@ -52,9 +62,23 @@ def examine(
         elif stops and order.kind in (*MOVING, OrderKind.RESUME, OrderKind.RESET):
             found.append(replace(order, refusal=f"{order.kind}: a stop was ordered at the same time"))
         else:
-            found.append(replace(order, refusal=_refusal(settings, state, order, now, known, procedures)))
+            why = _untimely(state, order, now, step) or _refusal(settings, state, order, now, known, procedures)
+            found.append(replace(order, refusal=why))
     state.jog_stopped |= stops
     return found
+
+
+def _untimely(state: OrderState, order: Order, now: float, step: float) -> str:
+    """Whether an order comes too late, was overtaken by a newer one, or is of the future: why, or an empty text."""
+    if order.kind in CALMING:
+        return ""
+    if (age := now - step - order.time) > ORDER_LIFE:
+        return f"{order.kind}: it was ordered {age:.1f} s ago; at most {ORDER_LIFE:g} s are allowed: order it again"
+    found = state.times.judge(order.kind, order.time, now)
+    if found is Timeliness.AHEAD:
+        return f"{order.kind}: its time is {order.time - now:.3g} s ahead of the machine's clock"
+    overtaken = order.kind is OrderKind.JOG and order.time < state.times.last(order.kind)
+    return "jog: a newer order to jog has come before it" if overtaken else ""
 
 
 def _refusal(

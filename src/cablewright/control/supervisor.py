@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -20,7 +20,9 @@ from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
 from cablewright.control.transitions import TRANSITIONS, Event, Happening
 from cablewright.errors import InputError, require_positive
+from cablewright.reading_times import ReadingTimes, Timeliness
 from cablewright.signals import (
+    ORDER_LIFE,
     Barrier,
     Condition,
     Estimate,
@@ -33,6 +35,8 @@ from cablewright.signals import (
 
 NOT_RESET: Final = "not reset since it was started"
 _POSITION_LOST: Final = "the position is not known"
+_BARRIER: Final = "barrier"
+_TURNING: Final = "the winches have not come to rest"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +80,11 @@ class SupervisorState:
     finished: bool = False
     valid_since: float = math.nan  # s: start of the valid position; NaN: not valid
     last_valid_time: float = -math.inf  # s: of the last valid position
-    last_barrier_time: float = -math.inf
+    barrier_times: ReadingTimes = field(default_factory=ReadingTimes)
     barrier_broken: bool = False
     stalled_since: float = math.nan
-    resume_ordered: bool = False  # pending until the barrier is clear
+    resume_ordered: bool = False  # waits until the winches stand and the barrier is clear, for at most `ORDER_LIFE`
+    resume_time: float = math.inf  # s, of that order
     reset_before: bool = False  # a reset was ordered in the last step: it is held
     barrier_stops: int = 0
     refills: int = 0
@@ -131,7 +136,7 @@ def step(
     *cause*: of the guard, to stop. *standing*: whether the winches are commanded to stand; *stopped*: for as long as a
     stop takes. *target*: of the last step. *powder*, kg: estimate. *orders* that are refused already change nothing.
     """
-    now = frame.time
+    now, before = frame.time, state.state
     _update_readings(state, frame, estimate)
     conditions = frozenset(
         notice.condition  # a retraction may be at its end
@@ -145,6 +150,8 @@ def step(
         for order in given
     )
     state.reset_before = any(order.kind is OrderKind.RESET for order in given)
+    if state.state is not before:
+        inputs = inputs._replace(target=None)  # a target is judged in the state for which it was made
     danger = cause or _hard_limit(settings, state, inputs)
     if danger is not None:
         if state.state is not PrintState.FAULT:
@@ -153,6 +160,8 @@ def step(
         _check_running(settings, state, inputs)
     elif state.state in _HANDLED:
         _check_handled(settings, state, inputs)
+    elif state.reason == _POSITION_LOST and (why := _person(settings, state, now)):
+        _happen(state, Happening.PERSON, now, why)  # from now on it takes an order
     _advance(settings, state, inputs)
     at_rest = target is None or (target.path_speed == 0.0 and not target.velocity.any())
     mode = _MODES.get(state.state, GuideMode.HOLD)
@@ -166,6 +175,7 @@ def step(
 
 
 _BEAM_END: Final = Notice(Condition.DRUM_END, beam.OUTPUT)
+_KEEPING: Final = (PrintState.REFILLING, PrintState.STOPPED)  # keep their reason where a pause is ordered
 _RUNNING: Final = (PrintState.READY, PrintState.PRINTING)
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 _SHUT: Final = (PrintState.FAULT, PrintState.READY, PrintState.OFF, *_HANDLED)
@@ -175,9 +185,13 @@ _MODES = {PrintState.PRINTING: GuideMode.FOLLOW, PrintState.READY: GuideMode.APP
 
 def _update_readings(state: SupervisorState, frame: SensorFrame, estimate: Estimate) -> None:
     state.first_frame_time = min(state.first_frame_time, frame.time)
-    for reading in frame.readings:
-        if isinstance(reading, Barrier):
-            state.last_barrier_time, state.barrier_broken = frame.time, reading.broken
+    for reading in frame.of(Barrier):
+        timeliness = state.barrier_times.judge(_BARRIER, reading.time, frame.time)
+        if timeliness is Timeliness.NEW:
+            state.barrier_broken = reading.broken
+        elif timeliness is Timeliness.AHEAD and reading.broken:  # as of now; a clear one shows nothing
+            state.barrier_broken = True
+            state.barrier_times.judge(_BARRIER, frame.time, frame.time)
     if estimate.valid:
         state.last_valid_time = frame.time
         if math.isnan(state.valid_since):
@@ -200,17 +214,18 @@ def _apply_order(settings: SupervisorSettings, state: SupervisorState, order: Or
         return f"reset: {why}"
     waits = kind is OrderKind.RESUME and current in (PrintState.PAUSED, PrintState.STOPPED)
     if waits or (kind is OrderKind.REFILLED and current is PrintState.REFILLING):
-        state.resume_ordered = True
+        state.resume_ordered, state.resume_time = True, order.time
         return ""
     if (current, kind) not in TRANSITIONS:
         return f"{kind}: has no effect while the state is {current}"
     if kind in _FROM_REST and current is not PrintState.MANUAL and not inputs.standing:
-        return f"{kind}: the winches have not come to rest"
+        return f"{kind}: {_TURNING}"
     if kind in MOVING and (why := _person(settings, state, now)):
         return f"{kind}: {why}"
     if kind is OrderKind.START:
         state.finished = False
-    _happen(state, kind, now, _REASONS.get(kind, ""))
+    reason = state.reason if kind is OrderKind.PAUSE and current in _KEEPING else _REASONS.get(kind, "")
+    _happen(state, kind, now, reason)
     return ""
 
 
@@ -275,9 +290,8 @@ def _person(settings: SupervisorSettings, state: SupervisorState, now: float) ->
         return ""
     if state.barrier_broken:
         return "somebody is in the light barrier"
-    last = state.last_barrier_time if math.isfinite(state.last_barrier_time) else state.first_frame_time
-    timed_out = now - last > settings.barrier_timeout
-    return "no reading of the light barrier" if timed_out else ""
+    age = now - state.barrier_times.last(_BARRIER, state.first_frame_time)
+    return "no reading of the light barrier" if age > settings.barrier_timeout else ""
 
 
 def _check_running(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:
@@ -356,8 +370,12 @@ def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inpu
         state.finished = True
         _happen(state, Happening.PATH_END, now, "finished")
     found = state.state is PrintState.PAUSED and state.reason == _POSITION_LOST and _is_settled(settings, state, now)
-    if found or (state.resume_ordered and inputs.standing and not _person(settings, state, now)):
+    obstacle = _person(settings, state, now) or ("" if inputs.standing else _TURNING)
+    if found or (state.resume_ordered and not obstacle):
         _happen(state, Happening.MAY_RESUME, now, "")
+    elif state.resume_ordered and now - state.resume_time > ORDER_LIFE:
+        state.resume_ordered = False
+        state.reason = f"{obstacle} {ORDER_LIFE:g} s after it was ordered to go on: order it again"
 
 
 def fail(state: SupervisorState, now: float, reason: str) -> None:

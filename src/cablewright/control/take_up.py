@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array
 from cablewright.control.procedure import ProcedureStep
 from cablewright.errors import require_positive
+from cablewright.reading_times import ReadingTimes
 from cablewright.signals import Encoders, Estimate, SensorFrame, Tensions, WinchMode
 
 PULLS: Final = 0.5
@@ -27,6 +28,7 @@ _SURE: Final = 0.02  # m of cable after which it is judged whether a line tighte
 _SLACKENS: Final = 0.5  # share of its tension that a line keeps at least while it is reeled in
 _TIME: Final = 60.0  # s for one line
 _SILENCE: Final = 0.5  # s without tensions or counts
+_TENSIONS, _COUNTS = "tensions", "counts"
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +64,8 @@ class TakeUp:
         self.counts: NDArray[np.int64] | None = None
         self.reeled = np.zeros(len(self.settings.names))  # m, of each line
         self._line, self._next = -1, 0
-        self._heard = self._since = now
+        self._begin = self._since = now
+        self._times = ReadingTimes()
         self._begun: tuple[int, float] = (0, 0.0)  # counts and tension of the line as it began
         self._places: deque[tuple[float, float]] = deque()
 
@@ -70,8 +73,7 @@ class TakeUp:
         """As `Procedure`."""
         now = frame.time
         if not self.hear(frame):
-            silent = now - self._heard > _SILENCE
-            return self.hold("no tensions or counts are read" if silent else "")
+            return self.hold("no tensions or counts are read" if now - self._oldest > _SILENCE else "")
         assert self.tensions is not None
         assert self.counts is not None
         worst = int(np.argmin(self.tensions))
@@ -99,14 +101,19 @@ class TakeUp:
         """Take the readings of a frame; whether there are tensions and counts of all lines, not too old."""
         m = len(self.settings.names)
         for tensions in frame.of(Tensions):
-            if len(tensions.tensions) == m and np.isfinite(tensions.tensions).all():
+            whole = len(tensions.tensions) == m and np.isfinite(tensions.tensions).all()
+            if whole and self._times.is_new(_TENSIONS, tensions.time, frame.time):
                 self.tensions = np.array(tensions.tensions)
         for encoders in frame.of(Encoders):
-            if len(encoders.counts) == m:
+            if len(encoders.counts) == m and self._times.is_new(_COUNTS, encoders.time, frame.time):
                 self.counts = np.array(encoders.counts)
-                self._heard = frame.time
         known = self.tensions is not None and self.counts is not None
-        return known and frame.time - self._heard <= _SILENCE
+        return known and frame.time - self._oldest <= _SILENCE
+
+    @property
+    def _oldest(self) -> float:
+        """Time of the older one of the last tensions and counts, s; before the first, when the procedure began."""
+        return min(self._times.last(source, self._begin) for source in (_TENSIONS, _COUNTS))
 
     def hold(self, failure: str = "") -> ProcedureStep:
         """Hold all winches; with a *failure* that is the end."""

@@ -56,10 +56,12 @@ TRANSITIONS: Final = MappingProxyType(
     | _rows(_HANDLES, _H.SOFT_LIMIT, _S.IDLE)
     | _rows(_HANDLES, _H.PERSON, _S.IDLE)
     | _rows(_HANDLES, _O.STOP, _S.IDLE)
+    | _rows(_HANDLES, _O.PAUSE, _S.IDLE)
     | {(_S.MANUAL, _H.POSITION_LOST): _S.IDLE}
     | {(_S.IDLE, _O.START): _S.READY, (_S.READY, _H.ARRIVED): _S.PRINTING, (_S.PRINTING, _H.PATH_END): _S.IDLE}
-    | _rows(_PRINTS, _O.PAUSE, _S.PAUSED)
-    | _rows(_PRINTS, _H.PERSON, _S.PAUSED)
+    | _rows((*_PRINTS, _S.PAUSED), _O.PAUSE, _S.PAUSED)
+    | {(_S.REFILLING, _O.PAUSE): _S.REFILLING, (_S.STOPPED, _O.PAUSE): _S.STOPPED}
+    | _rows((*_PRINTS, _S.PAUSED), _H.PERSON, _S.PAUSED)
     | {(_S.PRINTING, _H.POSITION_LOST): _S.PAUSED}
     | _rows(_PRINTS, _H.POWDER_LOW, _S.REFILLING)
     | _rows(_PRINTS, _H.SOFT_LIMIT, _S.STOPPED)

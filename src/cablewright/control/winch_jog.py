@@ -12,10 +12,12 @@ from cablewright.control.manual import LEASE, MAX_SPEED, require_run_out
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import WRONG_SIGN
 from cablewright.errors import InputError
+from cablewright.reading_times import ReadingTimes
 from cablewright.signals import Estimate, SensorFrame, Tensions
 
 _RAMP: Final = 0.2  # m/s^2 of cable
 _END: Final = 0.5  # s after the last lease until the procedure ends
+_SILENCE: Final = 0.5  # s without a tension of the line
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,9 @@ class WinchJog:
 
     def begin(self, now: float) -> None:
         """As `Procedure`."""
+        self._times = ReadingTimes()
         self._asked = False  # what was asked for before it began is no wish to move now
-        self._lease_end, self._began, self._speed, self._tension = now, now, 0.0, math.nan
+        self._lease_end, self._read, self._speed, self._tension = now, now, 0.0, math.nan
         self._now = now
 
     def lease(self) -> None:
@@ -74,12 +77,15 @@ class WinchJog:
             self._lease_end, self._asked = now + LEASE, False
         speeds = np.zeros(own.lines)
         for reading in frame.of(Tensions):
-            if len(reading.tensions) == own.lines:
+            if len(reading.tensions) == own.lines and self._times.is_new(reading.source, reading.time, now):
                 if math.isnan(self._tension) and (least := float(np.nanmin(reading.tensions))) < own.min_tension:
                     return ProcedureStep(speeds, failure=f"a line pulls with {least:.0f} N: {WRONG_SIGN}")
-                self._tension = float(reading.tensions[own.line])
+                if math.isfinite(tension := float(reading.tensions[own.line])):
+                    self._tension, self._read = tension, reading.time
+        if now - self._read > _SILENCE:
+            return ProcedureStep(speeds, failure=f"no tension of the line was read for {_SILENCE:g} s")
         if math.isnan(self._tension):
-            return ProcedureStep(speeds, failure="" if now - self._began < _END else "no tension of the line is read")
+            return ProcedureStep(speeds)
         wish = own.speed if now < self._lease_end else 0.0
         if own.speed < 0.0 and self._tension >= own.max_tension:
             self._speed = wish = 0.0  # at once: a ramp would go on reeling in

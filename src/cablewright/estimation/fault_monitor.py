@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
+from cablewright.reading_times import ReadingTimes, Timeliness
 from cablewright.signals import Fault
 
-_CLOCK_TOLERANCE = 1e-6  # s by which a reading may be ahead of its frame
 _BRIEF_FAULT_TIME = 10.0  # s for which a momentary fault stays active
 
 
@@ -16,7 +14,7 @@ class FaultMonitor:
     def __init__(self, timeouts: dict[str, float]) -> None:
         """Expect readings from all sources of *timeouts*: s by source, after which silence is a fault."""
         self._timeouts = timeouts
-        self._last_times: dict[str, float] = {}
+        self._times = ReadingTimes()
         self._start_time: float | None = None
         self._active: dict[tuple[str, str], Fault] = {}
         self._faults: tuple[Fault, ...] | None = ()
@@ -32,13 +30,10 @@ class FaultMonitor:
     def is_new(self, source: str, time: float, now: float) -> bool:
         """Whether a reading of a *source* and *time*, s, is not ahead of *now*, s, and newer than the last one."""
         self._now = now
-        if not time <= now + _CLOCK_TOLERANCE:
+        found = self._times.judge(source, time, now)
+        if found is Timeliness.AHEAD:
             self.report(source, "clock", f"a reading of {time:g} s arrived at {now:g} s: not used")
-            return False
-        if not time > self._last_times.get(source, -math.inf):
-            return False
-        self._last_times[source] = time
-        return True
+        return found is Timeliness.NEW
 
     def report(self, source: str, kind: str, sentence: str) -> None:
         """Activate a fault; one that is active already keeps its start time and sentence."""
@@ -64,7 +59,7 @@ class FaultMonitor:
 
     def restart(self, now: float, sentence: str) -> None:
         """Reset all reading times, because the clock jumped back to *now*, s; *sentence* is that fault's."""
-        self._last_times.clear()
+        self._times.clear()
         self._active = {key: Fault(old.source, now, old.sentence) for key, old in self._active.items()}
         self._start_time, self._now = now, now
         self.clear("clock", "back")
@@ -76,7 +71,7 @@ class FaultMonitor:
         if self._start_time is None:
             self._start_time = now
         for source, timeout in self._timeouts.items():
-            last = self._last_times.get(source, self._start_time)
+            last = self._times.last(source, self._start_time)
             if now - last > timeout:
                 if (source, "quiet") not in self._active:
                     self._active[source, "quiet"] = Fault(source, last, f"no reading for over {timeout:g} s")

@@ -16,20 +16,14 @@ from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.robot import Line
 from cablewright.signals import (
-    Barrier,
-    BeamLength,
-    Climate,
     Distance,
-    Drives,
     Encoders,
     Inertial,
-    Inputs,
     LineAngles,
     Reading,
     Scan,
     SensorFrame,
-    Swivels,
-    Tensions,
+    source_of,
 )
 
 HISTORY_LENGTH: Final = 1500
@@ -40,18 +34,6 @@ LONG_STEP: Final = 0.05
 """Time step, s, beyond which all lidar turns are processed in the step that they arrive in."""
 
 _Kind = TypeVar("_Kind", bound=Reading)
-_SOURCES: Final[dict[type, str]] = {
-    Barrier: "barrier",
-    BeamLength: "retraction",
-    Climate: "climate",
-    Distance: "distance",
-    Drives: "drives",
-    Encoders: "encoders",
-    Inertial: "inertial",
-    Inputs: "inputs",
-    LineAngles: "line_angles",
-    Swivels: "swivels",
-}
 _STAMPED: Final = (Scan, Inertial, LineAngles, Distance)  # by the drum's clock
 _MAX_BAD: Final = 10  # identical or implausible readings in a row before the sensor is rejected
 _MAX_BOUNCE: Final = 1.0  # s in which no acceleration is about gravity, before the sensor is rejected
@@ -124,8 +106,7 @@ def _moved(reading: Reading, ahead: float) -> Reading:
 def accepted(monitor: FaultMonitor, readings: Iterable[_Kind], now: float) -> Iterator[_Kind]:
     """Yield the *readings* that are not ahead of *now*, s, and newer than the last one of their source."""
     for reading in readings:
-        source = reading.source if isinstance(reading, Scan | Tensions) else _SOURCES[type(reading)]
-        if monitor.is_new(source, reading.time, now):
+        if monitor.is_new(source_of(reading), reading.time, now):
             yield reading
 
 

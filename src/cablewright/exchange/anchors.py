@@ -17,14 +17,25 @@ MASS: Final = 2.0  # kg, assumed
 
 
 def anchored_robot(
-    path: Path, lines: Mapping[str, Mapping[str, Any]], cable: str | None, assumed: Notes, mass: float | None = None
+    path: Path,
+    lines: Mapping[str, Mapping[str, Any]],
+    cable: str | None,
+    assumed: Notes,
+    mass: float | None = None,
+    stiffness: float | None = None,
 ) -> Robot:
     """Return a point platform on *lines* by name, from exit points through eyelets.
 
-    *cable*: one of the table; what the lines do not give is noted in *assumed*. Raises `InputError`.
+    *cable*: one of the table; *stiffness*: of the file's, N, where none of the table is asked for. What the lines do
+    not give is noted in *assumed*. Raises `InputError`.
     """
     table = chosen_cable(cable or CABLE)
-    assumed.add(f"cable: {cable or CABLE}")
+    if cable is None and stiffness is not None:
+        table |= {"axial_stiffness": stiffness}
+        assumed.add(f"cable: {CABLE} but for axial_stiffness")
+    else:
+        assumed.add(f"cable: {cable or CABLE}")
+    assumed.add("platform: a point; the nozzle is where the lines meet, not below")
     if mass is None:
         assumed.add(f"platform.mass: {MASS:g} kg")
     limits = (0.01 * 9.81 * (mass or MASS), 0.2 * table["breaking_load"])
@@ -44,14 +55,28 @@ def anchored_robot(
     return validated(Robot, given, path)
 
 
-def require_anchors(robot: Robot, what: str, most: int) -> None:
-    """Raise `InputError` unless *what* can describe the geometry of the robot, with at most so many lines."""
+def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[str, float]:
+    """Return the winch of a line that has this *length* (m, all of it) with the nozzle at the origin.
+
+    *radius*: m, of its drum there; *growth*: m, by which its square grows per length of wound cable.
+    """
+    if growth == 0.0 or radius <= 0.0:  # which the robot refuses
+        return {"drum_radius": radius}
+    return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius / radius, "drum_length": length}
+
+
+def require_anchors(robot: Robot, what: str, most: int, instead: str = "") -> None:
+    """Raise `InputError` unless *what* can describe the geometry of the robot, with at most so many lines.
+
+    *instead*: what to do else, for the message.
+    """
     if robot.m > most:
-        raise InputError(f"robot {robot.name!r} has {robot.m} lines; {what} has {most} at most")
+        raise InputError(f"robot {robot.name!r} has {robot.m} lines; {what} has {most} at most{instead}")
     if not isinstance(robot.platform, PointPlatform) or robot.platform.plane is not None:
         kind = "a plane" if robot.platform.plane is not None else "a body that rotates"
-        raise InputError(f"robot {robot.name!r} has {kind}; {what} has a point alone")
-    robot.require_winches(what)
+        raise InputError(f"robot {robot.name!r} has {kind}; {what} has a point alone{instead}")
     for line in robot.lines:
         if not isinstance(line.sheave, Eyelet) or any(line.platform_point) or line.platform_sheave is not None:
-            raise InputError(f"line {line.name!r} is not straight from an eyelet to the point; {what} has no other")
+            raise InputError(
+                f"line {line.name!r} is not straight from an eyelet to the point; {what} has no other{instead}"
+            )

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.exchange.completion import Point, as_point, assumed_cable, chosen_cable, frame_of, name_of
+from cablewright.exchange.completion import BOX, Point, as_point, assumed_cable, chosen_cable, frame_of, name_of
 from cablewright.exchange.translation import Feature, ImportedRobot, Notes
-from cablewright.exchange.xml_input import Element, read_xml
+from cablewright.exchange.xml_input import Element, number_or_none, read_xml
 from cablewright.robot import Robot
 from cablewright.toml_input import is_file
 from cablewright.validation import shown, validated
@@ -21,16 +21,22 @@ ROOTS: Final = (BODIES, "bodies_system", CABLES)
 
 CARRIED: Final = (
     Feature("link_rigid.name", "name"),
-    Feature("joint.type", "platform.kind", "SPATIAL_... a body, TRANSLATIONAL_... a point; others are refused"),
+    Feature(
+        "joint.type", "platform.kind, plane",
+        "SPATIAL_... a body, TRANSLATIONAL_... a point, PLANAR_XY, XZ, YZ a body and P_XY, XZ, YZ a point in a plane",
+    ),
+    Feature("joint.q_min, q_max", "scene.frame_min, frame_max", "of positions; of angles they are lost"),
     Feature("physical mass, com_location, inertia", "platform.mass, centre_of_mass, inertia, inertia_products"),
     Feature("physical.end_location", "platform.nozzle"),
     Feature("cable_ideal.name, force_min, force_max", "lines.name, tension_limits"),
     Feature("attachment of link 0", "lines.exit_point", "an eyelet"),
     Feature("attachment of link 1", "lines.platform_point", "from the joint or from the centre of mass, as it says"),
-)
+)  # fmt: skip
 
 _SPATIAL = ("SPATIAL_EULER_XYZ", "SPATIAL_QUATERNION", "SPATIAL_QUATERNION_FIXED_XYZ")
 _POINT = ("TRANSLATIONAL_XYZ",)
+_NORMALS = {"XY": 2, "XZ": 1, "YZ": 0}
+_PLANAR, _IN_A_PLANE = (tuple(f"{kind}_{axes}" for axes in _NORMALS) for kind in ("PLANAR", "P"))
 _MOMENTS, _PRODUCTS = ("Ixx", "Iyy", "Izz"), ("Ixy", "Ixz", "Iyz")
 _NOT_OF_A_ROBOT = ("links.display_range", "links.view_angle", "links.link_rigid.num", "links.link_rigid.parent.num")
 
@@ -77,15 +83,18 @@ class _Reader:
     cables: Element
     cable_set: str | None
     cable: str | None
+    normal: int | None = None  # axis across the plane of the joint
 
     def robot(self) -> ImportedRobot:
         """Read all of it."""
         self.lost, self.assumed = Notes(), Notes()
         body = self._body()
-        is_point = self._is_point(body)
+        kind = self._joint(body)
+        is_point = kind in (*_POINT, *_IN_A_PLANE)
+        self.normal = _NORMALS[kind[-2:]] if kind in (*_PLANAR, *_IN_A_PLANE) else None
         physical = body.one("physical")
         centre = physical.one("com_location").numbers(3)
-        self._check_joint(body)
+        place = self._joint_place(body)
         chosen = self._set()
         lines = [self._line(each, centre) for each in chosen.children]
         if not lines:
@@ -97,14 +106,15 @@ class _Reader:
             is_point = True
         self._add_cables(lines)
         name = body.attribute("name") if "name" in body.attributes else ""
+        exits = [line["exit_point"] for line in lines]
         table = {
             "schema": 1,
             "name": name_of(name, self.bodies_path),
-            "scene": frame_of([line["exit_point"] for line in lines], self.cables_path, self.assumed),
-            "platform": self._platform(physical, centre, is_point),
+            "scene": self._scene(body, exits, place),
+            "platform": self._platform(physical, centre, is_point) | self._plane(place),
             "lines": lines,
         }
-        self._note_unread(chosen)
+        self._note_unread(chosen, is_point)
         robot = validated(Robot, table, f"{self.bodies_path} with {self.cables_path.name}")
         return ImportedRobot(robot, "CASPR", self.lost.all, self.assumed.all)
 
@@ -117,25 +127,52 @@ class _Reader:
             raise InputError(f"{self.bodies_path}: {len(links)} links; a robot with links between bodies is not read")
         return links[0]
 
-    def _is_point(self, body: Element) -> bool:
-        kind = body.one("joint").attribute("type")
-        if kind not in (*_SPATIAL, *_POINT):
-            raise InputError(
-                f"{body.place}: joint.type = {shown(kind)}: must be one of {', '.join((*_SPATIAL, *_POINT))}"
-            )
-        return kind in _POINT
+    def _joint(self, body: Element) -> str:
+        kind, known = body.one("joint").attribute("type"), (*_SPATIAL, *_POINT, *_PLANAR, *_IN_A_PLANE)
+        if kind not in known:
+            raise InputError(f"{body.place}: joint.type = {shown(kind)}: must be one of {', '.join(known)}")
+        return kind
 
-    def _check_joint(self, body: Element) -> None:
-        """The pose of a robot file is counted from the world's origin, wherever the joint is."""
+    def _joint_place(self, body: Element) -> Point:
+        """Return where the joint is, m: the pose of a robot file is counted from the world's origin nonetheless."""
         parent = body.maybe("parent")
         if parent is None:
-            return
+            return (0.0, 0.0, 0.0)
         if parent.one("num").numbers(1) != (0.0,):
             raise InputError(f"{parent.place}: <num> = {shown(parent.one('num').text)}: must be 0, the ground")
         place = parent.one("location").numbers(3)
-        if any(place):
+        if any(each for k, each in enumerate(place) if k != self.normal):
             x, y, z = place
             self.lost.add(f"parent.location: poses count from the world's origin, not from {x:g}, {y:g}, {z:g} m")
+        return place
+
+    def _scene(self, body: Element, exits: list[Point], place: Point) -> dict[str, Any]:
+        """Return the frame: the joint's limits about its *place* where they are a box, else that of the exit points."""
+        scene = frame_of([*exits, place], self.cables_path, self.assumed, self.normal)
+        joint, moving = body.one("joint"), [k for k in range(3) if k != self.normal]
+        if not {"q_min", "q_max"} <= set(joint.attributes):
+            return scene
+        low, high = (joint.attribute(name).split() for name in ("q_min", "q_max"))
+        if len(low) > len(moving):
+            self.lost.add("joint.q_min, q_max of angles: a robot file has no such key")
+        ends = [(number_or_none(a), number_or_none(b)) for a, b in zip(low, high, strict=False)][: len(moving)]
+        if len(ends) < len(moving) or not all(a is not None and b is not None and a < b for a, b in ends):
+            self.lost.add("joint.q_min, q_max: no box with a finite extent along each axis of the joint")
+            return scene
+        for name, column in zip(("frame_min", "frame_max"), zip(*ends, strict=True), strict=True):
+            corner = list(scene[name])
+            for k, value in zip(moving, column, strict=True):
+                corner[k] = place[k] + value
+            scene[name] = tuple(corner)
+        self.assumed.drop(BOX)
+        return scene
+
+    def _plane(self, place: Point) -> dict[str, Any]:
+        """Return the plane of a planar joint at a *place*, m."""
+        if self.normal is None:
+            return {}
+        across = tuple(float(k == self.normal) for k in range(3))
+        return {"plane": {"normal": across, "distance": place[self.normal]}}
 
     def _set(self) -> Element:
         sets = {each.attribute("id"): each for each in self.cables.all("cable_set")}
@@ -214,13 +251,15 @@ class _Reader:
         table: dict[str, Any] = {"inertia": tuple(moments)}
         return table | ({"inertia_products": tuple(products)} if any(products) else {})
 
-    def _note_unread(self, chosen: Element) -> None:
+    def _note_unread(self, chosen: Element, is_point: bool) -> None:
         others = sum(1 for each in self.cables.all("cable_set")) - 1
         if others:
             self.lost.add(f"{others} other cable sets of the file: --cable-set ID reads another")
         for each in (*self.bodies.unread(), *chosen.unread("cables")):
             if each not in _NOT_OF_A_ROBOT and each != "cables.cable_set.id":
-                self.lost.add(f"{each}: a robot file has no such key")
+                of_a_body = is_point and ".physical.inertia" in each
+                why = "a point platform has none" if of_a_body else "a robot file has no such key"
+                self.lost.add(f"{each}: {why}")
 
 
 def _sum(one: Point, other: Point) -> Point:

@@ -18,6 +18,9 @@ SIZES: Final = (0.05, 1000.0)
 """Largest distance of two exit points, m, that a file may have: others are in mm where m are meant, or the reverse."""
 
 
+BOX: Final = "scene.frame_min and frame_max: the box around the exit points, from the floor z = 0 up"
+
+
 def frame_of(exits: Sequence[Point], path: Path, notes: Notes, normal: int | None = None) -> dict[str, Any]:
     """Return the ``scene`` of a robot with those exit points (m): the box around them, from the floor z = 0 up.
 
@@ -34,7 +37,7 @@ def frame_of(exits: Sequence[Point], path: Path, notes: Notes, normal: int | Non
             margin = 0.01 if k == normal else 0.05 * size
             low[k], high[k] = low[k] - margin, high[k] + margin
     notes.add("scene.gravity: 9.81 m/s^2 along -z")
-    notes.add("scene.frame_min and frame_max: the box around the exit points, from the floor z = 0 up")
+    notes.add(BOX)
     return {"frame_min": tuple(low), "frame_max": tuple(high)}
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from cablewright.errors import InputError, UnknownName, printable
 from cablewright.exchange import linuxcnc
 from cablewright.exchange.klipper_config import klipper_anchors
-from cablewright.exchange.klipper_motion import Stepper, klipper_job, letters_of, printer_config
+from cablewright.exchange.klipper_motion import SQUARE_CORNER, Stepper, klipper_job, letters_of, printer_config
 from cablewright.exchange.motion_lines import motion_lines
-from cablewright.exchange.rrf_config import rrf_config
+from cablewright.exchange.rrf_config import require_hangprinter, rrf_config
 from cablewright.exchange.translation import Notes
 from cablewright.machine.drums import drums_of
 from cablewright.machine.settings import MachineSettings
@@ -25,7 +25,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
-from cablewright.studies.checks.winch_path import WinchPath, winch_path
+from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_path
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,46 +56,73 @@ def firmware(
     """Return the files for a firmware. Without a *machine* drums have one layer and no gear, and that is noted.
 
     *tolerance*: of lengths between points, m; by default half a microstep, or none where the firmware computes the
-    lengths itself.
+    lengths itself. By default a jump of a length, as of a line that goes slack, may be `TOLERANCE` and is noted.
 
     Raises `InputError` for a robot or job that it cannot do, by name, and `AnswerError` where the robot cannot.
     """
     if name not in FIRMWARE:
         raise UnknownName("firmware", name, FIRMWARE)
-    robot.require_own_winches(f"firmware {name}")
     assumed, lost = Notes(), Notes()
     motor = stepper or Stepper(ratio=1.0 if machine is None else machine.winch.ratio)
     if machine is None:
         assumed.add("drums: one layer of cable, turned without a gear; --machine gives layers and gear")
     if stepper is None:
         assumed.add(f"motors: {motor.full_steps} full steps a turn, {motor.microsteps} microsteps each")
-    drums = drums_of(robot, machine)
     _require_lines(name, robot)
-    config = rrf_config(robot, drums, machine, motor.full_steps) if name == "reprapfirmware" else None
+    drums = drums_of(robot, machine)
     close = _tolerance(name, motor, robot, drums) if tolerance is None else tolerance
-    path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=close, progress=progress)
-    lost.add("job: retractions of the filament; E is mm of strand that is laid")
-    if config is not None:
-        for each in config.lost:
-            lost.add(each)
-        for each in config.assumed:
-            assumed.add(each)
+    jump = TOLERANCE if tolerance is None else 0.0
+    path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=close, jump=jump, progress=progress)
+    if path.error > close:
+        lost.add(f"job: where a line goes slack its length jumps, by {1e6 * path.error:.2g} um between two points")
+    _note_job(name, path, lost)
+    if name == "reprapfirmware":
+        config = rrf_config(robot, drums, machine, motor.full_steps, path.samples.positions)
+        lost.add_all(config.lost)
+        assumed.add_all(config.assumed)
         files = {"config.g": config.text, "job.g": _cartesian(robot, job, path)}
     elif name == "klipper":
+        assumed.add(f"square_corner_velocity: {SQUARE_CORNER:g} mm/s, Klipper's default")
         files = {"printer.cfg": printer_config(robot, job, motor), "job.gcode": klipper_job(robot, job, path)}
         files |= _anchors(robot, lost)
     else:
+        assumed.add(f"G64 P{linuxcnc.BLENDING:g}: corners are rounded by up to {linuxcnc.BLENDING:g} mm")
         files = {
             "machine.ini": linuxcnc.linuxcnc_ini(robot, job, path),
             "job.ngc": linuxcnc.linuxcnc_job(robot, job, path),
         }
+    told = [*(f"lost: {each}" for each in lost.all), *(f"assumed: {each}" for each in assumed.all)]
+    for file, text in files.items():
+        mark = "#" if file.endswith((".cfg", ".ini")) else ";"
+        files[file] = "".join(f"{mark} {printable(each)}\n" for each in told) + text
     return Firmware(MappingProxyType(files), lost.all, assumed.all, path)
 
 
+def _note_job(name: str, path: WinchPath, lost: Notes) -> None:
+    """Note what of a job the motion does not have."""
+    lost.add("job: retractions of the filament")
+    if name == "linuxcnc":
+        lost.add("job: amounts of material; M67 E0 is 1 while a strand is laid and else 0")
+    else:
+        lost.add(
+            "job: E is mm of strand that is laid, not of filament: calibrate the extruder in steps for mm of strand"
+        )
+    if codes := [f"{word} ({count})" for word, count in path.ignored.items() if word[0] in "MT"]:
+        lost.add(f"job: temperatures, fans and the like: {', '.join(codes)}; put those that it needs before the motion")
+
+
 def _require_lines(name: str, robot: Robot) -> None:
-    """Raise `InputError` for too many lines, and for one without a winch, before the path is solved."""
-    robot.require_winches(name)
-    if name == "klipper":
+    """Raise `InputError` for lines that this firmware cannot move, before the path is solved."""
+    for line in robot.lines:
+        other = "a counterweight" if line.counterweight is not None else "shared_winch" if line.shared_winch else ""
+        if other:
+            raise InputError(
+                f"line {line.name!r} has {other}; {name} moves one winch for each line: give it a winch of its own, or "
+                "export urdf, which has no lines"
+            )
+    if name == "reprapfirmware":
+        require_hangprinter(robot)
+    elif name == "klipper":
         letters_of(robot)
     elif name == "linuxcnc":
         linuxcnc.letters_of(robot)
@@ -116,7 +143,9 @@ def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[Drum]) -
 def _anchors(robot: Robot, lost: Notes) -> dict[str, str]:
     """Return Klipper's own winch kinematics as a file, where it can describe the robot."""
     try:
-        return {"printer-winch.cfg": klipper_anchors(robot).text}
+        found = klipper_anchors(robot)
+        lost.add_all(f"printer-winch.cfg: {each}" for each in found.lost)
+        return {"printer-winch.cfg": found.text}
     except InputError as reason:
         lost.add(f"printer-winch.cfg, for Klipper's own kinematics, is not written: {reason}")
         return {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,9 +10,9 @@ from types import MappingProxyType
 from typing import Final
 
 from cablewright.errors import InputError, UnknownName
-from cablewright.exchange import caspr, klipper_config, maslow, rrf_config, wirex
+from cablewright.exchange import caspr, klipper_config, maslow, rrf_config, wirex, xml_input
 from cablewright.exchange.translation import Feature, ImportedRobot
-from cablewright.exchange.xml_input import read_xml
+from cablewright.toml_input import read_bytes
 
 
 @dataclass(frozen=True)
@@ -24,42 +25,50 @@ class ImportOptions:
 
 @dataclass(frozen=True)
 class ReadFormat:
-    """A format that is read: its title, the endings of its files, how many there are, and what is carried."""
+    """A format that is read: its title, the endings of its files, how many there are, and what is carried.
+
+    ``begins``: what a line of such a file begins with, or follows a tag, in no other format: a regular expression.
+    """
 
     title: str
     endings: tuple[str, ...]
     most_files: int
     carried: tuple[Feature, ...]
+    begins: str
     read: Callable[[Sequence[Path], ImportOptions], ImportedRobot]
 
 
 READ: Final[Mapping[str, ReadFormat]] = MappingProxyType({
     "wirex": ReadFormat(
-        "WireX", (".wcrfx",), 1, wirex.CARRIED, lambda paths, o: wirex.read_wirex(paths[0], o.cable)
+        "WireX", (".wcrfx",), 1, wirex.CARRIED, r"<models\b",
+        lambda paths, o: wirex.read_wirex(paths[0], o.cable),
     ),
     "caspr": ReadFormat(
-        "CASPR", (".xml",), 2, caspr.CARRIED, lambda paths, o: caspr.read_caspr(paths, o.cable_set, o.cable)
+        "CASPR", (".xml",), 2, caspr.CARRIED, r"<(links|bodies_system|cables)\b",
+        lambda paths, o: caspr.read_caspr(paths, o.cable_set, o.cable),
     ),
     "maslow": ReadFormat(
-        "Maslow", (".yaml", ".yml"), 1, maslow.CARRIED, lambda paths, o: maslow.read_maslow(paths[0], o.cable)
+        "Maslow", (".yaml", ".yml"), 1, maslow.CARRIED, r"maslow_|maslowkinematics *:",
+        lambda paths, o: maslow.read_maslow(paths[0], o.cable),
     ),
     "klipper": ReadFormat(
-        "Klipper", (".cfg",), 1, klipper_config.CARRIED,
+        "Klipper", (".cfg",), 1, klipper_config.CARRIED, r"\[(printer|stepper_a)\]",
         lambda paths, o: klipper_config.read_klipper(paths[0], o.cable),
     ),
     "reprapfirmware": ReadFormat(
-        "RepRapFirmware", (".g",), 1, rrf_config.CARRIED, lambda paths, o: rrf_config.read_rrf(paths[0], o.cable)
+        "RepRapFirmware", (".g",), 1, rrf_config.CARRIED, r"m669\b",
+        lambda paths, o: rrf_config.read_rrf(paths[0], o.cable),
     ),
 })  # fmt: skip
 """Formats of robots that are read, by name."""
 
 
 def read_robot(paths: Sequence[Path], name: str | None = None, options: ImportOptions | None = None) -> ImportedRobot:
-    """Return the robot of files of a format; *name*: of the format, default: by the ending of the first file.
+    """Return the robot of files of a format; *name*: of the format, default: by the content of the first file.
 
     Raises `InputError`: for a file of no known format, for several files where one is read, and as the format's reader.
     """
-    chosen = _of_ending(paths[0]) if name is None else name
+    chosen = _format_of(paths[0]) if name is None else name
     if chosen not in READ:
         raise UnknownName("format", chosen, READ)
     if len(paths) > READ[chosen].most_files:
@@ -70,12 +79,17 @@ def read_robot(paths: Sequence[Path], name: str | None = None, options: ImportOp
     return READ[chosen].read(paths, wanted)
 
 
-def _of_ending(path: Path) -> str:
+def _format_of(path: Path) -> str:
+    """Return the name of the format that a file has by its content, else by its ending."""
+    content = read_bytes(path, xml_input.MAX_BYTES, "robot of another program").decode("utf-8", "replace")
+    for name, each in READ.items():
+        if re.search(rf"(?:^|>)[ \t]*(?:{each.begins})", content, re.MULTILINE | re.IGNORECASE):
+            return name
+    known = ", ".join(f"{each.title} ({', '.join(each.endings)})" for each in READ.values())
     ending = path.suffix.lower()
-    if ending == ".xml":  # WireX's too, when someone renamed it
-        return "wirex" if read_xml(path, ("models", *caspr.ROOTS)).tag == "models" else "caspr"
+    if ending in READ["maslow"].endings:
+        raise InputError(f"{path}: {maslow.described(maslow.yaml_entries(path))}; import reads {known}")
     for name, each in READ.items():
         if ending in each.endings:
             return name
-    known = ", ".join(ending for each in READ.values() for ending in each.endings)
-    raise InputError(f"{path}: of no known ending ({known}); name its format with --format: {', '.join(READ)}")
+    raise InputError(f"{path}: no format is known by its ending or content; --format names one of {known}")

@@ -5,16 +5,21 @@ Klipper has anchors, a line each from there to the one point that prints, straig
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from cablewright.csv_input import text_lines
 from cablewright.errors import InputError
-from cablewright.exchange.anchors import anchored_robot, require_anchors
+from cablewright.exchange.anchors import anchored_robot, require_anchors, spool
+from cablewright.exchange.completion import Point
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, Feature, ImportedRobot, Notes
+from cablewright.exchange.xml_input import finite, whole
 from cablewright.robot import Robot
 from cablewright.validation import shown
 
@@ -23,11 +28,30 @@ LETTERS: Final = "abcdefghijklmnopqrstuvwxyz"
 
 CARRIED: Final = (
     Feature("stepper_a to stepper_z: anchor_x, anchor_y, anchor_z", "lines.exit_point", "eyelets of a point platform"),
-    Feature("rotation_distance", "lines.winch.drum_radius", "over 2 pi; gear_ratio is of the motor, and lost"),
+    Feature("rotation_distance", "lines.winch.drum_radius", "over 2 pi, times the mechanical advantage"),
+    Feature("winch_mechanical_advantage", "lines.advantage", "this and the next in the fork for Hangprinters"),
+    Feature("winch_mover_weight", "platform.mass"),
+    Feature("winch_min_force, winch_max_force", "lines.tension_limits", "of all spans there, of one here"),
+    Feature("winch_spring_constant", "lines.cable.axial_stiffness"),
+    Feature("winch_buildup_factor", "lines.winch.build_up, drum_length"),
+    Feature("winch_guy_wire_lengths", "lines.dead_length"),
 )
 
 _SECTION = re.compile(r"\[\s*([^\]]+?)\s*\]\s*(?:[#;].*)?")
 _OPTION = re.compile(r"([A-Za-z0-9_]+)\s*[:=]\s*([^#;]*?)\s*(?:[#;].*)?")
+_PRINTER = (
+    "kinematics", "winch_mechanical_advantage", "winch_mover_weight", "winch_min_force", "winch_max_force",
+    "winch_spring_constant", "winch_buildup_factor", "winch_guy_wire_lengths",
+)  # fmt: skip
+_WHY: Final = {
+    "gear_ratio": "a machine file has it, as winch.ratio",
+    "max_velocity": "a job has it, as motion.travel_speed",
+    "max_accel": "a job has it, as motion.acceleration",
+    "microsteps": "an export has it, as --microsteps",
+    "full_steps_per_rotation": "an export has it, as --full-steps",
+    "winch_target_force": "tensions are chosen by each study",
+    "flex_compensation_algorithm": "tensions are chosen by each study",
+}
 _KEYS = ("anchor_x", "anchor_y", "anchor_z", "rotation_distance")
 
 
@@ -38,7 +62,8 @@ def read_klipper(path: Path, cable: str | None = None) -> ImportedRobot:
     kinematics = sections.get("printer", {}).get("kinematics")
     if kinematics != "winch":
         raise InputError(f"{path}: [printer] kinematics = {shown(kinematics)}: must be winch; others have no anchors")
-    exits, radii = {}, {}
+    exits: dict[str, Point] = {}
+    radii: list[float] = []
     for letter in LETTERS:
         name = f"stepper_{letter}"
         if name not in sections:
@@ -49,22 +74,71 @@ def read_klipper(path: Path, cable: str | None = None) -> ImportedRobot:
                 raise InputError(f"{path}: [{name}] has no {key}, mm")
         exits[letter.upper()] = tuple(from_mm(given[key], f"{places[name, key]}: {name}.{key}") for key in _KEYS[:3])
         place = f"{places[name, _KEYS[3]]}: {name}.{_KEYS[3]}"
-        radii[letter.upper()] = radius_of_turn(given[_KEYS[3]], place)
-        if radii[letter.upper()] <= 0.0:
+        radii.append(radius_of_turn(given[_KEYS[3]], place))
+        if radii[-1] <= 0.0:
             raise InputError(f"{place} = {given[_KEYS[3]]}: must be over 0 mm")
+    _note_lost(path, sections, exits, lost)
+    if len(exits) < 3:
+        raise InputError(f"{path}: {len(exits)} winches, [stepper_a] and so on; Klipper needs at least 3")
+    printer = _Printer(sections["printer"], places, len(exits))
+    mass, stiffness = printer.number("winch_mover_weight"), printer.number("winch_spring_constant")
+    robot = anchored_robot(path, _lines(printer, exits, radii, lost), cable, assumed, mass, stiffness)
+    return ImportedRobot(robot, "Klipper's cable winches", lost.all, assumed.all)
+
+
+def _note_lost(path: Path, sections: Mapping[str, Mapping[str, str]], exits: Mapping[str, Point], lost: Notes) -> None:
+    """Note each key that is not read. Raises `InputError` for a winch without those before it."""
     for section, options in sections.items():
         letter = section.removeprefix("stepper_").upper()
         mine = section.startswith("stepper_") and letter in exits
         if section.startswith("stepper_") and not mine:
             raise InputError(f"{path}: [{section}] without the winches before it; they go from stepper_a on")
         for key in options:
-            if not (mine and key in _KEYS) and (section, key) != ("printer", "kinematics"):
-                lost.add(f"{'stepper' if mine else section}.{key}: a robot file has no such key")
-    if len(exits) < 3:
-        raise InputError(f"{path}: {len(exits)} winches, [stepper_a] and so on; Klipper needs at least 3")
-    lines = {name: {"exit_point": at, "winch": {"drum_radius": radii[name]}} for name, at in exits.items()}
-    robot = anchored_robot(path, lines, cable, assumed)
-    return ImportedRobot(robot, "Klipper's cable winches", lost.all, assumed.all)
+            if not (mine and key in _KEYS) and not (section == "printer" and key in _PRINTER):
+                why = _WHY.get(key, "a robot file has no such key")
+                lost.add(f"{'stepper' if mine else section}.{key}: {why}")
+
+
+@dataclass(frozen=True)
+class _Printer:
+    """The options of [printer], those of the fork for Hangprinters among them, for *count* winches."""
+
+    options: Mapping[str, str]
+    places: Mapping[Any, str]
+    count: int
+
+    def number(self, key: str) -> float | None:
+        """Return a positive number; None without the key, and for 0, which the fork takes as not known."""
+        if key not in self.options:
+            return None
+        return finite(self.options[key], f"{self.places['printer', key]}: {key}", least=0.0) or None
+
+    def values(self, key: str, read: Callable[[str, str], Any], default: Any) -> list[Any]:
+        """Return a value for each winch."""
+        if key not in self.options:
+            return [default] * self.count
+        parts, place = self.options[key].split(","), f"{self.places['printer', key]}: {key}"
+        if len(parts) != self.count:
+            raise InputError(f"{place} = {shown(self.options[key])}: must be {self.count} values, one for each winch")
+        return [read(part, place) for part in parts]
+
+
+def _lines(printer: _Printer, exits: Mapping[str, Point], radii: list[float], lost: Notes) -> dict[str, dict[str, Any]]:
+    spans = printer.values("winch_mechanical_advantage", whole, 1)
+    dead = printer.values("winch_guy_wire_lengths", from_mm, 0.0)
+    low, high = printer.values("winch_min_force", finite, 0.0), printer.values("winch_max_force", finite, None)
+    growth = 1e-3 * (printer.number("winch_buildup_factor") or 0.0)
+    lines: dict[str, dict[str, Any]] = {}
+    for k, (name, at) in enumerate(exits.items()):
+        length = spans[k] * math.dist((0.0, 0.0, 0.0), at) + dead[k]
+        line = {"exit_point": at, "advantage": spans[k], "dead_length": dead[k]}
+        line["winch"] = spool(spans[k] * radii[k], growth, length)
+        if high[k] is not None:
+            line["tension_limits"] = (low[k] / spans[k], high[k] / spans[k])
+        lines[name] = line
+    if high[0] is None and "winch_min_force" in printer.options:
+        lost.add("printer.winch_min_force: without winch_max_force no limits are read")
+    return lines
 
 
 def klipper_anchors(robot: Robot) -> ExportedFile:
@@ -75,7 +149,7 @@ def klipper_anchors(robot: Robot) -> ExportedFile:
     carried = "lines.exit_point lines.winch.drum_radius lines.name lines.sheave.kind"
     lost = tuple(lost_keys(keys_given(robot), carried))
     text = "# Lines are straight and rigid, drums have one layer. Lengths are mm.\n"
-    text += "".join(f"# lost: {each}\n" for each in lost) + "\n[printer]\nkinematics: winch\n"
+    text += "\n[printer]\nkinematics: winch\n"
     for letter, line in zip(LETTERS, robot.lines, strict=False):
         x, y, z = map(to_mm, line.exit_point)
         radius = line.winch.drum_radius

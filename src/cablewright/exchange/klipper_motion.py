@@ -53,7 +53,7 @@ def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
             f"\n# line {line.name!r}, axis {letter}\n[manual_stepper winch_{letter.lower()}]\n"
             "#step_pin:\n#dir_pin:\n#enable_pin:\n"
             f"microsteps: {stepper.microsteps}\nfull_steps_per_rotation: {stepper.full_steps}\n"
-            f"gear_ratio: {stepper.ratio:g}:1\nrotation_distance: 360\n"
+            f"gear_ratio: {stepper.ratio!r}:1\nrotation_distance: 360\n"
         )
     return text
 
@@ -78,7 +78,9 @@ def klipper_job(robot: Robot, job: Job, path: WinchPath) -> str:
 def letters_of(robot: Robot) -> str:
     """Return a letter for each line. Raises `InputError` for too many."""
     if robot.m > len(LETTERS):
-        raise InputError(f"robot {robot.name!r} has {robot.m} lines; Klipper has letters for {len(LETTERS)}")
+        raise InputError(
+            f"robot {robot.name!r} has {robot.m} lines; Klipper has letters for {len(LETTERS)}: leave out some"
+        )
     return LETTERS[: robot.m]
 
 

@@ -27,7 +27,8 @@ def letters_of(robot: Robot) -> str:
     """Return a letter for each line. Raises `InputError` for too many."""
     if robot.m > len(LETTERS):
         raise InputError(
-            f"robot {robot.name!r} has {robot.m} lines; LinuxCNC has nine axes, of which X Y Z leave {len(LETTERS)}"
+            f"robot {robot.name!r} has {robot.m} lines; LinuxCNC has nine axes, of which X Y Z leave {len(LETTERS)}; "
+            "export klipper"
         )
     return LETTERS[: robot.m]
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,38 +18,61 @@ from cablewright.robot import Robot
 from cablewright.validation import shown, validated
 
 MAX_BYTES: Final = 1 << 20
+MAX_DEPTH: Final = 32
 CORNERS: Final = {"tl": "top left", "tr": "top right", "bl": "bottom left", "br": "bottom right"}
 BELT: Final = "belt-at5-10mm"
 SLED: Final = 10.0  # kg, assumed
 TILT: Final = 15.0  # degrees from the vertical of a board that leans on a wall, assumed
 
 CARRIED: Final = (
-    Feature("Maslow_tlX, tlY, tlZ and so on for tr, bl, br", "lines.exit_point", "eyelets; z is out of the board"),
+    Feature(
+        "Maslow_tlX, tlY, tlZ and so on for tr, bl, br", "lines.exit_point",
+        "eyelets; z is out of the board; since 2025 as tlX and so on in kinematics: MaslowKinematics:",
+    ),
+    Feature("spoilboardThickness, workThickness", "lines.exit_point", "added to z, as the firmware does"),
     Feature("Maslow_vertical", "platform.plane, lines.exit_point", "a board that leans 15 degrees, or one that lies"),
-)
+)  # fmt: skip
 
-_ENTRY = re.compile(r"\s*(maslow_[a-z_]+)\s*:\s*([^#]*?)\s*(?:#.*)?", re.IGNORECASE | re.ASCII)
+SECTION: Final = "kinematics.maslowkinematics."
+"""Where firmware since 2025 has the anchors, in small letters."""
+
+_OLD = "maslow_"
+_ENTRY = re.compile(r"( *(?:- )?)([A-Za-z_][\w-]*) *:(?:\s+([^#]*?))?\s*(?:#.*)?", re.ASCII)
+_SLED = "of the sled and its arms: belts are straight from the anchors to one point here"
+_THICKNESSES: Final = ("spoilboardThickness", "workThickness")
+_WHY: Final = {"beltEndExtension": _SLED, "armLength": _SLED, "fixedZ": _SLED} | {
+    f"{corner}SoftArmExtension": _SLED for corner in CORNERS
+}
 
 
 def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     """Return the planar robot of a Maslow's file of settings; *cable*: one of the table, default: a belt.
 
-    Of the YAML only lines ``maslow_...: value`` are read, at any depth. Raises `InputError`.
+    Of the YAML only lines ``key: value`` are read: ``Maslow_...`` at any depth, and those in the section
+    ``kinematics: MaslowKinematics:``. Raises `InputError`.
     """
-    values, places = _entries(path)
+    entries = yaml_entries(path)
+    if not is_maslow(entries):
+        raise InputError(
+            f"{path}: {described(entries)}; a Maslow's settings have Maslow_tlX and so on, or kinematics: "
+            "MaslowKinematics:"
+        )
     lost, assumed = Notes(), Notes()
-    anchors = {corner: _anchor(values, places, corner, path) for corner in CORNERS}
-    vertical = _vertical(values, places, assumed)
-    used = {f"maslow_{corner}{axis}" for corner in CORNERS for axis in "xyz"} | {"maslow_vertical"}
-    for key in values:
-        if key not in used:
-            lost.add(f"{key}: a robot file has no such key")
+    settings = _Settings(path, entries, any(key.startswith(SECTION) for key in entries))
+    anchors = {corner: settings.anchor(corner) for corner in CORNERS}
+    vertical = settings.vertical(assumed)
+    for key, entry in entries.items():
+        if key not in settings.used and (_OLD in key or key.startswith(SECTION)):
+            replaced = settings.is_new and re.fullmatch(f"{_OLD}(tl|tr|bl|br)[xyz]", key.rsplit(".", 1)[-1])
+            why = "the anchors of MaslowKinematics are read" if replaced else "a robot file has no such key"
+            lost.add(f"{entry.name}: {_WHY.get(entry.name, why)}")
     lean = math.radians(TILT) if vertical else math.radians(90.0)
     along, out = (0.0, math.sin(lean), math.cos(lean)), (0.0, -math.cos(lean), math.sin(lean))
     _require_unmirrored(anchors, path)
     exits = {corner: (x, *(_tidy(y * along[k] + z * out[k]) for k in (1, 2))) for corner, (x, y, z) in anchors.items()}
     feet = [(x, *(_tidy(y * along[k]) for k in (1, 2))) for x, y, _ in anchors.values()]  # in the plane of the board
     assumed.add(f"platform.mass: {SLED:g} kg, the sled with its router")
+    assumed.add("platform: a point; belts are straight from the anchors to it, without the arms of the sled")
     if vertical:
         assumed.add(f"platform.plane: a board that leans by {TILT:g} degrees")
     assumed.add(f"cable: {BELT if cable is None else cable}")
@@ -70,44 +95,95 @@ def _line(name: str, at: tuple[float, ...], cable: dict[str, Any]) -> dict[str, 
     return {"name": name, "exit_point": at, "sheave": {"kind": "eyelet"}, "cable": cable, "tension_limits": limits}
 
 
-def _entries(path: Path) -> tuple[dict[str, str], dict[str, str]]:
-    """Return values by key in small letters, and where each is. Raises `InputError` for a key that is there twice."""
-    values: dict[str, str] = {}
-    places: dict[str, str] = {}
-    for number, text in text_lines(path, MAX_BYTES, "Maslow's file of settings"):
+@dataclass(frozen=True)
+class Entry:
+    """A line ``name: value`` of a YAML file, and where it is."""
+
+    name: str
+    value: str
+    place: str
+
+
+def yaml_entries(path: Path) -> dict[str, Entry]:
+    """Return the lines ``key: value`` of a YAML file by their path of keys, dotted, in small letters.
+
+    Raises `InputError` for a ``Maslow_`` key, or one of its section, that is there twice.
+    """
+    found: dict[str, Entry] = {}
+    within: list[tuple[int, str]] = []
+    for number, text in text_lines(path, MAX_BYTES, "file in YAML", indented=True):
         match = _ENTRY.fullmatch(text)
         if match is None:
             continue
-        key, place = match[1].lower(), f"{path}, line {number}"
-        if key in values:
-            raise InputError(f"{place}: {match[1]} is given twice, also in {places[key].rsplit(', ', 1)[1]}")
-        values[key], places[key] = match[2], place
-    return values, places
+        depth, name, value, place = len(match[1]), match[2], match[3] or "", f"{path}, line {number}"
+        while within and within[-1][0] >= depth:
+            within.pop()
+        within.append((depth, name.lower()))
+        key = name.lower() if name.lower().startswith(_OLD) else ".".join(each for _, each in within[:MAX_DEPTH])
+        if key in found and (key.startswith((_OLD, SECTION))):
+            raise InputError(f"{place}: {name} is given twice, also in {found[key].place.rsplit(', ', 1)[1]}")
+        found[key] = Entry(name, value, place)
+    return found
 
 
-def _anchor(values: dict[str, str], places: dict[str, str], corner: str, path: Path) -> tuple[float, float, float]:
-    """Return an anchor, m; mm in the file."""
-    found = []
-    for axis in "xyz":
-        key = f"maslow_{corner}{axis}"
-        if key not in values:
-            if axis == "z" or corner == "bl":  # the origin by Maslow's convention; files without it are written so
-                found.append(0.0)
-                continue
-            raise InputError(f"{path}: has no Maslow_{corner}{axis.upper()}, the {CORNERS[corner]} anchor's {axis}, mm")
-        found.append(from_mm(values[key], f"{places[key]}: Maslow_{corner}{axis.upper()}"))
-    x, y, z = found
-    return x, y, z
+def is_maslow(entries: Mapping[str, Entry]) -> bool:
+    """Whether a YAML file has settings of a Maslow."""
+    return any(key.startswith((_OLD, SECTION[:-1])) for key in entries)
 
 
-def _vertical(values: dict[str, str], places: dict[str, str], assumed: Notes) -> bool:
-    key = "maslow_vertical"
-    if key not in values:
-        assumed.add("Maslow_vertical: false, the board lies flat")
-        return False
-    if values[key].lower() not in ("true", "false"):
-        raise InputError(f"{places[key]}: Maslow_vertical = {shown(values[key])}: must be true or false")
-    return values[key].lower() == "true"
+def described(entries: Mapping[str, Entry]) -> str:
+    """Return what a YAML file looks like that has no settings of a Maslow."""
+    for key, entry in entries.items():
+        if key.startswith("kinematics.") and key.count(".") == 1:
+            what = ", two belts on a wall" if entry.name.lower() == "wallplotter" else ""
+            return f"is a FluidNC configuration with kinematics: {shown(entry.name)}{what}"
+    if any(key.rsplit(".", 1)[-1] == "ros__parameters" for key in entries):
+        return "is a file of ROS parameters"
+    names = [shown(entry.name) for key, entry in entries.items() if "." not in key]
+    return f"is YAML with {', '.join(names[:4])}{' and more' if len(names) > 4 else ''}" if names else "has no keys"
+
+
+@dataclass(frozen=True)
+class _Settings:
+    """The settings of one of the two layouts; ``used``: keys that were read."""
+
+    path: Path
+    entries: Mapping[str, Entry]
+    is_new: bool
+    used: set[str] = field(default_factory=set)
+
+    def anchor(self, corner: str) -> tuple[float, float, float]:
+        """Return an anchor, m; mm in the file."""
+        found = []
+        for axis in "xyz":
+            name = f"{'' if self.is_new else 'Maslow_'}{corner}{axis.upper()}"
+            key = SECTION + name.lower() if self.is_new else name.lower()
+            if key not in self.entries:
+                if axis == "z" or corner == "bl":  # the origin by Maslow's convention; files without it are written so
+                    found.append(0.0)
+                    continue
+                where = " in kinematics: MaslowKinematics:" if self.is_new else ""
+                raise InputError(f"{self.path}: has no {name}, the {CORNERS[corner]} anchor's {axis}, mm{where}")
+            self.used.add(key)
+            found.append(from_mm(self.entries[key].value, f"{self.entries[key].place}: {name}"))
+        x, y, z = found
+        for name in _THICKNESSES:
+            key = SECTION + name.lower()
+            if key in self.entries:
+                self.used.add(key)
+                z += from_mm(self.entries[key].value, f"{self.entries[key].place}: {name}")
+        return x, y, z
+
+    def vertical(self, assumed: Notes) -> bool:
+        """Whether the board leans on a wall."""
+        entry = self.entries.get("maslow_vertical")
+        if entry is None:
+            assumed.add("Maslow_vertical: false, the board lies flat")
+            return False
+        self.used.add("maslow_vertical")
+        if entry.value.lower() not in ("true", "false"):
+            raise InputError(f"{entry.place}: Maslow_vertical = {shown(entry.value)}: must be true or false")
+        return entry.value.lower() == "true"
 
 
 def _require_unmirrored(anchors: dict[str, tuple[float, float, float]], path: Path) -> None:

@@ -25,6 +25,7 @@ from cablewright.models.statics import Equilibrium
 from cablewright.robot import Box, GuideSheave, Line, RigidPlatform, Robot
 
 TIMESTEP: Final = 1e-3  # s
+EQUAL: Final = 2e-6  # m, within which a tendon counts as long as its line: it has two starts of `FEED`
 _FIRM = 'solreflimit="0.002 1" solimplimit="0.9999 0.99999 0.001 0.5 2"'  # gives less than 1e-7 m under a load
 _CARRIED: Final = (
     "name description platform.mass platform.centre_of_mass platform.inertia platform.inertia_products platform.plane "
@@ -43,6 +44,7 @@ def mjcf(at: Equilibrium) -> ExportedFile:
     robot, notes = at.model.robot, Notes()
     if at.model.fidelity.cable is not CableLaw.RIGID or at.model.fidelity.sheave is not None:
         raise InputError("mjcf: tendons do not stretch: solve with cable = rigid, and the sheaves as built")
+    robot.require_winches("export mjcf, whose tendons have a length")
     require_in_plane(robot)
     if not np.isfinite(at.lengths).all():
         raise AnswerError(f"no lengths at this pose: {at.sentence()}", at.status)
@@ -52,19 +54,32 @@ def mjcf(at: Equilibrium) -> ExportedFile:
         notes.add(
             "lines.guides: wheels are sites on their rims, which hold the cable there; their arcs keep their lengths"
         )
-    for sentence in lost_keys(keys_given(robot), f"{_CARRIED} lines.cables"):
-        notes.add(sentence)
+    notes.add_all(lost_keys(keys_given(robot), f"{_CARRIED} lines.cables"))
     if isinstance(robot.platform, RigidPlatform) and robot.platform.inertia is None:
         notes.add("platform.inertia: not known; that of a ball of the platform's mass and 0.3 m radius is written")
     points = placed(at.pose, [line.platform_point for line in robot.lines])
     levers = at.line_states.lever_angle
     mounts = [mounting(line, points[i], float(levers[i]), robot.scene.gravity) for i, line in enumerate(robot.lines)]
-    text = _document(robot, at, mounts, notes)
-    return ExportedFile(text, notes.all)
-
-
-def _document(robot: Robot, at: Equilibrium, mounts: Sequence[Mounting], notes: Notes) -> str:
     ends = [platform_end(line, at.pose) for line in robot.lines]
+    _note_lengths(robot, mounts, ends, notes)
+    return ExportedFile(_document(robot, at, mounts, ends, notes), notes.all)
+
+
+def _note_lengths(robot: Robot, mounts: Sequence[Mounting], ends: Sequence[Mounting], notes: Notes) -> None:
+    """Note where a tendon is not as long as its line."""
+    longer: dict[str, list[str]] = {}
+    for line, begin, end in zip(robot.lines, mounts, ends, strict=True):
+        difference = begin.added + end.added - line.dead_length
+        if abs(difference) > EQUAL:
+            words = f"{1e3 * abs(difference):.4g} mm {'longer' if difference > 0.0 else 'shorter'}"
+            longer.setdefault(words, []).append(repr(line.name))
+    for words, names in longer.items():
+        notes.add(
+            f"tendons of {', '.join(names)} are {words} than the lines: dead_length and arcs on guides are no part"
+        )
+
+
+def _document(robot: Robot, at: Equilibrium, mounts: Sequence[Mounting], ends: Sequence[Mounting], notes: Notes) -> str:
     bodies = "".join(m.body for m in mounts)
     tendons = zip(robot.lines, at.lengths, mounts, ends, strict=True)
     comments = "".join(f"  <!-- lost: {printable(each).replace('--', '- -')} -->\n" for each in notes.all)

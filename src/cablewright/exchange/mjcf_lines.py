@@ -21,8 +21,8 @@ from cablewright.models.rotation import placed
 from cablewright.robot import Eyelet, Line, PlatformPulley, Pulley, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 
-FEED: Final = 1.0
-"""Length of the tendon on the axis of a sheave whose winch is not known, m."""
+FEED: Final = 5e-7
+"""Length of the tendon before a sheave whose winch is not known, m: as short as MuJoCo finds the side to wrap."""
 
 _SWIVEL: Final = '<joint type="hinge" axis="0 0 1" damping="0.1"/>'
 _LIGHT: Final = '<inertial pos="0 0 0" mass="0.01" diaginertia="0.001 0.001 0.001"/>'

@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Any, Final
 
+from cablewright.arrays import Array
 from cablewright.csv_input import text_lines
 from cablewright.errors import InputError
-from cablewright.exchange.anchors import anchored_robot, require_anchors
+from cablewright.exchange.anchors import anchored_robot, require_anchors, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
+from cablewright.exchange.rrf_spool import dead_length, spool_law
 from cablewright.exchange.translation import ExportedFile, Feature, ImportedRobot, Notes
-from cablewright.exchange.xml_input import finite
+from cablewright.exchange.xml_input import finite, whole
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.coil import TURN
 from cablewright.models.drum import Drum
 from cablewright.robot import Robot
 
@@ -36,12 +39,28 @@ CARRIED: Final = (
     Feature("M666 U, O", "lines.advantage, cables"),
     Feature("M666 I, X", "lines.tension_limits", "of all spans there, of one here"),
     Feature("M666 S", "lines.cable.axial_stiffness"),
+    Feature("M666 Y", "lines.dead_length", "a guy wire"),
     Feature("M666 W", "platform.mass"),
 )
 
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
-_DEFAULT_ADVANTAGE = 2  # of RepRapFirmware where no U is given
+_MOVED = "RQUOLHJ"  # letters of M666 that were of M669 before 2020, where M666 had others
 _Words = dict[str, tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class _Defaults:
+    """What a version takes for letters that are not given: M666 R, mm, Q, mm, U and O."""
+
+    version: str
+    radius: str
+    advantage: tuple[int, ...]
+    cables: tuple[int, ...] = (1,) * MOST
+    growth: str = "0.007"
+
+
+_NEW = _Defaults("RepRapFirmware", "75", (2, 2, 2, 2, 4))
+_OLD = _Defaults("RepRapFirmware of 2019", "55", (1,) * MOST, (2, 2, 2, 3, 3))
 
 
 def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
@@ -50,17 +69,25 @@ def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
     if geometry.get("K", ("", ""))[0] != "6":
         raise InputError(f"{path}: no M669 K6: only the Hangprinter kinematics has anchors")
     lost, assumed = Notes(), Notes()
+    moved = {letter: geometry.pop(letter) for letter in _MOVED if letter in geometry}
+    defaults = _NEW
+    if moved and not set(machine) & set(_MOVED):
+        defaults = _OLD
+        lost.add_all(
+            f"M666 {letter}: the end switch of an axis, in a version with M669 {min(moved)}" for letter in machine
+        )
+        machine = moved
+    else:
+        lost.add_all(f"M669 {letter}: M666 {letter} is read, its place since 2020" for letter in moved)
     count = int(_number(geometry, "N", 4.0))
     if not 3 <= count <= MOST:
         raise InputError(f"{geometry['N'][1]}: N = {count}: must be 3 to {MOST} anchors")
     names = LETTERS[:count]
-    lines = _lines(path, geometry, machine, names, assumed)
+    lines = _lines(path, geometry, machine, names, defaults, assumed)
     mass = _number(machine, "W", 0.0) or None
-    robot = anchored_robot(path, lines, cable, assumed, mass)
-    if cable is None and "S" in machine:
-        robot = _with_stiffness(robot, _number(machine, "S", 0.0), machine["S"][1], assumed)
-    used = {*"KN", *names}
-    for words, code, known in ((geometry, "M669", used), (machine, "M666", set("RQUOIXSW"))):
+    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine))
+    limits = "IX" if "X" in machine else ""
+    for words, code, known in ((geometry, "M669", {*"KN", *names}), (machine, "M666", {*"RQUOSWY", *limits})):
         for letter in words:
             if letter not in known:
                 lost.add(f"{code} {letter}: {_WHY.get((code, letter), 'a robot file has no such key')}")
@@ -68,47 +95,59 @@ def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
 
 
 _WHY: Final = {
-    ("M666", "Y"): "guy wires stretch there; here they are no part of a line",
+    **{("M666", letter): "a machine file has the gear, as winch.ratio" for letter in "LH"},
+    ("M666", "J"): "an export has it, as --full-steps",
+    ("M666", "I"): "without X no limits are read",
+    ("M669", "W"): "lengths of the mounted lines, of the file's version; a robot file has no such key",
 }
 
 
-def _lines(path: Path, geometry: _Words, machine: _Words, names: str, assumed: Notes) -> dict[str, dict[str, Any]]:
+def _lines(
+    path: Path, geometry: _Words, machine: _Words, names: str, defaults: _Defaults, assumed: Notes
+) -> dict[str, dict[str, Any]]:
     count = len(names)
     exits = {name: _anchor(path, geometry, name, k == count - 1) for k, name in enumerate(names)}
-    radii = _list(machine, "R", count, from_mm)
-    growth = _growth(machine)
-    spans = _list(machine, "U", count, _whole) or [_DEFAULT_ADVANTAGE] * count
-    if "U" not in machine:
-        assumed.add(f"lines.advantage: {_DEFAULT_ADVANTAGE}, what RepRapFirmware takes without M666 U")
-    cables = _list(machine, "O", count, _whole) or [1] * count
+    for letter, key, what in (
+        ("R", "winch.drum_radius", f"{defaults.radius} mm"),
+        ("Q", "winch.build_up", f"by Q = {defaults.growth} mm"),
+        ("U", "advantage", ", ".join(map(str, defaults.advantage[:count]))),
+        ("O", "cables", ", ".join(map(str, defaults.cables[:count]))),
+    ):
+        if letter not in machine:
+            assumed.add(f"lines.{key}: {what}, what {defaults.version} takes without {letter}")
+    radii = _list(machine, "R", count, from_mm) or [from_mm(defaults.radius, "R")] * count
+    growth = _growth(machine, defaults)
+    spans = _list(machine, "U", count, whole) or defaults.advantage
+    cables = _list(machine, "O", count, whole) or defaults.cables
+    dead = _list(machine, "Y", count, from_mm) or [0.0] * count
     low, high = _list(machine, "I", count, finite), _list(machine, "X", count, finite)
     lines: dict[str, dict[str, Any]] = {}
     for k, (name, at) in enumerate(exits.items()):
-        line: dict[str, Any] = {"exit_point": at, "advantage": spans[k], "cables": cables[k]}
-        if radii:
-            line["winch"] = _spool(radii[k], growth, spans[k] * math.dist((0.0, 0.0, 0.0), at), cables[k])
+        length = spans[k] * math.dist((0.0, 0.0, 0.0), at) + dead[k]
+        line: dict[str, Any] = {"exit_point": at, "advantage": spans[k], "cables": cables[k], "dead_length": dead[k]}
+        line["winch"] = spool(radii[k], growth, length, cables[k])
         if high:
             line["tension_limits"] = ((low[k] if low else 0.0) / spans[k], high[k] / spans[k])
         lines[name] = line
     return lines
 
 
-def _growth(machine: _Words) -> float:
+def _stiffness(machine: _Words) -> float | None:
+    if "S" not in machine:
+        return None
+    stiffness = _number(machine, "S", 0.0)
+    if stiffness <= 0.0:
+        raise InputError(f"{machine['S'][1]}: S = {stiffness:g}: the stiffness of a metre of line must be over 0 N")
+    return stiffness
+
+
+def _growth(machine: _Words, defaults: _Defaults) -> float:
     """Return by how much the square of a spool's radius grows per length of wound cable, m."""
-    if "Q" not in machine:
-        return 0.0
-    text, place = machine["Q"]
+    text, place = machine.get("Q", (defaults.growth, ""))
     growth = from_mm(text, f"{place}: Q")
     if growth < 0.0:
         raise InputError(f"{place}: Q = {text[:60]!r}: must be 0 mm or more")
     return growth
-
-
-def _spool(radius: float, growth: float, length: float, cables: int) -> dict[str, float]:
-    """Return the winch of a line that has this *length* (m, all spans) with the nozzle at the origin."""
-    if growth == 0.0 or radius <= 0.0:  # which the robot refuses
-        return {"drum_radius": radius}
-    return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius**2, "drum_length": length}
 
 
 def _anchor(path: Path, words: _Words, name: str, last: bool) -> tuple[float, ...]:
@@ -123,60 +162,66 @@ def _anchor(path: Path, words: _Words, name: str, last: bool) -> tuple[float, ..
     return (0.0, 0.0, numbers[0]) if len(numbers) == 1 else tuple(numbers)
 
 
-def _with_stiffness(robot: Robot, stiffness: float, place: str, assumed: Notes) -> Robot:
-    if stiffness <= 0.0:
-        raise InputError(f"{place}: S = {stiffness:g}: the stiffness of a metre of line must be over 0 N")
-    assumed.add("cable: but for axial_stiffness")
-    lines = tuple(
-        line.model_copy(update={"cable": line.cable.model_copy(update={"axial_stiffness": stiffness})})
-        for line in robot.lines
-    )
-    return robot.model_copy(update={"lines": lines})
+def rrf_config(
+    robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None, full_steps: int, positions: Array
+) -> ExportedFile:
+    """Return the lines of a ``config.g``.
 
-
-def rrf_config(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None, full_steps: int) -> ExportedFile:
-    """Return the lines of a ``config.g``. *full_steps*: of a motor's turn. Raises `InputError`."""
-    require_anchors(robot, "RepRapFirmware's Hangprinter", MOST)
+    *full_steps*: of a motor's turn; *positions* (k, 3): of the nozzle along the job, m, for which Q and R are chosen.
+    Raises `InputError`.
+    """
+    require_hangprinter(robot)
     carried = (
         "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
-        "lines.winch.build_up lines.winch.drum_length platform.mass lines.tension_limits lines.cable"
+        "lines.winch.build_up lines.winch.drum_length lines.dead_length lines.winch_exit platform.mass "
+        "lines.tension_limits lines.cable"
     )
     notes = Notes()
-    for sentence in lost_keys(keys_given(robot), carried):
-        notes.add(sentence)
+    notes.add_all(lost_keys(keys_given(robot), carried))
     notes.add("lines.cable: weight, sag and creep; of all lines the least stiffness is written")
     names, lines = LETTERS[: robot.m], robot.lines
-    anchors = " ".join(f"{n}{':'.join(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
-    origin = [math.dist((0.0, 0.0, 0.0), line.exit_point) * line.advantage for line in lines]
-    radii = [drum.per_turn(length) / TURN for drum, length in zip(drums, origin, strict=True)]
+    law = spool_law(robot, drums, positions, _build_up(robot, drums, machine))
+    fitted = "" if law.own else "; they fit the lengths of this job alone, they are no measured spools"
+    notes.add(f"lines.winch: by M666 Q and R in float32 the nozzle is up to {law.error:.2g} mm off on this job{fitted}")
+    anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
     teeth, assumed = _teeth(machine)
     stiffness = min(line.cable.stiffness for line in lines)
-    text = "".join(f"; lost: {each}\n" for each in notes.all) + "".join(f"; assumed: {each}\n" for each in assumed)
-    text += "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
-    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{to_mm(_reach(robot))}\n"
-    text += f"M666 Q{_build_up(robot, drums, machine)!r} R{':'.join(map(to_mm, radii))}\n"
+    text = "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
+    text += f"M669 K6 N{robot.m}\nM669 {anchors} P{_joined([to_mm(_reach(robot))])}\n"
+    text += f"M666 Q{_joined([law.growth])} R{_joined(_shortest(radius) for radius in law.radii)}\n"
     text += f"M666 U{_joined(line.advantage for line in lines)} O{_joined(line.cables for line in lines)}\n"
     text += (
         f"M666 L{_joined([teeth[0]] * robot.m)} H{_joined([teeth[1]] * robot.m)} J{_joined([full_steps] * robot.m)}\n"
     )
-    text += f"M666 W{robot.platform.mass!r} S{stiffness!r}\n"
+    dead = _joined(to_mm(dead_length(line)) for line in lines)
+    text += f"M666 W{_joined([robot.platform.mass])} S{_joined([stiffness])} Y{dead}\n"
     forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
     text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}\n"
     return ExportedFile(text, notes.all, assumed)
 
 
-def _build_up(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None) -> float:
-    """Return by how much the square of the radius grows per length of wound cable, mm. Raises `InputError`."""
+def require_hangprinter(robot: Robot) -> None:
+    """Raise `InputError` for a robot that the firmware's kinematics does not have."""
+    require_anchors(robot, "RepRapFirmware's Hangprinter", MOST, "; export klipper, which moves winches by their angle")
+
+
+def _shortest(millimetres: float) -> str:
+    """Return a radius as it was read, without the last digits of a product."""
+    return to_mm(float(f"{1e-3 * millimetres:.15g}"))
+
+
+def _build_up(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None) -> float | None:
+    """Return by how much the square of the radius grows per length of wound cable, mm; None where lines differ."""
     if machine is None:
         pairs = zip(drums, robot.lines, strict=True)
         squares = [2.0 * drum.build_up * drum.radius**2 / line.cables for drum, line in pairs]
         if max(squares) - min(squares) > 1e-6 * max(squares):
-            raise InputError(f"robot {robot.name!r}: its lines have different build-ups; M666 has one, Q")
+            return None
         return float(f"{1e3 * squares[0]:.12g}")  # the number that was read, not its last digits
     diameters = {line.cable.diameter for line in robot.lines}
-    if len(diameters) > 1:
-        raise InputError(f"robot {robot.name!r}: its lines have different diameters; M666 has one build-up, Q")
     diameter = diameters.pop()
+    if diameters:
+        return None
     assert diameter is not None  # a coil needs it
     return 1e3 * machine.winch.pitch * diameter / (math.pi * machine.winch.width)
 
@@ -201,8 +246,9 @@ def _ends(robot: Robot, axis: int) -> tuple[float, float]:
     return robot.scene.frame_min[axis], robot.scene.frame_max[axis]
 
 
-def _joined(values: Any) -> str:
-    return ":".join(repr(value) for value in values)
+def _joined(values: Iterable[float | str]) -> str:
+    """Return numbers as a list of the firmware, without exponents, whose E is a letter of its own there."""
+    return ":".join(format(Decimal(str(value)), "f") for value in values)
 
 
 def _commands(path: Path) -> tuple[_Words, _Words]:
@@ -239,10 +285,3 @@ def _list(words: _Words, letter: str, count: int, read: Callable[[str, str], Any
     if len(parts) < count:
         raise InputError(f"{place}: {letter} = {text[:60]!r}: has {len(parts)} values; there are {count} anchors")
     return [read(part, f"{place}: {letter}") for part in parts[:count]]
-
-
-def _whole(text: str, place: str) -> int:
-    number = finite(text, place)
-    if number != int(number) or number < 1:
-        raise InputError(f"{place} = {text[:60]!r}: must be a whole number, 1 or more")
-    return int(number)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from cablewright.robot import Robot
@@ -48,6 +49,15 @@ class Notes:
     def add(self, sentence: str) -> None:
         """Note a sentence."""
         self._sentences[sentence] = None
+
+    def add_all(self, sentences: Iterable[str]) -> None:
+        """Note sentences."""
+        for sentence in sentences:
+            self.add(sentence)
+
+    def drop(self, sentence: str) -> None:
+        """Take back a sentence that was noted."""
+        del self._sentences[sentence]
 
     @property
     def all(self) -> tuple[str, ...]:

@@ -31,8 +31,7 @@ def urdf(robot: Robot, pose: Array) -> ExportedFile:
     """Return the URDF of a robot whose platform is at a *pose* (n,), m and rotation vector, rad."""
     notes = Notes()
     notes.add("lines, their cables, sheaves and winches: URDF has no cables")
-    for sentence in lost_keys(keys_given(robot), f"{_CARRIED} lines"):
-        notes.add(sentence)
+    notes.add_all(lost_keys(keys_given(robot), f"{_CARRIED} lines"))
     if not isinstance(robot.platform, RigidPlatform) or robot.platform.inertia is None:
         notes.add(f"platform.inertia: not known; that of a ball of {BALL:g} m is written")
     if robot.n == 3 and robot.platform.plane is None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any, Final
@@ -17,7 +18,6 @@ from cablewright.exchange.completion import (
     require_right_handed,
 )
 from cablewright.exchange.translation import Feature, ImportedRobot, Notes
-from cablewright.exchange.wirex_axes import axes_of
 from cablewright.exchange.xml_input import Element, read_xml
 from cablewright.robot import Robot
 from cablewright.validation import shown, validated
@@ -42,6 +42,14 @@ CARRIED: Final = (
     Feature("winch.cable max_velocity, dl_max; winch.drum r_drum", "winch.max_speed, capacity, drum_radius"),
 )
 
+Axes = tuple[tuple[float, ...], ...]
+
+_DOWN: Axes = ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0))
+_WHY: Final = {
+    "inertiatensor": "not all moments of a body",
+    "l_drum": "a machine file has it, as winch.width",
+    "motor": "a machine file has the motor's values",
+}
 _ROTATION = tuple(f"a{row}{column}" for column in (1, 2, 3) for row in (1, 2, 3))
 _WIRELIB_DEFAULTS = (25.0, (0.0, 1.0, 0.2))  # mass and centre of mass that WireLib writes where nobody set them
 
@@ -88,7 +96,9 @@ class _Reader:
         }
         self.given.skip("name", "description", "author", "generator", "id")
         for each in self.models.unread():
-            self.lost.add(f"{each.removeprefix('models.').removeprefix('robot.')}: a robot file has no such key")
+            name = each.removeprefix("models.").removeprefix("robot.")
+            why = next((why for part, why in _WHY.items() if part in name), "a robot file has no such key")
+            self.lost.add(f"{name}: {why}")
         robot = validated(Robot, table, self.path)
         return ImportedRobot(robot, f"WireX {self.version}", self.lost.all, self.assumed.all)
 
@@ -243,3 +253,18 @@ def _rotation(element: Element) -> tuple[tuple[float, ...], ...]:
     axes = tuple(tuple(entries[3 * k : 3 * k + 3]) for k in range(3))
     require_right_handed(axes, element.place)
     return axes
+
+
+def axes_of(axis: Sequence[float]) -> Axes:
+    """Return right-handed axes (columns x, y, z) of a sheave's mounting with that third *axis* of length one.
+
+    It is that about which the sheave swivels, along which the cable comes: the world's for an upright one. Which way x
+    and y point means nothing here.
+    """
+    a, b, c = axis
+    if a == b == 0.0:
+        return ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if c > 0.0 else _DOWN
+    level = math.hypot(a, b)
+    x = (-b / level, a / level, 0.0)
+    y = (-c * x[1], c * x[0], a * x[1] - b * x[0])
+    return x, tuple(each + 0.0 for each in y), (a, b, c)

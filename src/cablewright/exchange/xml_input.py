@@ -102,13 +102,27 @@ class Element:
 
 def finite(text: str, place: str, least: float = -math.inf) -> float:
     """Return the finite number that a text is. Raises `InputError`: NaN, infinity and a unit are none."""
-    word = text.strip()
-    number = float(word) if _NUMBER.fullmatch(word) else math.nan
-    if not math.isfinite(number):
+    number = number_or_none(text)
+    if number is None:
         raise InputError(f"{place} = {shown(text)}: must be a finite number without a unit")
     if number < least:
         raise InputError(f"{place} = {shown(text)}: must be at least {least:g}")
     return number
+
+
+def number_or_none(text: str) -> float | None:
+    """Return the finite number that a text is, or None."""
+    word = text.strip()
+    number = float(word) if _NUMBER.fullmatch(word) else math.nan
+    return number if math.isfinite(number) else None
+
+
+def whole(text: str, place: str) -> int:
+    """Return the whole number, 1 or more, that a text is. Raises `InputError`."""
+    number = finite(text, place)
+    if number != int(number) or number < 1:
+        raise InputError(f"{place} = {text[:60]!r}: must be a whole number, 1 or more")
+    return int(number)
 
 
 def read_xml(path: Path, roots: Sequence[str]) -> Element:

@@ -12,7 +12,7 @@ from numba.core import config
 from cablewright.kernels.cache import KernelCache, is_stamped
 from cablewright.kernels.compiler import KernelCompiler, KernelDispatcher
 
-__all__ = ["compile_for", "is_compiled", "jit", "thread_count"]
+__all__ = ["compile_for", "is_compiled", "jit", "prepared_count", "thread_count"]
 
 
 def jit(
@@ -55,6 +55,11 @@ def is_compiled(function: Any, *arguments: Any) -> bool:
 def thread_count() -> int:
     """How many threads a batch may take: `NUMBA_NUM_THREADS`, by default one for each processor."""
     return int(config.NUMBA_NUM_THREADS)
+
+
+def prepared_count() -> int:
+    """Return how many kernels this process has compiled, or read: a step that waited for one is late for that."""
+    return KernelCompiler.count
 
 
 def compile_for(function: Any, *arguments: Any) -> None:

@@ -116,6 +116,9 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
     depth = 0
     """Kernels that are being compiled, each asked for by the one before; 1: it was Python that asked."""
 
+    count = 0
+    """Kernels that this process has asked for: compiled, or read from the disk."""
+
     def define_pipelines(self) -> Any:
         """Return the only pipeline."""
         (manager,) = super().define_pipelines()
@@ -145,6 +148,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
 
     def compile(self, signature: Any) -> Any:
         """Compile for *signature*, or read what an earlier process compiled."""
+        KernelCompiler.count += 1
         with global_compiler_lock:
             arguments = tuple(normalize_signature(signature)[0])
             if not KernelCompiler.depth and self.is_only_part(arguments):

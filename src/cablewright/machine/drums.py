@@ -18,6 +18,8 @@ def drums_of(robot: Robot, machine: MachineSettings | None = None) -> tuple[Drum
     for line in robot.lines:
         bare = drum_of(line)
         if bare is None:
-            raise InputError(f"line {line.name!r} gives no winch.drum_radius, which turns of its winch need")
+            raise InputError(
+                f"line {line.name!r} gives no winch.drum_radius, which turns of its winch need: give it in [winch]"
+            )
         found.append(bare if machine is None else Drum(bare.radius, coil_of(line, machine.winch), machine.winch.held))
     return tuple(found)

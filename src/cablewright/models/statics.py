@@ -311,12 +311,8 @@ class Equilibrium(Rows, Result):
         return wrenches[0] if self.single else wrenches
 
     def is_valid(self, tolerance: float = 1e-9) -> bool:
-        """Return whether all rows are solved with residuals up to *tolerance*: m, and share of the weight.
-
-        Without gravity the largest tension takes the weight's place.
-        """
-        weight = PlatformNumbers(self.packed.platform).weight
-        load = np.where(weight > 0.0, weight, self.tensions.max(axis=-1))
+        """Return whether all rows are solved with residuals up to *tolerance*: m, and share of the largest force."""
+        load = np.maximum(PlatformNumbers(self.packed.platform).weight, self.tensions.max(axis=-1))
         fits = (self.residual_norm() <= tolerance) & (self.unbalanced_force() <= tolerance * load)
         return bool(np.all(self.ok & fits))
 

@@ -5,6 +5,7 @@ File paths are relative to the folder of the TOML file. Lengths and speeds are t
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 from itertools import pairwise
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 from annotated_types import Ge, Le
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -29,9 +30,21 @@ from cablewright.toml_input import is_file, read_table, require_schema
 from cablewright.units import Acceleration, Jerk, Length, Speed
 from cablewright.validation import Description, FileDescription, refusal, validated
 
+log = logging.getLogger(__name__)
+
 # Beyond any machine, but small enough that no computation overflows.
 _Distance = Annotated[Length, Ge(1e-6), Le(1e3)]
-_Speed = Annotated[Speed, Ge(1e-6), Le(1e3)]
+_MAX_SPEED = 1e3  # m/s
+_FAST, _VIOLENT, _WIDE = 5.0, 100.0, 0.5  # m/s, m/s^2, m: from which on a number is likely in another unit
+
+
+def _possible(speed: float) -> float:
+    if speed > _MAX_SPEED:
+        raise ValueError(f"must be at most {_MAX_SPEED:g} m/s: {speed:g} mm/min?")
+    return speed
+
+
+_Speed = Annotated[Speed, Ge(1e-6), AfterValidator(_possible), Field(json_schema_extra={"maximum": _MAX_SPEED})]
 _Coordinate = Annotated[Length, Ge(-MAX_COORDINATE), Le(MAX_COORDINATE)]
 
 
@@ -162,7 +175,25 @@ def load_job(path: str | Path) -> Job:
         return validated(Job, {"name": path.stem, "gcode": path}, path)
     table, _ = read_table(path)
     require_schema(table, path)
-    return validated(Job, table | _located(table, path), path)
+    job = validated(Job, table | _located(table, path), path)
+    for doubt in doubts(job):
+        log.warning("note: %s: %s", path, doubt)
+    return job
+
+
+def doubts(job: Job) -> tuple[str, ...]:
+    """Return the numbers of a *job* that are likely in another unit, a sentence each, with that unit."""
+    motion, bead = job.motion, job.bead
+    speed = "mm/s or mm/min" if max(motion.print_speed, motion.travel_speed) < 500.0 else "mm/min"
+    limits = (
+        ("motion.print_speed", motion.print_speed, _FAST, "m/s", speed),
+        ("motion.travel_speed", motion.travel_speed, _FAST, "m/s", speed),
+        ("motion.acceleration", motion.acceleration, _VIOLENT, "m/s^2", "mm/s^2"),
+        ("bead.width", bead.width, _WIDE, "m", "mm"),
+        ("bead.height", bead.height, _WIDE, "m", "mm"),
+        ("max_error", job.max_error or 0.0, _WIDE, "m", "mm"),
+    )
+    return tuple(f"{key} = {it:g} {unit}: {it:g} {likely}?" for key, it, most, unit, likely in limits if it > most)
 
 
 def _located(table: dict[str, Any], path: Path) -> dict[str, Path]:

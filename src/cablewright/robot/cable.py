@@ -31,6 +31,9 @@ CONSTRUCTIONS: Final[Mapping[str, float]] = MappingProxyType({
 })  # fmt: skip
 """Metallic section of steel wire ropes over the square of their diameter, by construction: EN 12385-4, factor C."""
 
+FIBRE: Final = 970.0
+"""Density of polyethylene fibre, kg/m^3, the lightest of cables: of an assumed diameter."""
+
 MAX_RETARDATIONS: Final = 4
 """Maximum number of Voigt elements of a cable's creep."""
 
@@ -109,6 +112,11 @@ class Cable(Description):
         if given[0] != "section" and self.diameter is None:
             raise refusal("diameter", f"is missing: {given[0]} needs it")
         return self
+
+    @property
+    def thickness(self) -> float:
+        """The diameter, m; where it is not given, that of a full round of `FIBRE` with the cable's mass: assumed."""
+        return math.sqrt(4.0 * self.linear_density / (math.pi * FIBRE)) if self.diameter is None else self.diameter
 
     @property
     def load_section(self) -> float | None:

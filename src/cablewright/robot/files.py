@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from functools import partial
 from importlib import resources
@@ -11,9 +12,12 @@ from typing import Any
 
 from cablewright.errors import InputError, UnknownName, suggestion
 from cablewright.robot.defaults import locate, merge
+from cablewright.robot.plausibility import doubts
 from cablewright.robot.robot import Robot
 from cablewright.toml_input import MAX_BYTES, is_file, parse_table, read_table, require_schema
 from cablewright.validation import validated
+
+log = logging.getLogger(__name__)
 
 
 def load(name_or_path: str | Path) -> Robot:
@@ -66,4 +70,9 @@ def _looks_like_a_path(name: str) -> bool:
 
 def _build(document: dict[str, Any], origin: str) -> Robot:
     require_schema(document, origin)
-    return validated(Robot, merge(document, origin), origin, partial(locate, document))
+    robot = validated(Robot, merge(document, origin), origin, partial(locate, document))
+    for doubt in doubts(robot):
+        if doubt.impossible:
+            raise InputError(f"{origin}: {doubt.sentence}")
+        log.warning("note: %s: %s", origin, doubt.sentence)
+    return robot

@@ -34,11 +34,11 @@ def unique_among(equilibrium: Equilibrium) -> str | None:
         and equilibrium.model.robot.platform.plane is None
         and not lines.has_lever.any()
         and np.all((lines.weight > 0.0) & (lines.free_compliance > 0.0) & (lines.arc_compliance == 0.0))
-        and np.all((lines.radius == 0.0) | ((lines.side > 0.0) & (lines.lever == lines.radius)))
+        and np.all((lines.radius == 0.0) | ((lines.side > 0.0) & (lines.lever == lines.radius) & (lines.spans == 1.0)))
         and np.all(~lines.has_dead_span | ((lines.winch_distance == 0.0) & (lines.winch_height < 0.0)))
         and np.all(modulus > _SAFE * lines.free_compliance * equilibrium.lengths)
     )
-    if not covered or not _is_among(equilibrium, dead_tension):
+    if not covered or not _is_among(equilibrium, dead_length, dead_tension):
         return None
     return _words(equilibrium)
 
@@ -64,11 +64,17 @@ def _modulus(equilibrium: Equilibrium, dead_length: Array) -> Array:
     return np.where(stretch < 0.5, lines.free_compliance * (free - math.pi * lines.radius) - skew, -np.inf)
 
 
-def _is_among(equilibrium: Equilibrium, dead_tension: Array) -> bool:
-    """Whether this equilibrium surely has taut dead spans and lines that leave their swivels outwards."""
-    tension, states = equilibrium.line_states.tension, equilibrium.line_states
-    outwards = tension * np.cos(states.free_angle) > _SAFE * tension
-    return bool(np.all(outwards | (equilibrium.lines.radius == 0.0)) and np.all(tension > (1.0 + _SAFE) * dead_tension))
+def _is_among(equilibrium: Equilibrium, dead_length: Array, dead_tension: Array) -> bool:
+    """Whether this equilibrium surely is as `_words` say, and its lines leave their swivels on the theorem's branch.
+
+    A dead span that hangs in a loop has more tension than T_0, too, but more cable than l_0.
+    """
+    lines, states = equilibrium.lines, equilibrium.line_states
+    taut = (states.tension > (1.0 + _SAFE) * dead_tension) & (states.dead_length < (1.0 + _SAFE) * dead_length)
+    away = equilibrium.platform_points - lines.exit_point
+    beside = np.hypot(away[..., 0], away[..., 1]) > (1.0 + _SAFE) * 2.0 * lines.radius.max()
+    outwards = np.abs(states.free_angle) < 0.5 * math.pi
+    return bool(np.all(taut | ~lines.has_dead_span) and np.all((beside & outwards) | (lines.radius == 0.0)))
 
 
 def _words(equilibrium: Equilibrium) -> str:

@@ -6,10 +6,8 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +15,7 @@ import pytest
 
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.cia402 import PowerState
-from cablewright.machine.drives.loopback import Hub
-from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
-from cablewright.robot import load
-from virtual_drives import RING_BEGIN, virtual_twin
+from watched_drives import Watched, watched_drives
 
 pytestmark = [
     pytest.mark.clock,
@@ -34,7 +29,6 @@ import numpy as np
 from virtual_drives import virtual_twin
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.drive_machine import DriveMachine
-from cablewright.robot import load
 from cablewright.signals import Command, WinchMode
 times = dict(heartbeat_timeout=0.6, command_timeout=0.5, answer_timeout=0.4)  # a busy computer stalls
 robot, owner = load("merlet2023"), virtual_twin(channel={channel!r}, **times).owner
@@ -58,41 +52,10 @@ machine.close()
 """
 
 
-@dataclass
-class Watched:
-    """Drives in this process, on a thread, and what their plant showed."""
-
-    rig: VirtualRig
-    channel: int
-    tensions: list[float] = field(default_factory=list)
-
-    def wait(self, what: str, seconds: float = 10.0) -> None:
-        """Wait until all drives are in a state, by its name."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            if all(drive.state is PowerState[what] for drive in self.rig.drives):
-                return
-            time.sleep(0.005)
-        raise AssertionError([drive.state for drive in self.rig.drives])
-
-
 @pytest.fixture
 def watched() -> Iterator[Watched]:
-    robot, over, hub = load("merlet2023"), threading.Event(), Hub(0)
-    rig = VirtualRig(robot, virtual_twin(), RING_BEGIN["merlet2023"])
-    rig.warm()
-    found = Watched(rig, hub._socket.getsockname()[1])
-
-    def ends() -> bool:
-        found.tensions.append(float(rig.plant.truth.tensions.max()))
-        return over.is_set()
-
-    thread = threading.Thread(target=run_rig, args=(rig, hub, ends), daemon=True)
-    thread.start()
-    yield found
-    over.set()
-    thread.join(timeout=10.0)
-    hub.close()
+    with watched_drives() as found:
+        yield found
 
 
 @pytest.fixture
@@ -113,10 +76,6 @@ def host(watched: Watched) -> Iterator[subprocess.Popen[str]]:
     process.communicate()
 
 
-def braked(watched: Watched) -> bool:
-    return all(drive.brake_closed for drive in watched.rig.drives)
-
-
 def test_a_host_that_is_stopped_for_a_second_finds_all_braked(watched: Watched, host: subprocess.Popen[str]) -> None:
     os.kill(host.pid, signal.SIGSTOP)
     began = time.monotonic()
@@ -133,7 +92,7 @@ def test_a_host_that_is_stopped_for_a_second_finds_all_braked(watched: Watched, 
     reasons = ("no command came in time", "heartbeat of the computer is missing", "its drive does not answer")
     assert any(each in said for each in reasons), said
     host.wait(timeout=20.0)
-    assert braked(watched)
+    assert watched.braked
     assert np.abs(watched.rig.plant.rig.winches.angles - angles).max() < 1e-3  # nothing old was obeyed
     assert max(watched.tensions) < 700.0
 
@@ -141,7 +100,7 @@ def test_a_host_that_is_stopped_for_a_second_finds_all_braked(watched: Watched, 
 def test_a_host_that_is_killed_leaves_all_braked(watched: Watched, host: subprocess.Popen[str]) -> None:
     host.kill()
     watched.wait("FAULT")
-    assert braked(watched)
+    assert watched.braked
     time.sleep(0.2)  # the simulated winches lag behind their drives
     angles = watched.rig.plant.rig.winches.angles
     time.sleep(0.5)
@@ -168,6 +127,6 @@ def test_a_command_that_is_interrupted_brakes_all_first(watched: Watched, number
     _, said = process.communicate(timeout=20.0)
     assert process.returncode == 130, said
     assert said.strip().endswith("interrupted")
-    assert braked(watched)
+    assert watched.braked
     time.sleep(0.6)
     assert not any(drive.state is PowerState.FAULT for drive in watched.rig.drives)

@@ -12,6 +12,7 @@ import pytest
 
 from cablewright.apps.serve.access import Access, Bucket, new_token
 from cablewright.apps.serve.operators import MAX_CLIENTS, Operators, person
+from cablewright.control.orders import STOPS
 from cablewright.control.transitions import TRANSITIONS
 from cablewright.errors import InputError
 from cablewright.robot import load
@@ -27,7 +28,7 @@ from cablewright.studies.serve.jobs import (
     write_check,
 )
 from cablewright.studies.serve.latest import shared
-from cablewright.studies.serve.link import ControlLink, ServerLink
+from cablewright.studies.serve.link import LEASE, ControlLink, ServerLink
 from cablewright.studies.serve.messages import LoadMessage, OrderMessage, parsed
 from served import RING
 
@@ -132,7 +133,8 @@ def test_messages_are_checked_again_by_the_control() -> None:
 def test_stops_come_first_and_what_is_full_is_refused() -> None:
     link = ControlLink.new()
     orders, stops = link.connect()
-    files = [os.dup(each) for each in (link.state.file_number, link.sitting.file_number)]
+    memories = link.state, link.sitting, link.told_lease
+    files = [os.dup(each.file_number) for each in memories]
     server = ServerLink.of(*files, orders.detach(), stops.detach())
     order = OrderMessage(by="x", kind=OrderKind.START)
     sent = 0
@@ -150,6 +152,23 @@ def test_stops_come_first_and_what_is_full_is_refused() -> None:
     assert not server.send(order)
     link.close()
     server.close()
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_message_that_a_stop_overtook_is_untimely(stop: OrderKind) -> None:
+    link = ControlLink.new()
+    orders, stops = link.connect()
+    orders.send(OrderMessage(by="ann", at=100.0, kind=stop).model_dump_json().encode())
+    assert len(list(link.messages())) == 1
+    link.told_lease.write(LEASE.pack(5, link.clock()))
+    start = OrderMessage(by="ben", at=99.9, lease=5, kind=OrderKind.START)
+    assert link.untimely(start) == "it was ordered before the last stop"
+    assert link.untimely(start.model_copy(update={"at": 100.1})) == ""
+    assert "does not operate" in link.untimely(start.model_copy(update={"at": 100.1, "lease": 4}))
+    link.told_lease.write(LEASE.pack(5, link.clock() - 1.1))  # the server hangs
+    assert "does not operate" in link.untimely(start.model_copy(update={"at": 100.1}))
+    for each in (orders, stops, link):
+        each.close()
 
 
 def test_the_latest_is_whole_while_it_is_written() -> None:

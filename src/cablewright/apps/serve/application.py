@@ -208,7 +208,8 @@ class Page:
         async def load() -> dict[str, Any]:
             if job is not None:
                 self.uploads.job(job)
-            message = LoadMessage(by=client.title, number=number, at=time.monotonic(), load=job, confirmed=confirmed)
+            about = {"by": client.title, "number": number, "at": time.monotonic(), "lease": self.operators.lease}
+            message = LoadMessage(**about, load=job, confirmed=confirmed)
             if not self.link.send(message):
                 raise EnvironmentFault("the control does not answer")
             if why := await self.answer(number, client.title):

@@ -75,6 +75,7 @@ class Feed:
                 self._seen, self.state = number, from_json(state)
         else:
             state = b"null"
+        self.link.tell_lease(self.operators.lease)
         age = time.monotonic() - float(self.state.get("clock", -1e9))
         told = {
             "t": "state",

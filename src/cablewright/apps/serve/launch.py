@@ -151,6 +151,7 @@ class Server:
         numbers = {
             "state": self.link.state.file_number,
             "sitting": self.link.sitting.file_number,
+            "lease": self.link.told_lease.file_number,
             "orders": orders.fileno(),
             "stops": stops.fileno(),
             "listen": self.listen.fileno(),

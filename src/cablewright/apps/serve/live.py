@@ -13,7 +13,7 @@ from pydantic_core import from_json, to_json
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from cablewright.apps.serve.operators import OLD_STATE, Client
-from cablewright.signals import OrderKind
+from cablewright.signals import ORDER_LIFE, OrderKind
 from cablewright.studies.serve.messages import OrderMessage
 
 if TYPE_CHECKING:
@@ -78,6 +78,7 @@ class Live:
             except ValueError:
                 continue
             if isinstance(given, dict):
+                self.page.operators.look()
                 client.last = time.monotonic()
                 self._take(client, given)
 
@@ -87,9 +88,12 @@ class Live:
             case "stop":
                 self.page.send_stop(client.title)
             case "take":
-                self._tell({"t": "lease", "refusal": self.page.operators.take(client, given.get("name"))})
+                refusal = self._late(given) or self.page.operators.take(client, given.get("name"))
+                self._tell({"t": "lease", "refusal": refusal})
+                self.page.link.tell_lease(self.page.operators.lease)
             case "release":
                 self.page.operators.release(client)
+                self.page.link.tell_lease(self.page.operators.lease)
             case "jog":
                 self._jog(client, given)
             case "order":
@@ -97,17 +101,22 @@ class Live:
 
     def _jog(self, client: Client, given: dict[str, Any]) -> None:
         """One lease of a jog: newer than the last, of who operates, on a state that was seen just now."""
-        number, beat = given.get("seq"), given.get("beat")
-        if not _is_whole(number) or not _is_whole(beat) or number <= client.jog:
+        number = given.get("seq")
+        if not _is_whole(number) or not _is_whole(given.get("beat")) or number <= client.jog:
             return
         client.jog = number
-        age = 1e-3 * (self.page.feed.beat() - beat)
         if self.page.operators.operator is not client:
             self._tell({"t": "jog", "refusal": "you do not operate the machine"})
-        elif not -0.1 < age < OLD_STATE:
-            self._tell({"t": "jog", "refusal": f"it came {age:.1f} s after the state that you saw"})
+        elif late := self._late(given, OLD_STATE):
+            self._tell({"t": "jog", "refusal": late})
         elif not self._sent(client, OrderKind.JOG, {"velocity": given.get("velocity")}, next(self.page.numbers)):
             self._tell({"t": "jog", "refusal": "it is no velocity, or the control does not answer"})
+
+    def _late(self, given: dict[str, Any], most: float = ORDER_LIFE) -> str:
+        """Why a message comes too late after the state that its page names as seen, or an empty text."""
+        beat = given.get("beat")
+        age = 1e-3 * (self.page.feed.beat() - beat) if _is_whole(beat) else 0.0
+        return "" if -0.1 < age < most else f"it came {age:.1f} s after the state that you saw"
 
     def _order(self, client: Client, given: dict[str, Any]) -> None:
         """One order, which is answered."""
@@ -126,6 +135,8 @@ class Live:
             why = "there is no such order"
         elif self.page.operators.operator is not client:
             why = "you do not operate the machine"
+        elif late := self._late(given):
+            why = late
         elif not client.orders.take():
             why = "too many orders at once"
         elif not self._sent(client, kind, given.get("arguments", {}), number):
@@ -137,9 +148,9 @@ class Live:
 
     def _sent(self, client: Client, kind: OrderKind, arguments: object, number: int) -> bool:
         """Send an order to the control; False for one that is none, or that it cannot take now."""
-        about = {"by": client.title, "number": number, "at": time.monotonic(), "kind": kind, "arguments": arguments}
+        about = {"by": client.title, "number": number, "at": time.monotonic(), "lease": self.page.operators.lease}
         try:
-            return self.page.link.send(OrderMessage.model_validate(about))
+            return self.page.link.send(OrderMessage.model_validate(about | {"kind": kind, "arguments": arguments}))
         except ValidationError:
             return False
 

@@ -10,6 +10,7 @@ from typing import Final
 
 from cablewright.apps.serve.access import Bucket
 from cablewright.errors import printable
+from cablewright.signals import ORDER_LIFE
 
 SILENCE: Final = 5.0
 """Time without a message after which a page operates no more, s."""
@@ -54,6 +55,20 @@ class Operators:
 
     clients: dict[str, Client] = field(default_factory=dict)
     _operator: Client | None = None
+    _number: int = field(default_factory=lambda: round(1e3 * time.monotonic()))  # of the last lease
+    _looked: float = field(default_factory=time.monotonic)  # s, when the server was last seen to run
+    _hung: float = -float("inf")  # s, when it went on after it had hung
+
+    def look(self) -> None:
+        """Note that the server runs; where it hung, end the lease, as what is read now may have been sent long ago."""
+        before, self._looked = self._looked, time.monotonic()
+        if self._looked - before > ORDER_LIFE:
+            self._operator, self._hung = None, self._looked
+
+    @property
+    def lease(self) -> int:
+        """Number of the lease of the page that operates; 0 where none does."""
+        return 0 if self.operator is None else self._number
 
     def join(self, session: str) -> Client | None:
         """A new page; None where too many are open."""
@@ -70,7 +85,8 @@ class Operators:
 
     @property
     def operator(self) -> Client | None:
-        """The page that operates; None where none does, or it was silent for too long."""
+        """The page that operates; None where none does, it was silent for too long, or the server hung."""
+        self.look()
         found = self._operator
         if found is not None and time.monotonic() - found.last > SILENCE:
             self._operator = found = None
@@ -81,7 +97,10 @@ class Operators:
         holder = self.operator
         if holder is not None and holder is not client:
             return f"{holder.title} operates the machine"
+        if time.monotonic() - self._hung < ORDER_LIFE:
+            return f"the server hung; try again in {ORDER_LIFE:g} s"
         client.name = person(name)
+        self._number += holder is None
         self._operator = client
         return ""
 

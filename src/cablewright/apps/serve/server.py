@@ -31,7 +31,7 @@ _MAX_OPEN = 256  # connections
 
 def page_of(given: dict[str, Any]) -> Page:
     """The page of a configuration."""
-    link = ServerLink.of(*(given[name] for name in ("state", "sitting", "orders", "stops")))
+    link = ServerLink.of(*(given[name] for name in ("state", "sitting", "lease", "orders", "stops")))
     access = Access(
         bytes.fromhex(given["key"]),
         bytes.fromhex(given["token"]),

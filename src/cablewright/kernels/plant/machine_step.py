@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, PLATFORM_WEIGHT, TAU, WEIGHT
+from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
 from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_points, turn_drive
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import turn_winches
@@ -15,7 +15,7 @@ from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import is_slack
 from cablewright.kernels.statics.line import guess, start_force
 from cablewright.kernels.statics.sheave import straight, whole_length
-from cablewright.kernels.statics.wrench import place
+from cablewright.kernels.statics.wrench import load_scale, place
 
 # Columns of a line's readings: tension at the sheave, N; tangent's angle, true and by an accelerometer, rad; length of
 # the straight line, m.
@@ -128,7 +128,7 @@ def carry_ends(motion, acceleration, arms, ends):
 @jit
 def retry(packed, body, motion, before, after, dt, states, work, swing):
     """Repeat the step from guessed line states."""
-    share = packed.platform[PLATFORM_WEIGHT] / packed.lines.shape[0]
+    share = load_scale(packed) / packed.lines.shape[0]
     for k in range(3):
         swing.place[k] = motion[PLACE + k]
     if packed.freedoms == 6:

@@ -36,9 +36,10 @@ from cablewright.kernels.statics.wrench import AXIS_DISTANCE, add_line, load_sca
 SPRING, SETTLED = 0, 1
 DESCENT_STEPS = 200
 LINE_SEARCH_STEPS = 30
-FORCE_TOLERANCE = 1e-11  # of the platform's weight
-STALLED_FORCE = 1e-7  # of the weight: residual accepted where rounding limits the balance
+FORCE_TOLERANCE = 1e-11  # of the load
+STALLED_FORCE = 1e-7  # of the load: residual accepted where rounding limits the balance
 STALLED = 1e-13  # m, rad
+GRAIN = 4e-16  # of a coordinate or length: its last digit
 SPRING_TOLERANCE = 1e-2
 BESIDE = 0.05  # of the first guess's depth: how much deeper it is where a line begins
 SPRING_TENSION = 100.0  # N: at which levers are placed in the first guess
@@ -49,9 +50,11 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
     """Move *pose* downhill until the unbalanced wrench is below *tolerance* times the load. True if it converges.
 
     Only the first *n* freedoms move: 3 keep a rigid body's orientation. The line search compares slopes, not energies:
-    it never steps far past the minimum along a step.
+    it never steps far past the minimum along a step. Where lines pull far more than the load, the last digit of the
+    pose is a larger force: it is accepted then.
     """
     load = load_scale(packed) + 1e-9
+    grain = STALLED + GRAIN * (largest(pose, 3) + largest(lengths, lengths.shape[0]))
     work.move[:, 0] = 0.0
     if not _evaluate(packed, lengths, pose, states, work, law):
         return False
@@ -67,7 +70,8 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
             slope = _direction(packed, work, n, soft + load)
         if not slope > 0.0:
             return False
-        if size < STALLED_FORCE * load and largest_of_column(work.move, n) < STALLED:
+        stalled = max(STALLED_FORCE * load, n * soft * grain)
+        if size < stalled and largest_of_column(work.move, n) < grain:
             return True
         copy(pose, work.trial)
         moved = False
@@ -85,7 +89,7 @@ def descend(packed, lengths, pose, states, work, law, tolerance, n):
                 work.move[k, 0] *= 0.35
             slope *= 0.35
         if not moved:
-            return False
+            return size < stalled
     return False
 
 

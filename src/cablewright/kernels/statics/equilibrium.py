@@ -348,8 +348,9 @@ def judge(packed, states, planes, spatial):
 def judge_stability(packed, states, work):
     """Code of an evaluated equilibrium: OK if it is stable.
 
-    A point load always is, unless a cable leaves its sheave backwards; see `docs/theory/uniqueness.md`. Without a load
-    all lines may be slack.
+    A point load with taut dead spans always is, unless a cable leaves its sheave backwards; see
+    `docs/theory/uniqueness.md`. Where a dead span hangs in a loop, cable may still run through its eyelet by itself:
+    that is not judged. Without a load all lines may be slack.
     """
     if _all_slack(packed, states):
         return SINGULAR

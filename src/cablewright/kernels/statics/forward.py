@@ -35,8 +35,8 @@ from cablewright.kernels.statics.wrench import load_scale, place
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
 MIN_STEP = 1e-3
 POLISHES = 4  # Newton steps that balance taut lines where a pose's digits are too few to
-ROUGH = 1e-3  # of the weight: unbalanced force at which Newton takes over from the descent
-LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the weight, at which levers are placed
+ROUGH = 1e-3  # of the load: unbalanced force at which Newton takes over from the descent
+LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the load, at which levers are placed
 STARTS = 10  # start rotations of a rigid body
 IN_PLANE = pi / 5.0  # rad: between the start rotations of a body in a plane
 UPRIGHT = 0.6  # rad: a solution rotated by less than this ends the search
@@ -95,7 +95,7 @@ def _hang_slack(packed, lengths, pose, states, work, tolerance):
 def _is_found(packed, code):
     """Whether no other start can improve on *code*.
 
-    An overstretched equilibrium of a point load is its only one; a rigid body may have a sound one elsewhere.
+    A rigid body may have a sound one beside an overstretched one; a point load as a rule has no other.
     """
     return code == OK or (code == OVERSTRETCHED and packed.freedoms == 3)
 
@@ -240,7 +240,7 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
 def guess_states(packed, lengths, pose, states, work, pull):
     """Guess line states for *lengths* at *pose*. False if a platform point lies inside a sheave.
 
-    Levers are placed as if each line carried *pull* times its share of the platform's weight.
+    Levers are placed as if each line carried *pull* times its share of the load.
     """
     share = pull * load_scale(packed) / packed.lines.shape[0]
     if packed.freedoms == 6:

@@ -5,7 +5,7 @@ plane, are the plane's, which is taken to hold both ways. With P the projector o
 P w = 0 has the stiffness P K P. Without a plane all functions leave everything as it is.
 """
 
-from math import sqrt
+from math import inf, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
@@ -13,6 +13,9 @@ from cablewright.kernels.layout import (
     NORMAL,
     PLANE_DISTANCE,
     PLATFORM_WEIGHT,
+    POINT_X,
+    POINT_Y,
+    POINT_Z,
     TENSION_MIN,
     WRENCH,
 )
@@ -109,18 +112,28 @@ def into_plane(packed, pose):
 
 
 @jit
+def least_and_arm(packed):
+    """Largest minimum tension (N), and longest arm (m) of a platform point along an axis; infinite of a point."""
+    least, arm = 0.0, 0.0
+    for i in range(packed.lines.shape[0]):
+        row = packed.lines[i]
+        least = max(least, row[TENSION_MIN])
+        arm = max(arm, abs(row[POINT_X]), abs(row[POINT_Y]), abs(row[POINT_Z]))
+    return least, arm if arm > 0.0 else inf
+
+
+@jit
 def load_in_plane(packed):
-    """As `wrench.load_scale`: weight and external force in the plane and the largest minimum tension, or 1 N."""
+    """As `wrench.load_scale`: the sum of the load in the plane and the largest minimum tension, or 1 N."""
     platform = packed.platform
     x, y, z = _normal(packed)
     along = x * platform[WRENCH] + y * platform[WRENCH + 1] + z * platform[WRENCH + 2]
     size = platform[PLATFORM_WEIGHT] * sqrt(x * x + y * y)
     for k in range(3):
         size += abs(platform[WRENCH + k] - along * platform[NORMAL + k])
-    least = 0.0
-    for i in range(packed.lines.shape[0]):
-        least = max(least, packed.lines[i, TENSION_MIN])
-    size += least
+    least, arm = least_and_arm(packed)
+    about = x * platform[WRENCH + 3] + y * platform[WRENCH + 4] + z * platform[WRENCH + 5]
+    size += least + abs(about) / arm
     return size if size > 0.0 else 1.0
 
 

@@ -19,7 +19,6 @@ from cablewright.kernels.layout import (
     TENSION_MIN,
     UNKNOWNS,
     WEIGHT,
-    WRENCH,
 )
 from cablewright.kernels.newton import copy, copy_rows, largest, largest_of_column, solve
 from cablewright.kernels.rotation import angle_of, left_jacobian, matrix
@@ -39,7 +38,7 @@ SPRING_ROUNDS = 3  # descents on springs before Newton
 NEWTON_STEPS = 60
 HALVINGS = 12
 FORCE_TOLERANCE = 1e-13  # of the load
-NO_PULL = 1e-4  # of the weight: a smaller pull means that the line would have to push
+NO_PULL = 1e-4  # of the load: a smaller pull means that the line would have to push
 LONGEST_STEP = 0.3  # m, rad or log of a pull
 
 
@@ -154,8 +153,6 @@ def _balance(packed, given, pose, states, work):
     """Run Newton on the platform's balance in the free freedoms and the pulls. True if it converges."""
     base, n = work.base, packed.freedoms
     load = load_scale(packed)
-    for k in range(3):
-        load += abs(packed.platform[WRENCH + k])
     if not evaluate_at_pulls(packed, pose, states, work, True):
         return False
     for _ in range(NEWTON_STEPS):

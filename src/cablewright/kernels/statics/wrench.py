@@ -12,11 +12,10 @@ from cablewright.kernels.layout import (
     POINT_X,
     PULLS,
     RADIUS,
-    TENSION_MIN,
     WRENCH,
 )
 from cablewright.kernels.rotation import rotate
-from cablewright.kernels.statics.plane import is_held, load_in_plane
+from cablewright.kernels.statics.plane import is_held, least_and_arm, load_in_plane
 
 AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point the direction of a plane is arbitrary
 NO_PLANE = 1e-9  # m: nearer to the vertical through its exit point a line over a sheave has no plane
@@ -70,22 +69,20 @@ def sideways(row, x, h, kxx):
 
 @jit
 def load_scale(packed):
-    """Force (N) with which imbalances and guesses are compared: the platform's weight.
+    """Force (N) with which imbalances and guesses are compared: weight, external force and moment over its longest arm.
 
-    Without gravity the external force takes its place, and without one too the largest minimum tension, or 1 N.
+    The largest minimum tension takes their place where it is larger, or 1 N where all of them are 0.
     """
     platform = packed.platform
     if is_held(packed.general, platform):
         return load_in_plane(packed)
-    if platform[PLATFORM_WEIGHT] > 0.0:
-        return platform[PLATFORM_WEIGHT]
-    force = abs(platform[WRENCH]) + abs(platform[WRENCH + 1]) + abs(platform[WRENCH + 2])
-    if force > 0.0:
-        return force
-    least = 0.0
-    for i in range(packed.lines.shape[0]):
-        least = max(least, packed.lines[i, TENSION_MIN])
-    return least if least > 0.0 else 1.0
+    force, moment = platform[PLATFORM_WEIGHT], 0.0
+    for k in range(3):
+        force += abs(platform[WRENCH + k])
+        moment = max(moment, abs(platform[WRENCH + 3 + k]))
+    least, arm = least_and_arm(packed)
+    force = max(force + moment / arm, least)
+    return force if force > 0.0 else 1.0
 
 
 @jit

@@ -24,6 +24,7 @@ from cablewright.machine.drives.strays import StrayWatch, slipping
 from cablewright.machine.interface import RESET, Abilities, check_command
 from cablewright.machine.settings import MachineSettings
 from cablewright.signals import (
+    ORDER_LIFE,
     Barrier,
     Command,
     Condition,
@@ -169,6 +170,8 @@ class DriveMachine:
         self._cycles += 1
         due = self._anchor + self._cycles * self.period  # no sum of periods, which loses digits in an hour
         now = self._drives.now()
+        if self._on and now - due > ORDER_LIFE:
+            self._trip(f"{Condition.HUNG} for {now - due:.1f} s")
         if now - due > self._own.command_timeout:
             setpoints = tuple(each._replace(speed=0.0, torque=0.0, valve=False) for each in setpoints)
         if now > due:  # the cycles go on from here: none is made up for

@@ -274,8 +274,10 @@ class FaultPlan(Description):
             raise refusal("kind", f"{self.kind!r} is for {', '.join(sources)}, not for {self.source}")
         if not sources and self.source == "line":
             raise refusal("kind", "of a line must be 'broken' or 'off_sheave'")
-        if self.source == "encoders" and (self.kind == "slip") != (self.line is not None):
-            raise refusal("line", "is for a 'slip', and must then be given; else encoders is not of a line")
+        if self.source == "encoders" and self.line is None and self.kind == "slip":
+            raise refusal("line", "must be given: the name of the line whose encoder slips")
+        if self.source == "encoders" and self.line is not None and self.kind == "silent":
+            raise refusal("line", "is for encoders that slip or are stuck; all of them are silent together")
         if self.source == "line" and self.line is None:
             raise refusal("line", "must be given: the name of the line")
         if (self.size is not None) != (self.kind in _SIZED) and not (self.size is None and self.kind == "off_sheave"):

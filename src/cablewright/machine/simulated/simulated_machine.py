@@ -58,7 +58,7 @@ from cablewright.signals import (
 )
 
 PLANTS: Final = get_args(PlantName)
-_ByLine = LineAngles | Tensions | Swivels
+_ByLine = LineAngles | Tensions | Swivels | Encoders
 _Number = TypeVar("_Number", np.int64, np.float64)
 
 
@@ -325,7 +325,10 @@ class SimulatedMachine:
                 continue
             if fault.kind in ("slip", "offset"):
                 reading = self._apply_offset(fault, reading)
-            elif isinstance(reading, LineAngles | Tensions | Swivels) and fault.line is not None:
+            elif fault.line is not None and (
+                isinstance(reading, LineAngles | Tensions | Swivels)
+                or (isinstance(reading, Encoders) and fault.kind == "stuck")
+            ):
                 reading = self._apply_line_fault(fault, fault.line, reading)
             elif fault.kind == "silent":
                 return None

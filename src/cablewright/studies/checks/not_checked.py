@@ -99,5 +99,8 @@ def _without_shape(robot: Robot) -> Iterator[str]:
         yield "lines against the platform: the robot file gives no platform.boxes"
     if not robot.scene.beams:
         yield "lines against the frame: the robot file gives no scene.beams"
-    thin = [line.name for line in robot.lines if line.cable.diameter is None]
-    yield from _lacks(robot, "thickness of cables", "cable.diameter", thin)
+    thin = [line for line in robot.lines if line.cable.diameter is None]
+    if thin:
+        assumed = max(1e3 * line.cable.thickness for line in thin)
+        subject = f"thickness of cables, assumed up to {assumed:.3g} mm by their mass"
+        yield from _lacks(robot, subject, "cable.diameter", [line.name for line in thin])

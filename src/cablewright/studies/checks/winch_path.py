@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.drum import Drum
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
-from cablewright.printing.path import Samples
+from cablewright.printing.path import MAX_SAMPLES, Samples
 from cablewright.progress import Progress, silent
+from cablewright.robot import Robot
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.studies.job_poses import along, sampled
 
 TOLERANCE: Final = 2e-5
 """Default of the largest error of a length between two points, m."""
 
-_TRIES: Final = 4
-_LEAST: Final = 0.1  # share of a step that the next has at least: some errors do not fall, as of lines near slack
+SHORTEST: Final = 1e-5
+"""Distance of two points, m, below which they are not brought closer: a length that still jumps there is no path."""
+
+ALLOWED: Final = 1e-3
+"""Error of a length, m, up to which a larger tolerance is an advice."""
+
+_MOST_PARTS: Final = 32  # into which a piece is divided at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +38,7 @@ class WinchPath:
 
     ``turns`` (k, m): rad of each drum, positive as it pays out, 0 at the first point; ``laid`` (k,): m of strand laid
     until there; ``error``: m, the largest by which a length is off half-way between two points, when both turns and the
-    place of the nozzle go linearly.
+    place of the nozzle go linearly; ``ignored``: words of the job's file that are no motion, and their counts.
     """
 
     samples: Samples
@@ -40,6 +46,7 @@ class WinchPath:
     turns: Array  # (k, m) rad
     laid: Array  # (k,) m
     error: float
+    ignored: Mapping[str, int]
 
 
 def winch_path(
@@ -49,39 +56,96 @@ def winch_path(
     *,
     layers: tuple[int, int] | None = None,
     tolerance: float = TOLERANCE,
+    jump: float = 0.0,
     progress: Progress = silent,
 ) -> WinchPath:
     """Return the turns of the winches along a job, or *layers* of it (first and last, from 1), under all physics.
 
-    The step shrinks until lengths between points are good to *tolerance*, m. Raises `AnswerError` where the robot
-    cannot hold the nozzle, or the tolerance is not met, and `InputError` for layers that the part does not have.
+    Pieces of the path are divided until lengths half-way are good to *tolerance*, m, or if they are shorter than
+    `SHORTEST` to *jump*, m. Raises `AnswerError` where the robot cannot hold the nozzle, or the tolerance is not met,
+    and `InputError` for layers that the part does not have, or for too many points.
     """
     toolpath = job.toolpath(progress)
     if layers is not None and not 1 <= layers[0] <= layers[1] <= toolpath.layer_count:
         raise InputError(f"layers {layers[0]} to {layers[1]}: this part has 1 to {toolpath.layer_count}")
-    samples, step = sampled(model.robot, job, toolpath)
-    for _ in range(_TRIES):
-        part = samples if layers is None else _of_layers(samples, layers)
-        lengths = _lengths(model, job, part, progress)
+    samples = sampled(model.robot, job, toolpath)[0]
+    samples = samples if layers is None else _of_layers(samples, layers)
+    lengths = _lengths(model, job, samples, progress)
+    errors = np.full(len(samples) - 1, np.nan)  # of the pieces that are measured
+    while True:
         turns = np.column_stack([drum.angles(lengths[:, i]) for i, drum in enumerate(drums)])
-        error = _error(model, job, part, turns, drums, progress)
-        if error <= tolerance:
-            return WinchPath(part, lengths, turns - turns[0], _laid(part), error)
-        step *= max(0.9 * math.sqrt(tolerance / error), _LEAST)  # the error goes with the square of the step
-        finer = job.sampling.model_copy(update={"step": step})
-        samples = job.model_copy(update={"sampling": finer}).samples(toolpath)
-    raise AnswerError(
-        f"lengths between points are off by {error:.3g} m at a step of {step:.3g} m; {tolerance:g} m asked"
-    )
+        new = np.flatnonzero(np.isnan(errors))
+        half = _halves(samples, new)
+        between = np.column_stack([d.lengths(0.5 * (turns[new, i] + turns[new + 1, i])) for i, d in enumerate(drums)])
+        errors[new] = np.abs(_lengths(model, job, half, progress) - between).max(axis=1)
+        rough = errors > np.where(np.diff(samples.distance) < SHORTEST, max(jump, tolerance), tolerance)
+        if not rough.any():
+            worst = float(errors.max(initial=0.0))
+            return WinchPath(samples, lengths, turns - turns[0], _laid(samples), worst, toolpath.unknown)
+        # the error of a piece goes with the square of its length, but for corners of a length along the path
+        parts = np.clip(np.ceil(np.sqrt(errors / (0.9 * tolerance))), 2, _MOST_PARTS)
+        parts = np.where(rough, parts, 1).astype(np.int64)
+        _require_points(model.robot, samples, lengths, errors, parts, tolerance)
+        samples, errors, kept = _divided(samples, errors, parts)
+        known, lengths = lengths, np.empty((len(samples), model.m))
+        lengths[kept] = known
+        lengths[~kept] = _lengths(model, job, _rows(samples, ~kept), progress)
+
+
+def _require_points(
+    robot: Robot, samples: Samples, lengths: Array, errors: Array, parts: NDArray[np.int64], tolerance: float
+) -> None:
+    """Raise an error where points that are too close or too many do not meet the tolerance."""
+    short = (np.diff(samples.distance) < SHORTEST) & (parts > 1)
+    if short.any():
+        k = int(np.argmax(np.where(short, errors, 0.0)))
+        place = ", ".join(f"{each:g}" for each in samples.positions[k])
+        line = robot.lines[int(np.argmax(np.abs(lengths[k + 1] - lengths[k])))]
+        allowed = f", or allow it with --tolerance {1.1 * errors[k]:.2g}" if errors[k] < ALLOWED else ""
+        raise AnswerError(
+            f"nozzle at {place} m, {samples.where(k + 1)}: line {line.name!r} jumps, lengths between points are off by "
+            f"{errors[k]:.2g} m; {tolerance:g} m asked. Where it goes slack, raise the minimum of its "
+            f"tension_limits, {line.tension_limits[0]:g} N{allowed}"
+        )
+    if parts.sum() > MAX_SAMPLES:
+        raise InputError(
+            f"lengths between points are off by {errors.max():.2g} m; {tolerance:g} m asked needs more than "
+            f"{MAX_SAMPLES} points: give a larger --tolerance, or part of the job by --layers"
+        )
 
 
 def _of_layers(samples: Samples, layers: tuple[int, int]) -> Samples:
     """Return the samples from the first to the last that is laid in these layers."""
     first, last = layers
     inside = np.flatnonzero((samples.layer >= first) & (samples.layer <= last))
-    part = slice(int(inside[0]), int(inside[-1]) + 1)
-    columns = {key: value[part] for key, value in vars(samples).items()}
-    return replace(samples, **columns | {"distance": columns["distance"] - columns["distance"][0]})
+    part = _rows(samples, slice(int(inside[0]), int(inside[-1]) + 1))
+    return replace(part, distance=part.distance - part.distance[0])
+
+
+def _rows(samples: Samples, rows: slice | NDArray[np.int64] | Mask) -> Samples:
+    return Samples(**{key: value[rows] for key, value in vars(samples).items()})
+
+
+def _halves(samples: Samples, pieces: NDArray[np.int64]) -> Samples:
+    """Return the points half-way of *pieces*, of which the first is from the first sample to the second."""
+    middles = 0.5 * (samples.positions[pieces] + samples.positions[pieces + 1])
+    return replace(_rows(samples, pieces + 1), positions=middles)
+
+
+def _divided(samples: Samples, errors: Array, parts: NDArray[np.int64]) -> tuple[Samples, Array, Mask]:
+    """Return samples with each piece in so many *parts*, their errors, NaN of the new ones, and which samples were."""
+    ends = np.cumsum(parts)  # the row of each piece's end
+    piece = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(piece)) - (ends - parts)[piece] + 1) / parts[piece]
+    kept = np.zeros(len(piece) + 1, np.bool_)
+    kept[0] = kept[ends] = True
+    found = _rows(samples, np.concatenate([[0], piece + 1]))
+    for name in ("positions", "distance"):
+        column, start = getattr(found, name), getattr(samples, name)[piece]
+        between = start + np.reshape(share, (-1,) + (1,) * (start.ndim - 1)) * (column[1:] - start)
+        column[1:] = np.where(np.reshape(kept[1:], (-1,) + (1,) * (start.ndim - 1)), column[1:], between)
+    found.dwell[~kept] = 0.0
+    return found, np.where(parts[piece] > 1, np.nan, errors[piece]), kept
 
 
 def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Array:
@@ -103,18 +167,6 @@ def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Ar
         found[block] = held.lengths
     progress("solving", len(poses), len(poses))
     return found
-
-
-def _error(model: Model, job: Job, samples: Samples, turns: Array, drums: Sequence[Drum], progress: Progress) -> float:
-    """Return the largest error, m, of a length half-way between two points."""
-    if len(samples) < 2:
-        return 0.0
-    half = {key: value[1:] for key, value in vars(samples).items()}
-    half["positions"] = 0.5 * (samples.positions[:-1] + samples.positions[1:])
-    lengths = _lengths(model, job, replace(samples, **half), progress)
-    middle = 0.5 * (turns[:-1] + turns[1:])
-    between = np.column_stack([drum.lengths(middle[:, i]) for i, drum in enumerate(drums)])
-    return float(np.abs(lengths - between).max())
 
 
 def _laid(samples: Samples) -> Array:

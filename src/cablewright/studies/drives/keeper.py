@@ -19,6 +19,7 @@ from cablewright.estimation.dead_reckoning import ReckoningState
 from cablewright.file_output import write_whole
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import Remembering
+from cablewright.reading_times import ReadingTimes
 from cablewright.robot import Robot
 from cablewright.signals import Drives, DriveState, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.studies.estimators import reckoning_of
@@ -121,6 +122,7 @@ class KeptEstimator:
         """*guess* (3,), m: what is told as the position while it is not known."""
         self._keeper, self._guess = keeper, guess
         self._carried = CarriedWatch(keeper.reckoning.model, keeper.tension_error)
+        self._times = ReadingTimes()
 
     def step(self, frame: SensorFrame) -> Estimate:
         """As `Estimator`."""
@@ -148,7 +150,8 @@ class KeptEstimator:
 
     def _doubts(self, frame: SensorFrame, estimate: Estimate) -> bool:
         """Whether the lines do not carry the platform where it is reckoned to be: it is homed anew then."""
-        keeper, pulls = self._keeper, frame.of(Tensions)
+        keeper = self._keeper
+        pulls = [each for each in frame.of(Tensions) if self._times.is_new(each.source, each.time, frame.time)]
         if not all(state is DriveState.ENABLED for each in frame.of(Drives) for state in each.states):
             self._carried.forget()  # brakes carry it
         elif (

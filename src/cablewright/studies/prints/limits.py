@@ -11,7 +11,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.choices import HeightRule, LawName
 from cablewright.control import manual
-from cablewright.control.guard import GuardSettings
+from cablewright.control.guard import UNCOUNTED, GuardSettings
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings
@@ -124,6 +124,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
     """Limits of what is measured. A ramp takes as long as the path's acceleration needs from its fastest motion."""
     winch, fastest = settings.winch, max(path.print_speed, path.travel_speed)
     low, high = _RAMP_TIMES
+    radii = [line.winch.drum_radius for line in robot.lines]
     timeouts = {"encoders": max(0.5, 2.5 * period)}
     for source in ("load_cells", "motor_torques"):
         sensor = getattr(settings, source)
@@ -134,6 +135,7 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
         body_limits.least_tensions(robot) if path.attitude is not None else None,
         max_drum_speed=_DRUM_SPEED * winch.max_speed,
         counts_per_radian=winch.counts * winch.ratio / math.tau,
+        max_uncounted=np.array([math.inf if radius is None else UNCOUNTED / radius for radius in radii]),
         timeouts=timeouts,
         stop=StopSettings(ramp_time=min(max(fastest / path.acceleration, low), high)),
     )

@@ -220,6 +220,7 @@ class Printer:
                 self.time,
                 known=math.isfinite(self.supervisor.valid_since),
                 procedures=self.plan.procedures,
+                step=self.machine.period,
             ),
         )
         if estimate.valid:
@@ -236,7 +237,7 @@ class Printer:
         target = self._next_target(verdict, dt)
         self.target = None if self._approach_pending else target
         self._command = self._with_reset(verdict, self._sound(self._decide(frame, verdict, estimate, target, dt)))
-        guard.take_note(self._guard, frame.time, closed=WinchMode.OFF in self._command.modes)
+        guard.take_note(self._guard, frame.time, self._command)
         return Step(command, frame, estimate, self._progress(verdict, estimate, target), verdict.orders)
 
     @property

@@ -190,10 +190,11 @@ class Control:
     def _refuse_all(self, why: str, *, but_load: bool = False) -> LoadMessage | None:
         """Refuse the messages that have come while no machine was open; return the first that loads, if wanted."""
         for message in self.link.messages():
-            if isinstance(message, LoadMessage) and but_load:
-                self._events.answers.append((message.number, message.by, ""))
+            loads = isinstance(message, LoadMessage) and but_load
+            refusal = self.link.untimely(message) if loads else why
+            self._events.answers.append((message.number, message.by, refusal))
+            if isinstance(message, LoadMessage) and not refusal:
                 return message
-            self._events.answers.append((message.number, message.by, why))
         return None
 
 

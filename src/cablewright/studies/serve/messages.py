@@ -5,8 +5,6 @@ Times of messages are by the computer's monotonic clock, which both processes sh
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -27,6 +25,9 @@ class _Message(BaseModel):
     """Of the message, by which its answer is known."""
     at: Annotated[float, Field(ge=0.0, le=1e12, allow_inf_nan=False)] = 0.0
     """s of the monotonic clock, when the server received it."""
+
+    lease: Annotated[int, Field(ge=0, lt=1 << 53)] = 0
+    """Number of the lease under which it was given; 0: of none."""
 
 
 class OrderMessage(_Message):
@@ -52,11 +53,6 @@ def parsed(data: bytes) -> Message | None:
         return LoadMessage.model_validate_json(data) if b'"load"' in data else OrderMessage.model_validate_json(data)
     except ValidationError:
         return None
-
-
-def age(message: Message, clock: Callable[[], float] = time.monotonic) -> float:
-    """How long ago a message was received, s, not under 0."""
-    return max(0.0, clock() - message.at)
 
 
 ChannelName = Literal["orders", "stops"]

@@ -16,12 +16,15 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.control.manual import LEASE
+from cablewright.control.orders import CALMING
 from cablewright.file_output import cannot_write
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.prints.loop import Printer
 from cablewright.studies.serve.link import ControlLink
-from cablewright.studies.serve.messages import LoadMessage, OrderMessage, age
+from cablewright.studies.serve.messages import LoadMessage, OrderMessage
 
+_NOBODY: Final = "the control: nobody operates any more"
+_HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 _KEPT: Final = 60  # answers and events that are told
 _AT_REST: Final = (
     PrintState.FAULT,
@@ -80,6 +83,7 @@ class PageOperator:
     ends: Callable[[], bool]
     home_at: Callable[[Array | None], None] = lambda _place: None
     load: LoadMessage | None = None  # taken up next
+    _lease: int = field(default=0, repr=False)  # under which somebody operates
     _waiting: list[tuple[int, str]] = field(default_factory=list, repr=False)
     _jog: tuple[str, float, int] | None = field(default=None, repr=False)  # who, last time, how often
 
@@ -90,15 +94,16 @@ class PageOperator:
 
     def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
         """As `Operator`."""
-        given = []
+        given = self._withdrawal(printer, now)
         for message in self.link.messages():
             if isinstance(message, LoadMessage):
-                self._answer(message.number, message.by, "load", self._loaded(printer, message))
+                refusal = self.link.untimely(message) or self._loaded(printer, message)
+                self._answer(message.number, message.by, "load", refusal)
             elif (why := self._refusal(printer, message)) is not None:
                 self._answer(message.number, message.by, message.kind.value, why)
             else:
                 self._waiting.append((message.number, message.kind.value))
-                given.append(Order(message.kind, message.by, now - age(message), message.arguments))
+                given.append(Order(message.kind, message.by, now - self.link.age(message), message.arguments))
         return tuple(given)
 
     def is_over(self, printer: Printer) -> bool:
@@ -120,8 +125,20 @@ class PageOperator:
             self._jog = None
             self._keep(by, "jog", "", {}, f"ended after {times} leases; {printer.supervisor.state}")
 
+    def _withdrawal(self, printer: Printer, now: float) -> list[Order]:
+        """Orders to end what moves by hand or by a procedure, or waits to go on, once its lease has ended."""
+        before, self._lease = self._lease, self.link.lease
+        supervised = printer.supervisor
+        if self._lease == before or not (supervised.resume_ordered or supervised.state in _HANDLED):
+            return []
+        kind = OrderKind.PAUSE if supervised.resume_ordered else OrderKind.STOP
+        self._waiting.append((0, kind.value))
+        return [Order(kind, _NOBODY, now)]
+
     def _refusal(self, printer: Printer, message: OrderMessage) -> str | None:
         """Why an order does not reach the loop; None: it does."""
+        if message.kind not in CALMING and (why := self.link.untimely(message)):
+            return f"{message.kind}: {why}"
         if message.kind is OrderKind.START and not self.has_job:
             return "start: no job is loaded"
         if message.kind is OrderKind.HOME and printer.supervisor.state is PrintState.IDLE:

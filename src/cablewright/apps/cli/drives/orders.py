@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -21,11 +22,12 @@ _LONGEST: Final = 200  # characters of a line that are looked at
 REFILL: Final = "refill"
 
 
-@dataclass(frozen=True)
+@dataclass
 class TypedLines:
-    """Lines of the standard input, read beside the work."""
+    """Lines of the standard input, read beside the work. ``waited``: s, of the oldest line that was returned last."""
 
-    _lines: SimpleQueue[str] = field(default_factory=SimpleQueue)
+    waited: float = 0.0
+    _lines: SimpleQueue[tuple[float, str]] = field(default_factory=SimpleQueue)
     _gone: threading.Event = field(default_factory=threading.Event)
 
     def begin(self) -> None:
@@ -34,12 +36,12 @@ class TypedLines:
 
     def typed(self) -> list[str]:
         """The lines since the last call."""
-        found: list[str] = []
-        while True:
-            try:
+        found: list[tuple[float, str]] = []
+        with suppress(Empty):
+            while True:
                 found.append(self._lines.get_nowait())
-            except Empty:
-                return found
+        self.waited = time.monotonic() - found[0][0] if found else 0.0
+        return [line for _, line in found]
 
     def over(self) -> bool:
         """Whether no more come."""
@@ -49,7 +51,7 @@ class TypedLines:
         try:
             with suppress(OSError):  # of a terminal that belongs to another job: nobody types
                 for line in sys.stdin.buffer:
-                    self._lines.put(line[:_LONGEST].decode(errors="replace"))
+                    self._lines.put((time.monotonic(), line[:_LONGEST].decode(errors="replace")))
         finally:
             self._gone.set()
 
@@ -62,7 +64,7 @@ def typed_orders() -> Iterator[PersonOperator]:
     lines = TypedLines()
     lines.begin()
     tell(f"the machine obeys: {', '.join(WORDS)}, quit; Ctrl-C stops and brakes it")
-    yield PersonOperator(lines.typed, lines.over, tell)
+    yield PersonOperator(lines.typed, lines.over, tell, lambda: lines.waited)
 
 
 def person_beside(rig: VirtualRig) -> Callable[[], bool]:

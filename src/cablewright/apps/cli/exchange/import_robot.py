@@ -27,7 +27,7 @@ class ImportCommand:
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="File to read; of a CASPR model both.")]
     out: Annotated[Path, typer.Option("--out", metavar="FILE.toml", help="Robot file to write; it must not exist.")]
     format: Annotated[
-        ReadFormatName | None, typer.Option("--format", help="Format of the file; by default by its ending.")
+        ReadFormatName | None, typer.Option("--format", help="Format of the file; by default by its content.")
     ] = None
     cable: Annotated[
         CableName | None,

@@ -60,7 +60,7 @@ export class Link {
 
   order(kind, args = {}) { // answers why not; an empty text: it was obeyed
     const id = ++this.count;
-    if (!this.send({ t: "order", id, kind, arguments: args })) return Promise.resolve("there is no connection: it was not sent");
+    if (!this.send({ t: "order", id, beat: this.beat, kind, arguments: args })) return Promise.resolve("there is no connection: it was not sent");
     return new Promise((done) => this.waiting.set(id, done));
   }
 
