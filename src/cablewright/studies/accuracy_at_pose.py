@@ -183,5 +183,5 @@ def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPos
     best = None
     if robot.m - robot.freedoms in GRID and not robot.sharing:
         quick = Vertices() if len(question.ranges) <= ALL_VERTICES else FirstOrder()
-        best = best_tensions(there.equilibria, question.ranges, quick)
+        best = best_tensions(there.equilibria, question.ranges, question.method, quick)
     return AccuracyAtPose(found, corners, remains, best)
