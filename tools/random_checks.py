@@ -36,7 +36,7 @@ def platform_points(robot: Robot, poses: np.ndarray) -> np.ndarray:
     """Return the platform points (k, m, 3), m, at *poses* (k, n)."""
     own = np.array([line.platform_point for line in robot.lines])
     if poses.shape[1] == 3:
-        return poses[:, None] + own
+        return np.asarray(poses[:, None] + own)
     turns = Rotation.from_rotvec(poses[:, 3:]).as_matrix()
     return np.asarray(poses[:, None, :3] + np.einsum("kij,mj->kmi", turns, own))
 
