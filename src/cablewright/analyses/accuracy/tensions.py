@@ -49,9 +49,9 @@ def best_tensions(
     """Find the tensions within the limits, at the one pose of the batch *held*, whose largest deviation is smallest.
 
     A grid search over the distributions that balance the load, refined around the best one, so a better distribution
-    elsewhere is not excluded. *method* finds the deviations under *ranges* that are reported, for lengths commanded by
-    the full model; *search*, by default the same, compares distributions. Raises `InputError` unless 1 to 3 lines are
-    redundant, `AnswerError` where the pose cannot be held.
+    elsewhere is not excluded. *method* finds the deviation under *ranges* for lengths commanded by the full model;
+    *search*, by default the same, compares distributions. Raises `InputError` unless 1 to 3 lines are redundant,
+    `AnswerError` where the pose cannot be held.
     """
     model = held.model
     model.robot.require_own_winches("a choice of tensions")
