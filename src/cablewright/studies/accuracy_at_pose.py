@@ -80,8 +80,8 @@ BEST = (
     Figure("lengths", "m", "Unstrained length of each line.", digits=7, shown="m"),
     Figure("max_deviation", "m", "Largest distance of the nozzle from its nominal position, with full compensation.",
            name="max deviation with full compensation", shown="mm"),
-    Figure("min_norm_max_deviation", "m", "The same under the tensions that `inverse` chooses: that of full compensation "
-           "among the errors that remain.", "least_norm_max_deviation", "the same with default tensions", shown="mm"),
+    Figure("min_norm_max_deviation", "m", "The same under the tensions that `inverse` chooses, as among the errors "
+           "that remain.", "least_norm_max_deviation", "the same with default tensions", shown="mm"),
     Figure("gain", "1", "Share by which the deviation falls.", digits=3, shown="%"),
 )  # fmt: skip
 
