@@ -49,6 +49,8 @@ def test_maslow(tmp_path: Path) -> None:
     assert plane.across[2] == pytest.approx(math.sin(math.radians(15.0)))
     assert robot.freedoms == 2
     assert "maslow_calibration_grid_size: a robot file has no such key" in found.lost
+    assert found.robot.platform.plane is not None
+    assert found.robot.platform.plane.one_sided  # a board pushes, and does not pull
 
 
 def test_a_flat_maslow_feels_no_gravity_in_its_plane(tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import inverse, solve_inverse
+from cablewright.solvers.preferred import preferred_tensions
+from cablewright.solvers.tension import tension_distribution
 
 SEED = 11
 PLAIN = Fidelity(CableLaw.RIGID, SheaveLaw.EYELET)
@@ -160,3 +162,49 @@ def test_too_few_lines_leave_no_choice() -> None:
 def test_what_are_no_tensions_is_refused(wanted: object) -> None:
     with pytest.raises(InputError, match="preferred tensions"):
         inverse(load("merlet2023"), [[0, 0, 1], [0, 0, 2]], preferred=wanted)
+
+
+def unlimited(name: str) -> Robot:
+    """A robot of the library without minimum tensions."""
+    robot = load(name)
+    limits = [{"tension_limits": (0.0, line.tension_limits[1])} for line in robot.lines]
+    lines = tuple(line.model_copy(update=own) for line, own in zip(robot.lines, limits, strict=True))
+    return robot.model_copy(update={"lines": lines})
+
+
+@pytest.mark.parametrize("name", ["jung2020", "hangprinter-v4", "ipanema"])
+def test_lines_that_pull_against_each_other_stay_near_the_middle_of_limits_from_zero(name: str) -> None:
+    model = Model(unlimited(name))
+    preferred = preferred_tensions(model)
+    assert preferred is not None
+    np.testing.assert_allclose(preferred[0], [0.5 * line.tension_limits[1] for line in model.robot.lines])
+    assert preferred_tensions(Model(load(name))) is None
+
+
+@pytest.mark.parametrize("name", ["cogiro", "house-printer", "merlet2023"])
+def test_lines_that_hang_the_platform_stay_near_a_share_of_its_weight(name: str) -> None:
+    model = Model(unlimited(name))
+    preferred = preferred_tensions(model)
+    assert preferred is not None
+    share = model.robot.platform.mass * model.robot.scene.gravity / model.m
+    np.testing.assert_allclose(preferred[0], share)
+
+
+@pytest.mark.parametrize("free", [False, True], ids=["limits", "limits from zero"])
+@pytest.mark.parametrize("name", ["jung2020", "cogiro", "house-printer", "hangprinter-v4"])
+def test_every_verb_has_the_same_tensions_by_default(name: str, free: bool) -> None:
+    robot = unlimited(name) if free else load(name)
+    middle = 0.5 * np.add(robot.scene.frame_min, robot.scene.frame_max)
+    middle[2] = robot.scene.frame_min[2] + 0.2 * (robot.scene.frame_max[2] - robot.scene.frame_min[2])
+    pose = Model(robot).unrotated_at(middle[None])[0]
+    held = inverse(robot, pose, cable="rigid")
+    assert held.ok
+    np.testing.assert_allclose(tension_distribution(robot, pose).tensions, held.tensions, rtol=1e-4)
+
+
+def test_lengths_do_not_jump_along_a_path_where_the_least_tension_is_zero() -> None:
+    robot = unlimited("hangprinter-v4")
+    path = np.linspace([-0.3, -0.3, 0.3], [0.3, 0.3, 0.3], 301)
+    lengths = inverse(robot, path).lengths
+    step = np.linalg.norm(path[1] - path[0])
+    assert (np.abs(np.diff(lengths, axis=0)) <= 1.1 * step * Model(robot).lines.spans).all()

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.accuracy.nozzle_error import METHODS
-from cablewright.analyses.accuracy.spread import FirstOrder
+from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
 from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import load
+from cablewright.robot.uncertainty import assumed_uncertainty
 from cablewright.studies import accuracy as studies
 from cablewright.studies.accuracy import accuracy
 from cablewright.studies.places import Places
@@ -155,3 +156,15 @@ def test_a_job_that_can_be_held_nowhere_has_no_answer_in_a_room(job_file, tmp_pa
     high = load_job(job_file).model_copy(update={"origin": (0.0, 0.0, 14.5)})
     with pytest.raises(AnswerError, match=r"none of the \d+ poses has an answer"):
         accuracy(HOUSE, high, method="first-order", room=tmp_path)
+
+
+@pytest.mark.parametrize("method", ["vertices", "first-order", MonteCarlo(500)], ids=str)
+def test_one_place_has_one_largest_deviation_in_all_tables(method) -> None:
+    robot = load("hangprinter-v4")
+    ranges = assumed_uncertainty(robot).of(robot)
+    assert len(ranges) > 12  # too many for all corners
+    found = accuracy(robot, [0.1, 0.1, 0.2], ranges, method=method, compensation="full").to_dict()
+    remains = {each["compensation"]: each["max_deviation"] for each in found["remains"]}
+    assert remains["full"] == found["max_deviation"]
+    assert found["best_tension"]["min_norm_max_deviation"] == pytest.approx(found["max_deviation"], rel=1e-9)
+    assert found["best_tension"]["max_deviation"] <= found["max_deviation"] * (1.0 + 1e-9)

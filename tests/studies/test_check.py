@@ -85,7 +85,7 @@ def test_shapes_and_summary(found: Check) -> None:
     k = len(found.samples)
     shapes = {name: values.shape for name, values in arrays(found).items()}
     assert {shapes.pop(name) for name in POSES} == {(k, 3)}
-    assert {shapes.pop(name) for name in ("codes", "violations", "displacement")} == {(k,)}
+    assert {shapes.pop(name) for name in ("codes", "violations", "displacement", "plane_force")} == {(k,)}
     assert set(shapes.values()) == {(k, 4)}
     assert len(shapes) == 11
     summary = found.to_dict()
@@ -118,6 +118,12 @@ def test_a_yes_has_findings_without_violations(found: Check) -> None:
         "winch torque",
         "sheave clearance",
         "clearance of lines",
+        "length against straight line",
+        "winch speed against nozzle speed",
+        "interpolation of lengths",
+        "jump of a length",
+        "jump of a tension",
+        "expected error with acceleration",
         "expected error",
     }
     for finding in found.findings:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Final
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import Status
+from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.paging import blocks, let_go
 from cablewright.results import Figure
@@ -131,19 +132,46 @@ LIMITS: Final = (
 TENSION_LIMITS: Final = ("lowest tension", "highest tension")
 CLEARANCE: Final = "clearance of lines"
 EXPECTED_ERROR: Final = "expected error"
+PLANE_FORCE: Final = "plane force"
+MOVED_ERROR: Final = "expected error with acceleration"
+SLACK: Final = "length against straight line"
+PACE: Final = "winch speed against nozzle speed"
+INTERPOLATION: Final = "interpolation of lengths"
+LENGTH_JUMP: Final = "jump of a length"
+TENSION_JUMP: Final = "jump of a tension"
 _OF_JOBS = {
     CLEARANCE: "below it lines touch each other, the platform, the frame or the part",
     EXPECTED_ERROR: "beyond it strands miss those below",
+    PLANE_FORCE: "above it the platform lifts off its plane, which only pushes",
+    MOVED_ERROR: "beyond it strands miss those below; swinging comes on top, and is not checked",
 }
+OF_CHECKS: Final = {
+    SLACK: "above it the line hangs in a loop: give its tension_limits a larger min",
+    PACE: "no geometry needs more: above it the line changes from taut to slack",
+    INTERPOLATION: "beyond it the winches miss the path between samples: give the job a shorter sampling.step",
+    LENGTH_JUMP: "above it the solution changes from one shape of the lines to another",
+    TENSION_JUMP: "above it the solution changes from one choice of tensions to another",
+}
+"""Limits of figures of a check that no robot file gives, and what to do about them."""
 _FRAME = {f"frame, {axis}": "beyond it the platform leaves the frame" for axis in "xyz"}
-_WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME | _OF_JOBS
+_WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME | _OF_JOBS | OF_CHECKS
 
 
 def judge(
-    robot: Robot, positions: Array, codes: NDArray[np.int64], violations: Array, lines: LineQuantities
+    robot: Robot,
+    positions: Array,
+    codes: NDArray[np.int64],
+    violations: Array,
+    lines: LineQuantities,
+    plane_force: Array,
 ) -> tuple[Finding, ...]:
-    """Return findings, worst first, of *positions* (k, 3), m, and *codes* and *violations* (k,), N, of the inverse."""
+    """Return findings, worst first, of *positions* (k, 3), m, and *codes* and *violations* (k,), N, of the inverse.
+
+    *plane_force* (k,), N, along the normal; NaN where there is no plane.
+    """
     findings = [_frame(robot, positions)]
+    if robot.platform.plane is not None and robot.platform.plane.one_sided:
+        findings += at_most(PLANE_FORCE, "N", plane_force, 0.0)
     for limit in LIMITS:
         findings += _worst_line(limit, limit.values(lines), robot)
     findings += _statics(codes, violations)
@@ -158,7 +186,39 @@ def ranked(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 def judge_pose(equilibrium: Equilibrium) -> tuple[Finding, ...]:
     """Return findings of one solved pose, worst first: every limit but those of motion."""
     row = equilibrium[None]
-    return judge(_judged_robot(row.model), row.pose[:, :3], row.code, row.violation, LineQuantities.of(row))
+    own = row.code, row.violation, LineQuantities.of(row), plane_forces(row)
+    return judge(_judged_robot(row.model), row.pose[:, :3], *own)
+
+
+def plane_forces(rows: Equilibrium) -> Array:
+    """Return the force (N,), N, of lines and loads on the plane along its normal; NaN without a plane."""
+    found = rows.plane_force
+    return np.full(len(rows), np.nan) if found is None else np.asarray(found)
+
+
+def at_most(
+    limit: str, unit: str, values: Array, allowed: Array | float, lines: Sequence[str] | None = None
+) -> list[Finding]:
+    """Return the finding of *values* (k,), or (k, m) of named *lines*, *allowed* at most; none if no value is known."""
+    margins = np.asarray(allowed - values)
+    if not margins.size or np.isnan(margins).all():
+        return []
+    at = int(np.nanargmin(margins))
+    value, margin = float(values.flat[at]), float(margins.flat[at])
+    beyond = margins < -_ROUNDING * np.maximum(1.0, np.abs(allowed))
+    violations = int((beyond if beyond.ndim == 1 else beyond.any(axis=1)).sum())
+    row, column = divmod(at, values[0].size)
+    line = None if lines is None else lines[column]
+    margin = margin if violations else max(margin, 0.0)
+    return [Finding(limit, unit, margin, value, (-np.inf, value + margin), line, row, violations)]
+
+
+def merged(findings: Sequence[Finding]) -> list[Finding]:
+    """Return the finding of a limit over blocks of samples from the *findings* in each of them; none of none."""
+    if not findings:
+        return []
+    worst = min(findings, key=lambda found: found.margin)
+    return [replace(worst, violations=sum(found.violations for found in findings))]
 
 
 def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
@@ -174,6 +234,9 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
         columns[limit.name] = _beyond(limit.values(quantities), limit.allowed(lines)).any(axis=1)
     infeasible = rows.code == list(Status).index(Status.INFEASIBLE)
     columns["lowest tension"] |= infeasible & ~columns["highest tension"]
+    plane = rows.model.robot.platform.plane
+    if plane is not None and plane.one_sided:
+        columns[PLANE_FORCE] = plane_forces(rows) > _ROUNDING * PlatformNumbers(rows.packed.platform).weight
     for code, status in enumerate(Status):
         if status not in (Status.OK, Status.INFEASIBLE):
             columns[status.value] = rows.code == code

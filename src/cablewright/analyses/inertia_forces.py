@@ -27,6 +27,7 @@ class InertiaEffects:
     tension_drop: Array  # (N, m) N, at most 0: the largest fall of the tension at the sheave
     tension_rise: Array  # (N, m) N, at least 0: the largest rise
     displacement: Array  # (N,) m, the largest of the nozzle
+    plane_rise: Array  # (N,) N, at least 0: what these changes together add at most to the force along a plane's normal
 
 
 def inertia_effects(held: Equilibrium, linear: Linearisation, accelerations: Array) -> InertiaEffects:
@@ -35,7 +36,7 @@ def inertia_effects(held: Equilibrium, linear: Linearisation, accelerations: Arr
     Rows without acceleration cost nothing. The platform translates: it turns at no angular acceleration.
     """
     rows, m = held.lengths.shape
-    found = InertiaEffects(np.zeros((rows, m)), np.zeros((rows, m)), np.zeros(rows))
+    found = InertiaEffects(np.zeros((rows, m)), np.zeros((rows, m)), np.zeros(rows), np.zeros(rows))
     moving = np.flatnonzero(accelerations.any(axis=(1, 2)))
     if len(moving) == 0:
         return found
@@ -44,6 +45,12 @@ def inertia_effects(held: Equilibrium, linear: Linearisation, accelerations: Arr
     found.tension_drop[moving] = np.minimum(changes.min(axis=2), 0.0)
     found.tension_rise[moving] = np.maximum(changes.max(axis=2), 0.0)
     found.displacement[moving] = np.linalg.norm(at_nozzle(there, motion), axis=1).max(axis=1)
+    plane = held.model.robot.platform.plane
+    if plane is not None:
+        chords = there.lines.exit_point - there.platform_points
+        across = there.lines.pulls * (chords @ np.array(plane.across)) / np.linalg.norm(chords, axis=2)
+        rise = np.maximum(across * found.tension_drop[moving], across * found.tension_rise[moving])
+        found.plane_rise[moving] = rise.sum(axis=1)
     return found
 
 

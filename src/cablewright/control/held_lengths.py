@@ -14,6 +14,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.preferred import preferred_tensions
 
 PREFERRED: Final = 2.5
 """Tensions, as multiples of the least that is to be kept, to which those of a held pose stay near."""
@@ -28,6 +29,8 @@ class Held(NamedTuple):
 
 def held_at(model: Model, poses: Array, retraction: Array | None) -> Held | None:
     """Return how *model* holds *poses* (k, 6), at *retraction* lengths (k,), m; None where no tensions do."""
-    preferred = np.broadcast_to(PREFERRED * model.lines.tension_min, (len(poses), model.m))
+    preferred = preferred_tensions(model)
+    if preferred is None:
+        preferred = PREFERRED * model.lines.tension_min[None]
     solved = solve_inverse(model, poses, path=True, retraction=retraction, preferred=preferred)
     return Held(solved.tensions, solved.lengths) if np.isfinite(solved.lengths).all() else None

@@ -76,12 +76,13 @@ def read_maslow(path: Path, cable: str | None = None) -> ImportedRobot:
     if vertical:
         assumed.add(f"platform.plane: a board that leans by {TILT:g} degrees")
     assumed.add(f"cable: {BELT if cable is None else cable}")
+    board = {"normal": tuple(map(_tidy, out)), "distance": 0.0, "one_sided": True}
     table = {
         "schema": 1,
         "name": path.stem[:100] or "maslow",
         "description": "A Maslow's sled on a board, on four belts",
         "scene": {"gravity": 9.81} | frame_of([*exits.values(), *feet], path, assumed, normal=None if vertical else 2),
-        "platform": {"kind": "point", "mass": SLED, "plane": {"normal": tuple(map(_tidy, out)), "distance": 0.0}},
+        "platform": {"kind": "point", "mass": SLED, "plane": board},
         "lines": [_line(CORNERS[corner], at, chosen_cable(cable or BELT)) for corner, at in exits.items()],
     }
     assumed.add("tension_limits: 10 N to a fifth of the breaking load")

@@ -41,6 +41,16 @@ FIGURES = (
     Figure("tensions", "N", "Tensions at the sheaves.", "", "tension", 6, shown="N", along="line"),
     Figure("platform_tensions", "N", "Tensions at the platform.", "", "at platform", 6, shown="N", along="line"),
     Figure("winch_tensions", "N", "Tensions at the winches.", "", "at winch", 6, shown="N", along="line"),
+    Figure(
+        "preferred_tensions",
+        "N",
+        "Tensions to which these are nearest, where the limits let redundant lines hang slack.",
+        "lines.preferred_tension",
+        "preferred",
+        only=lambda of: bool(of.lines.preferred_tension.any()),
+        shown="N",
+        along="line",
+    ),
     Figure("residual", "m", "Largest residual of the geometric equations.", "residual_norm", digits=2, shown="m"),
     Figure("unbalanced_force", "N", "Largest unbalanced force on the platform.", digits=2),
     Figure(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels.layout import Packed
+
+_Batch = TypeVar("_Batch", bound="Rows")
 
 
 class Rows:
@@ -69,8 +71,29 @@ def rows_of(packed: Packed, index: Any) -> Packed:
     return packed._replace(lines=np.ascontiguousarray(lines), platform=np.ascontiguousarray(platform))
 
 
+def joined(first: _Batch, second: _Batch) -> _Batch:
+    """Return the rows of two batches with the same fields in one; a field that is no array is that of the first."""
+    pairs = ((getattr(first, name), getattr(second, name)) for name in first.__match_args__)
+    return type(first)(*(_put_together(one, other) for one, other in pairs))
+
+
+def _put_together(one: Any, other: Any) -> Any:
+    """Return the rows of a field of two batches."""
+    if isinstance(one, Rows):
+        return joined(one, other)
+    if isinstance(one, Packed):
+        if len(one.lines) == 1 and np.array_equal(one.lines, other.lines):
+            return one
+        return one._replace(
+            lines=np.concatenate([one.lines, other.lines]), platform=np.concatenate([one.platform, other.platform])
+        )
+    return np.concatenate([one, other]) if isinstance(one, np.ndarray) else one
+
+
 def _taken(value: Any, index: Any) -> Any:
     """Return rows of a field; a field that is no array belongs to all rows."""
     if isinstance(value, Packed):
         return rows_of(value, index)
+    if isinstance(value, Rows):
+        return value[index]
     return np.asarray(value)[index] if isinstance(value, np.ndarray | np.generic) else value

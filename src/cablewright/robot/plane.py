@@ -16,12 +16,14 @@ class Plane(Description):
     """A plane in which the platform's origin stays; a body also rotates about its normal alone.
 
     ``normal``: (3,) world, across the plane, not zero, of any length; ``distance``: m, of the plane from the world's
-    origin along the normal. The plane takes what acts along its normal, and of a body all moments about other axes. It
-    is taken as able to hold both ways: a wall alone only pushes, and needs a guide or a magnet where it would pull.
+    origin along the normal. The plane takes what acts along its normal, and of a body all moments about other axes.
+    ``one_sided``: whether it only pushes, along its normal, as a board does from which the normal points out; false: it
+    holds both ways, as guides do; None: unknown, and taken as able to hold both ways.
     """
 
     normal: Direction
     distance: Length = 0.0
+    one_sided: bool | None = None
 
     @property
     def across(self) -> Vec3:

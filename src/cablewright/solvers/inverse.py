@@ -17,6 +17,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run
+from cablewright.solvers.preferred import preferred_tensions
 
 BLOCK: Final = 128 * 64
 """Poses of a path that a study solves between two reports of progress: a multiple of the kernels' chunk."""
@@ -34,7 +35,8 @@ def inverse(
 ) -> Equilibrium:
     """Compute lengths and tensions at *poses*, (n,) or (N, n) in m and rad: the least-norm tensions within the limits.
 
-    With *preferred* tensions, (m,) or one row for each pose, N, the tensions nearest to those are taken instead.
+    With *preferred* tensions, (m,) or one row for each pose, N, the tensions nearest to those are taken instead; so are
+    those nearest to `preferred_tensions` where the limits let redundant lines hang slack.
 
     A rigid body's pose is its position and rotation vector, or its position alone: unrotated. A platform in a plane has
     its poses in that plane, which takes all force across it and decides a coordinate that is NaN. On a robot with fewer
@@ -70,7 +72,9 @@ def solve_inverse(
     require_a_load(model)
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
-    if preferred is not None:
+    if preferred is None:
+        preferred = preferred_tensions(model)
+    else:
         preferred = given_rows(preferred, rows, model.m, "preferred tensions", "N")
     retracted = given_numbers(retraction, rows, "retraction", "m")
     packed = model.rows(retraction=retracted, preferred=preferred, exit_points=exit_points)

@@ -24,6 +24,7 @@ from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run
+from cablewright.solvers.preferred import preferred_tensions
 
 Found = tuple[Array, Array, NDArray[np.int64]]  # tensions (N, m), margins (N,) and codes (N,)
 METHODS = {
@@ -149,7 +150,7 @@ class Capacity(_AtPoses):
 def tension_distribution(
     robot: Robot | Model,
     poses: ArrayLike,
-    method: str | Objective = "exact",
+    method: str | Objective = "least-norm",
     *,
     wrench: ArrayLike | None = None,
     retraction: ArrayLike | None = None,
@@ -160,9 +161,10 @@ def tension_distribution(
     """Compute tensions at *poses*, (n,) or (N, n) in m and rad, by *method*.
 
     ``closed-form`` is Jung 2020, Eq. 8: the tensions nearest to the middle of the limits, feasible if they happen to be
-    within. ``improved-closed-form`` sets the line furthest outside to its limit and repeats. ``least-norm`` minimises
-    the sum of squares within the limits. ``exact`` maximises the distance from the limits: its margin is the largest s
-    for which tensions from min + s to max - s exist, negative where the limits would have to be relaxed. An objective
+    within. ``improved-closed-form`` sets the line furthest outside to its limit and repeats. ``least-norm``, as
+    `inverse`, minimises the sum of squares within the limits, or where these let redundant lines hang slack that of
+    the distances from `preferred_tensions`. ``exact`` maximises the distance from the limits: its margin is the largest
+    s for which tensions from min + s to max - s exist, negative where the limits would have to be relaxed. An objective
     is minimised within the limits: a `Quadratic`, compiled if its hessian is diagonal, or any convex `Objective`, which
     is slow.
 
@@ -187,6 +189,8 @@ def tension_distribution(
         if method not in METHODS:
             raise UnknownName("tension distribution", method, METHODS)
         name, chosen = method, METHODS[method]
+        preferred = preferred_tensions(model)
+        bias = bias if preferred is None else preferred[0]
     else:
         name, chosen = "objective", distribution.LEAST
         if isinstance(method, Quadratic):

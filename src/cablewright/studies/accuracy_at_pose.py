@@ -78,9 +78,10 @@ INTERIOR = (
 BEST = (
     Figure("tensions", "N", "Tension of each line at its sheave.", shown="N"),
     Figure("lengths", "m", "Unstrained length of each line.", digits=7, shown="m"),
-    Figure("max_deviation", "m", "Largest distance of the nozzle from its nominal position.", shown="mm"),
-    Figure("min_norm_max_deviation", "m", "The same under the tensions of least norm.", "least_norm_max_deviation",
-           shown="mm"),
+    Figure("max_deviation", "m", "Largest distance of the nozzle from its nominal position, with full compensation.",
+           name="max deviation with full compensation", shown="mm"),
+    Figure("min_norm_max_deviation", "m", "The same under the tensions that `inverse` chooses, as among the errors "
+           "that remain.", "least_norm_max_deviation", "the same with default tensions", shown="mm"),
     Figure("gain", "1", "Share by which the deviation falls.", digits=3, shown="%"),
 )  # fmt: skip
 
@@ -183,5 +184,5 @@ def at_pose(question: AccuracyQuestion, pose: Array, seed: int) -> AccuracyAtPos
     best = None
     if robot.m - robot.freedoms in GRID and not robot.sharing:
         quick = Vertices() if len(question.ranges) <= ALL_VERTICES else FirstOrder()
-        best = best_tensions(there.equilibria, question.ranges, quick)
+        best = best_tensions(there.equilibria, question.ranges, question.method, quick)
     return AccuracyAtPose(found, corners, remains, best)

@@ -14,6 +14,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.results import Figure, Result, figures_dict
 from cablewright.solvers.certify import Certificate
 from cablewright.solvers.pose_box import PoseBox
+from cablewright.solvers.preferred import preferred_note
 from cablewright.solvers.slack import SlackSet, excess_lengths
 from cablewright.solvers.uniqueness import EVERYWHERE, unique_among
 
@@ -84,6 +85,18 @@ class SolvedPose(Result):
         """Whether the certified equilibrium is the only one: of all, under a condition, or near it."""
         among = self.unique_among
         return None if among is None else {EVERYWHERE: "globally", _NEAR: "locally"}.get(among, "conditionally")
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How the tensions were chosen, and what lifts the platform off its plane."""
+        found = [preferred_note(self.equilibrium.lines.preferred_tension)]
+        plane, force = self.equilibrium.model.robot.platform.plane, self.equilibrium.plane_force
+        if plane is not None and plane.one_sided is None and force > 0.0:
+            found.append(
+                f"plane force: {force:.4g} N along the normal; a plane that only pushes lets the platform lift off. "
+                "platform.plane.one_sided = true has it judged, false states that the plane holds both ways"
+            )
+        return tuple(note for note in found if note)
 
     @property
     def refusal(self) -> str:

@@ -15,7 +15,7 @@ import pytest
 
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.cia402 import PowerState
-from watched_drives import Watched, watched_drives
+from virtual_drives import Watched, watched_drives
 
 pytestmark = [
     pytest.mark.clock,

@@ -19,7 +19,7 @@ pytest.importorskip("starlette")
 
 from cablewright.signals import PrintState
 from served import Client, Served, client, served
-from watched_drives import Watched, watched_drives
+from virtual_drives import Watched, watched_drives
 
 pytestmark = [pytest.mark.clock, pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")]
 

@@ -1,12 +1,14 @@
 """The error of the nozzle that is expected along a job when the robot's numbers are uncertain.
 
 The uncertain numbers are drawn once for the whole job: they are biases of a machine, not noise. Of each drawn machine
-the largest distance of the nozzle from its path counts; of all machines the 95th percentile. The distance is of first
-order in the numbers, enlarged where all draws, solved at the worst sample, give more. It contains what linear
-interpolation of the lengths between two samples adds. Moves that lay no material do not count.
+the largest distance of the nozzle from its path counts; of all machines the 95th percentile. Each machine is solved, at
+as many samples as it takes until more do not change the result. Linear interpolation of the lengths between two samples
+adds to the distance. Moves that lay no material do not count.
 
-The largest distance is sought at some hundreds of samples: the path's box is divided into `CELLS` cells a side, and the
-sample with the largest root mean square error stands for its cell. The linearisation changes little within a cell.
+The path's box is divided into `CELLS` cells a side, and the sample with the largest root mean square error, to first
+order, stands for its cell. A few machines are solved in all cells: they say how far first order is off in each. With
+this, each machine has its own order of cells, and is solved in the first of them. A machine without a sound equilibrium
+in one of these is beyond any distance.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ import numpy as np
 from cablewright.analyses.accuracy.spread import SpreadProblem, drawn, sampled
 from cablewright.arrays import Array, Indices
 from cablewright.kernels.layout import LENGTH
+from cablewright.models.rows import Rows, joined
 from cablewright.models.statics import Equilibrium
+from cablewright.paging import blocks
 from cablewright.printing.path import Samples
 from cablewright.results import Figure
 from cablewright.robot.uncertainty import Range
@@ -30,8 +34,18 @@ from cablewright.units import spell_length
 
 CELLS: Final = 12
 DRAWS: Final = 4000
+SCOUTS: Final = 64
+"""Machines that are solved in all cells."""
+
+FIRST: Final = 2
+"""Cells in which each machine is solved first; then in twice as many more, and so on."""
+
+SETTLED: Final = 0.005
+"""Share of the result by which it may grow in the last cells, for no more to be solved."""
+
 LEVEL: Final = 0.95
 BLOCK: Final = 64  # cells evaluated at once
+TINY: Final = 1e-12  # m: errors to first order that are smaller are taken as this
 INTERPOLATION: Final = "interpolation"
 """Name of the cause that is no number of the robot: lengths are interpolated between samples."""
 
@@ -54,9 +68,6 @@ REMEDIES: Final = {
     INTERPOLATION: "give the job a shorter sampling.step",
 }
 """What makes the uncertain numbers of a kind more certain."""
-
-TOO_CURVED: Final = 0.1
-"""Share of the expected error by which first order may be off before a note says so."""
 
 
 @dataclass(frozen=True)
@@ -85,17 +96,26 @@ class Cause:
 class ExpectedError:
     """The expected error of a job with k samples."""
 
-    value: float  # m: 95 of 100 machines keep the nozzle this near to all of the path; NaN where no sample is known
+    value: float  # m: 95 of 100 machines keep the nozzle this near to all of the path; NaN where it is not stated
     sample: int | None  # with the largest root mean square error
-    rms: Array  # (k,) m, root mean square error; NaN where it is not known or not asked for
+    rms: Array  # (k,) m, root mean square error, to first order; NaN where it is not known or not asked for
     causes: tuple[Cause, ...]  # largest share first
     ranges: tuple[Range, ...]
-    curvature: float  # how much larger the error is at that sample if all draws are solved, as a share; NaN if none is
-    unsolved: int  # draws without an equilibrium at that sample
+    curvature: float  # how much larger it is than to first order, as a share; NaN if it is not stated
+    unsolved: int  # drawn machines without a sound equilibrium at some sample
+
+    @property
+    def unknown(self) -> str:
+        """Why the value is not stated, in words; empty where it is, and where no sample is known."""
+        if self.sample is None or np.isfinite(self.value):
+            return ""
+        return f"{self.unsolved} of {DRAWS} drawn machines have no sound equilibrium somewhere on the path"
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What would reduce it, and what to know before the figures are used."""
+        if self.unknown:
+            return (f"expected error is not stated: {self.unknown}",)
         notes = []
         if self.causes and self.value > 0.0:
             most = self.causes[0]
@@ -103,17 +123,46 @@ class ExpectedError:
                 f"{100.0 * most.share:.0f} % of the expected error is by {most.words}: {REMEDIES[most.name]}; exact "
                 f"numbers would leave {spell_length(most.without)}"
             )
-        if abs(self.curvature) > TOO_CURVED:
-            notes.append(
-                f"expected error: first order is off by {abs(100.0 * self.curvature):.2g} % at its worst sample; "
-                "accuracy --path --method monte-carlo solves drawn machines everywhere"
-            )
         if self.unsolved:
             notes.append(
-                f"expected error: at its worst sample {self.unsolved} of {DRAWS} drawn machines have no sound "
-                "equilibrium and are left out"
+                f"expected error: {self.unsolved} of {DRAWS} drawn machines have no sound equilibrium somewhere on "
+                "the path and count as beyond it"
             )
         return tuple(notes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells(Rows):
+    """The samples that stand for c cells."""
+
+    SINGLE: ClassVar = ("cell", 0)
+
+    cell: Indices  # (c,)
+    sample: Indices  # (c,)
+    rms: Array  # (c,) m
+    effects: Array  # (c, 3, p) displacement per departure
+    offsets: Array  # (c, 3) m, by interpolation
+    held: Equilibrium  # c rows
+
+    def with_worse(self, other: _Cells | None) -> _Cells:
+        """Return for each cell that sample, of these and the *other*, whose error is largest."""
+        both = self if other is None else joined(other, self)
+        order = np.lexsort((both.rms, both.cell))
+        return both[order[np.append(np.flatnonzero(np.diff(both.cell[order])), len(order) - 1)]]
+
+    def straight(self, departures: Array, numbers: Array | slice = slice(None), *, interpolated: bool = True) -> Array:
+        """Errors (c, S), m, to first order, of machines with *departures* (S, p) of *numbers* (p,) alone."""
+        effects, drawn_values = self.effects[:, :, numbers], departures[:, numbers].T
+        offsets, errors = self.offsets * interpolated, np.empty((len(effects), len(departures)))
+        for at in blocks(len(effects), BLOCK):
+            errors[at] = np.linalg.norm(effects[at] @ drawn_values + offsets[at, :, None], axis=1)
+        return errors
+
+    def solved(self, ranges: tuple[Range, ...], values: Array) -> Array:
+        """Errors (c, S), m, of machines with *values* (S, p) or (c, S, p); infinite without a sound equilibrium."""
+        points, _, ok = sampled(SpreadProblem(self.held, self.held.lengths, self.held.pose, ranges), values)
+        errors = np.linalg.norm(points - (self.held.nozzle - self.offsets)[:, None], axis=2)
+        return np.where(ok, errors, np.inf)
 
 
 class ExpectedErrorSearch:
@@ -131,10 +180,7 @@ class ExpectedErrorSearch:
         self._rms = np.full(len(samples), np.nan)
         self._low = self._positions.min(axis=0)
         self._pitch = np.maximum(np.ptp(self._positions, axis=0), 1e-9) / CELLS
-        cells = CELLS**3
-        self._largest, self._sample = np.full(cells, -1.0), np.full(cells, -1)
-        self._effects, self._offsets = np.zeros((cells, 3, len(ranges))), np.zeros((cells, 3))
-        self._worst: Equilibrium | None = None
+        self._cells: _Cells | None = None
 
     def take(self, samples: Indices, held: Equilibrium, linear: Linearisation) -> None:
         """Add the solved rows *held* of these *samples*, with their linearisation."""
@@ -146,16 +192,7 @@ class ExpectedErrorSearch:
         offsets = self._interpolation(samples, held, linear)
         rms = np.sqrt((effects**2).sum(axis=1) @ self._mean_square + (offsets**2).sum(axis=1))
         self._rms[samples] = rms
-        if rms.max() > self._largest.max():
-            at = int(rms.argmax())
-            self._worst = held[at : at + 1]
-        cell = self._cell(samples)
-        order = np.lexsort((rms, cell))
-        last = order[np.append(np.flatnonzero(np.diff(cell[order])), len(order) - 1)]  # the largest of each cell
-        better = last[rms[last] > self._largest[cell[last]]]
-        at_cells = cell[better]
-        self._largest[at_cells], self._sample[at_cells] = rms[better], samples[better]
-        self._effects[at_cells], self._offsets[at_cells] = effects[better], offsets[better]
+        self._cells = _Cells(self._cell(samples), samples, rms, effects, offsets, held).with_worse(self._cells)
 
     def _cell(self, samples: Indices) -> Indices:
         """The cell of each sample (s,)."""
@@ -178,26 +215,37 @@ class ExpectedErrorSearch:
 
     def result(self) -> ExpectedError:
         """Return the expected error of all that was taken."""
-        known = np.flatnonzero(self._sample >= 0)
-        if self._worst is None:
+        cells = self._cells
+        if cells is None:
             return ExpectedError(np.nan, None, self._rms, (), self._ranges, np.nan, 0)
-        cells = _Cells(self._effects[known], self._offsets[known], self._departures)
-        worst = int(self._largest[known].argmax())
-        exact, unsolved = self._solved(self._worst)
-        straight = _percentile(np.linalg.norm(self._departures @ cells.effects[worst].T, axis=1))
-        curvature = exact / straight - 1.0 if straight > 0.0 else 0.0
-        larger = 1.0 + max(curvature, 0.0)  # NaN is no correction
+        worst = int(cells.rms.argmax())
+        largest = self._largest(cells)
+        value = float(_percentile(largest))
+        value = value if np.isfinite(value) else np.nan
+        straight = _error(cells.straight(self._departures))
+        ratio = value / straight if straight > 0.0 else 1.0
         found = sorted(self._causes(cells, worst), key=lambda cause: -cause.share)
-        causes = tuple(replace(cause, without=larger * cause.without) for cause in found)
-        sample = int(self._sample[known][worst])
-        return ExpectedError(larger * cells.error(), sample, self._rms, causes, self._ranges, curvature, unsolved)
+        causes = tuple(replace(cause, without=ratio * cause.without) for cause in found)
+        unsolved = int(np.isinf(largest).sum())
+        return ExpectedError(value, int(cells.sample[worst]), self._rms, causes, self._ranges, ratio - 1.0, unsolved)
 
-    def _solved(self, worst: Equilibrium) -> tuple[float, int]:
-        """The 95th percentile of the error at the worst sample by solving all draws, m, and how many have no answer."""
-        problem = SpreadProblem(worst, worst.lengths, worst.pose, self._ranges)
-        points, _, ok = sampled(problem, self._values)
-        errors = np.linalg.norm(points - worst.nozzle[:, None], axis=2)[ok]
-        return _percentile(errors), int((~ok).sum())
+    def _largest(self, cells: _Cells) -> Array:
+        """The largest error (S,), m, of each machine, solved in more and more cells until that changes little."""
+        straight = cells.straight(self._departures)
+        scouts = _percentile(cells.solved(self._ranges, self._values[:SCOUTS]))
+        bent = scouts / np.maximum(_percentile(straight[:, :SCOUTS]), TINY)
+        ranks = np.argsort(-straight * bent[:, None], axis=0, kind="stable").T  # (S, c)
+        largest, first, count = np.zeros(len(ranks)), 0, FIRST
+        while first < len(cells):
+            before = _percentile(largest)
+            chosen = ranks[:, first : first + count]
+            machines = np.repeat(self._values, chosen.shape[1], axis=0)[:, None]
+            errors = cells[chosen.ravel()].solved(self._ranges, machines).reshape(chosen.shape)
+            largest = np.maximum(largest, errors.max(axis=1))
+            first, count = first + count, 2 * count
+            if _percentile(largest) <= (1.0 + SETTLED) * before or np.isinf(_percentile(largest)):
+                break
+        return largest
 
     def _causes(self, cells: _Cells, worst: int) -> Iterator[Cause]:
         """Yield the causes; *worst* is the cell of the worst sample."""
@@ -206,32 +254,16 @@ class ExpectedErrorSearch:
         total = float(by_number.sum()) + fixed or 1.0
         names = np.array([each.entry.base for each in self._parameters])
         for name in dict.fromkeys(names.tolist()):
-            yield Cause(name, float(by_number[names == name].sum()) / total, cells.error(names != name))
-        yield Cause(INTERPOLATION, fixed / total, cells.error(interpolated=False))
+            share = float(by_number[names == name].sum()) / total
+            yield Cause(name, share, _error(cells.straight(self._departures, names != name)))
+        yield Cause(INTERPOLATION, fixed / total, _error(cells.straight(self._departures, interpolated=False)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Cells:
-    """The samples that stand for c cells, and S drawn machines."""
-
-    effects: Array  # (c, 3, p) displacement per departure
-    offsets: Array  # (c, 3) m, by interpolation
-    departures: Array  # (S, p)
-
-    def error(self, numbers: Array | slice = slice(None), *, interpolated: bool = True) -> float:
-        """The 95th percentile of the machines' largest errors, m, by some of the *numbers* (p,)."""
-        effects, drawn_values = self.effects[:, :, numbers], self.departures[:, numbers].T
-        offsets = self.offsets * interpolated
-        largest = np.zeros(drawn_values.shape[1])
-        for first in range(0, len(effects), BLOCK):
-            block = slice(first, first + BLOCK)
-            moved = effects[block] @ drawn_values + offsets[block, :, None]
-            np.maximum(largest, (moved**2).sum(axis=1).max(axis=0), out=largest)
-        return float(np.sqrt(_percentile(largest)))
+def _error(errors: Array) -> float:
+    """The 95th percentile of the largest *errors* (c, S), m, of machines."""
+    return float(_percentile(errors.max(axis=0)))
 
 
-def _percentile(values: Array) -> float:
-    """The smallest of *values* that `LEVEL` of them do not exceed; NaN where there are none."""
-    if len(values) == 0:
-        return float("nan")
-    return float(np.sort(values)[int(np.ceil(LEVEL * len(values))) - 1])
+def _percentile(values: Array) -> Array:
+    """The smallest of *values* (..., S) that `LEVEL` of them do not exceed, (...)."""
+    return np.asarray(np.sort(values, axis=-1)[..., int(np.ceil(LEVEL * values.shape[-1])) - 1])

@@ -43,12 +43,15 @@ class BestTensions:
         return 1.0 - self.max_deviation / reference if reference > 0.0 else 0.0
 
 
-def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) -> BestTensions:
+def best_tensions(
+    held: Equilibrium, ranges: tuple[Range, ...], method: Method, search: Method | None = None
+) -> BestTensions:
     """Find the tensions within the limits, at the one pose of the batch *held*, whose largest deviation is smallest.
 
     A grid search over the distributions that balance the load, refined around the best one, so a better distribution
-    elsewhere is not excluded. *method* finds the deviation under *ranges* for lengths commanded by the full model.
-    Raises `InputError` unless 1 to 3 lines are redundant, `AnswerError` where the pose cannot be held.
+    elsewhere is not excluded. *method* finds the deviation under *ranges* for lengths commanded by the full model;
+    *search*, by default the same, compares distributions. Raises `InputError` unless 1 to 3 lines are redundant,
+    `AnswerError` where the pose cannot be held.
     """
     model = held.model
     model.robot.require_own_winches("a choice of tensions")
@@ -58,8 +61,8 @@ def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) 
     start = held.checked()
     directions = self_stresses(start[0])
     grid = np.array(list(product(np.linspace(-1.0, 1.0, GRID[redundant]), repeat=redundant)))
-    reference = float(method(_problem(start, ranges)).max_deviation[0])
-    best, chosen = reference, start
+    search = search or method
+    best, chosen = float(search(_problem(start, ranges)).max_deviation[0]), start
     centre, tried = np.zeros(redundant), 1
     width = float(np.linalg.norm(model.lines.tension_max - model.lines.tension_min))  # of the tensions within limits
     for number in range(ROUNDS):
@@ -69,13 +72,16 @@ def best_tensions(held: Equilibrium, ranges: tuple[Range, ...], method: Method) 
         if not len(found):
             break
         tried += len(found)
-        deviations = method(_problem(found, ranges)).max_deviation
+        deviations = search(_problem(found, ranges)).max_deviation
         at = int(np.nanargmin(deviations))
         if deviations[at] < best:
             best, chosen = float(deviations[at]), found[at : at + 1]
         reached = (found.tensions - start.tensions) @ directions.T  # the limits may have clipped the wanted tensions
         centre = (chosen.tensions[0] - start.tensions[0]) @ directions.T
         width = float(np.abs(reached - centre).max()) if number == 0 else SHRINK * width
+    reference, best = (float(method(_problem(each, ranges)).max_deviation[0]) for each in (start, chosen))
+    if not best < reference:
+        best, chosen = reference, start
     return BestTensions(chosen.tensions[0], chosen.lengths[0], best, reference, tried)
 
 

@@ -109,8 +109,9 @@ def _expected(check: Check, expected: ExpectedError) -> Iterator[Html]:
         "p",
         f"95 of 100 machines whose numbers are uncertain as below ({source}) keep the nozzle within "
         f"{quantity(expected.value, 'm')} of the whole path that lays material. The numbers are drawn once for the "
-        "job; the error is of first order in them. Forces of acceleration come on top: they move the nozzle by up to "
-        f"{quantity(extreme(np.fmax, check.statics.displacement), 'm')}.",
+        "job, and each machine is solved. Forces of acceleration come on top: they displace the nozzle by "
+        f"{quantity(extreme(np.fmax, check.statics.displacement), 'm')}, which is not bounded: swinging is not "
+        "checked.",
     )
     yield part_table(check, "expected_error_by")
     yield table(("uncertain number", "min", "max", "unit"), _ranges(expected), numbers=(1, 2))

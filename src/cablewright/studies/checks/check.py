@@ -12,6 +12,7 @@ import numpy as np
 from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
+from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.paging import Room, in_room
@@ -23,8 +24,8 @@ from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.checks.interpolation import interpolation_error
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
+from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
@@ -93,8 +94,8 @@ def check(
     path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), beads, kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
-    extra = (*_clearance(walked.distances, clearance), *_expected(expected, path))
-    findings = ranked((*path.judged(robot, walked), *extra))
+    extra = (*_clearance(walked.distances, clearance), *_errors(expected, walked.statics.displacement, path))
+    findings = ranked((*path.judged(robot, walked), *path.bounded(careful, walked), *extra))
     found = Check(
         robot=robot,
         job=job,
@@ -114,7 +115,6 @@ def check(
         not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip, Schedule(job.schedule).turns)),
         step=step,
         reserved=careful is not robot,
-        interpolation_error=interpolation_error(careful, path.poses, walked.statics.lengths, path.retraction),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
@@ -148,21 +148,27 @@ def _breaks_tensions(findings: tuple[Finding, ...]) -> bool:
     return any(each.violations for each in findings if each.is_status or each.limit in TENSION_LIMITS)
 
 
-def _expected(expected: ExpectedError | None, path: JobPath) -> Iterator[Finding]:
-    """Yield the expected error as a limit, at the sample where it is nearest to what its bead allows.
+def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) -> Iterator[Finding]:
+    """Yield the expected error, and its sum with the *displacement* (k,) by acceleration, as limits.
 
-    Samples count by their root mean square error, scaled to the expected error. Those that lay nothing have no limit,
-    unless nothing is laid.
+    Each counts at the sample where it is nearest to what its bead allows. Samples have their root mean square error,
+    scaled to the expected error. Those that lay nothing have no limit, unless nothing is laid.
     """
+    allowed = path.allowed_errors()
     if expected is None or expected.sample is None:
+        yield from error_finding(displacement, np.zeros(len(allowed)), allowed)
         return
+    value = expected.value if np.isfinite(expected.value) else np.inf
     largest = float(np.nanmax(expected.rms))
-    error = expected.rms * (expected.value / largest if largest > 0.0 else 0.0)
-    margin = path.allowed_errors() - error
+    shares = expected.rms / largest if largest > 0.0 else np.where(np.isnan(expected.rms), np.nan, 0.0)
+    error = np.where(shares > 0.0, value * shares, shares)
+    margin = allowed - error
     worst = int(np.nanargmin(margin))
-    value = expected.value if worst == expected.sample else float(error[worst])
-    bounds, beyond = (-np.inf, float(margin[worst] + error[worst])), int((margin < 0.0).sum())
-    yield Finding(EXPECTED_ERROR, "m", bounds[1] - value, value, bounds, None, worst, beyond)
+    shown = value if worst == expected.sample else float(error[worst])
+    bound = float(allowed[worst])
+    yield Finding(EXPECTED_ERROR, "m", bound - shown, shown, (-np.inf, bound), None, worst, int((margin < 0.0).sum()))
+    if shown <= bound:
+        yield from error_finding(displacement, error, allowed)
 
 
 def _clearance(distances: Clearances | None, clearance: float) -> Iterator[Finding]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
-from cablewright.analyses.feasibility import LineQuantities
+from cablewright.analyses.feasibility import LineQuantities, plane_forces
 from cablewright.analyses.inertia_forces import InertiaEffects
 from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Equilibrium
@@ -28,6 +28,7 @@ class PathStatics:
     tensions: Array  # (k, m) N, at the sheave, at rest
     lines: LineQuantities  # (k, m) each: quantities that have limits, with the forces of acceleration
     displacement: Array  # (k,) m, of the nozzle by the forces of acceleration; NaN where it is not known
+    plane_force: Array  # (k,) N, largest along the plane's normal with these forces; NaN without a plane
     rigid_lengths: Array  # (k, m) m, paid out without compensation: cables as rigid
     lengths: Array  # (k, m) m, paid out with full compensation
     uncompensated: Array  # (k, n) poses of the full model with the rigid lengths; NaN where none
@@ -55,6 +56,7 @@ class PathStatics:
             tensions=held.tensions,
             lines=LineQuantities.of(held),
             displacement=np.full(len(poses), np.nan),
+            plane_force=plane_forces(held),
             rigid_lengths=rigid,
             lengths=held.lengths,
             uncompensated=uncompensated,
@@ -66,15 +68,16 @@ class PathStatics:
         """Return the same with *effects* of acceleration at *rows* (k,); *drum_arms* (..., m), m, NaN if unknown."""
         lines, drop, rise = self.lines, np.zeros_like(self.tensions), np.zeros_like(self.tensions)
         drop[rows], rise[rows] = effects.tension_drop, effects.tension_rise
-        displacement = self.displacement.copy()
+        displacement, plane_force = self.displacement.copy(), self.plane_force.copy()
         displacement[rows] = effects.displacement
+        plane_force[rows] += effects.plane_rise
         accelerated = replace(
             lines,
             lowest_tension=lines.lowest_tension + drop,
             highest_tension=lines.highest_tension + rise,
             winch_torque=lines.winch_torque + rise_on_drums(robot, drop * drum_arms, rise * drum_arms),
         )
-        return replace(self, lines=accelerated, displacement=displacement)
+        return replace(self, lines=accelerated, displacement=displacement, plane_force=plane_force)
 
 
 def extreme(choose: np.ufunc, values: Array) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
-from cablewright.analyses.feasibility import EXPECTED_ERROR, Finding
+from cablewright.analyses.feasibility import EXPECTED_ERROR, INTERPOLATION, Finding
 from cablewright.analyses.interference import Contact
 from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Model
@@ -26,6 +26,7 @@ from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
+from cablewright.solvers.preferred import preferred_note, preferred_tensions
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.interference import Clearances
@@ -104,17 +105,17 @@ class Check(Result):
                shown="mm"),
         Figure("expected_error_by", "", "Share of each cause.", "expected.causes", "expected error by cause",
                parts=Cause.FIGURES),
-        Figure("max_expected_error", "m", "Expected error that the job allows.", "allowed_error", digits=3,
-               shown="mm"),
+        Figure("max_expected_error", "m", "Expected error that the job allows.", "allowed_error",
+               "allowed expected error", digits=3, shown="mm"),
         Figure("bead_width", "m", "Width of a strand in the middle of what is laid.", "beads.typical.width", digits=3,
                shown="mm"),
         Figure("bead_height", "m", "Its height.", "beads.typical.height", digits=3, shown="mm"),
         Figure("bead_by", "", "Where widths and heights of beads are from.", "beads.source", "bead"),
         Figure("uncertainty", "", "Where the uncertainties are from: a file, the robot file, or assumed.",
                name="uncertainties"),
-        Figure("acceleration_displacement", "m", "Largest displacement of the nozzle by the forces of acceleration; "
-               "not in the expected error.", lambda found: extreme(np.fmax, found.statics.displacement), digits=3,
-               shown="mm"),
+        Figure("acceleration_displacement", "m", "Largest displacement of the nozzle by the forces of acceleration as "
+               "of a spring, beside the expected error; not bounded: swinging is not checked.",
+               lambda found: extreme(np.fmax, found.statics.displacement), digits=3, shown="mm"),
         Figure("clearance", "m", "Smallest distance of a line from another, the platform, the frame and the part as "
                "printed by then; null where it was not checked or there is nothing.", "nearest.margin",
                "clearance of lines", shown="mm"),
@@ -140,6 +141,9 @@ class Check(Result):
                     np.fmin, "statics.lines.lowest_tension", shown="N"),
         _extreme_of("max_tension", "N", "Largest tension, anywhere along a line, with the forces of acceleration.",
                     np.fmax, "statics.lines.highest_tension", shown="N"),
+        _extreme_of("max_plane_force", "N", "Largest force on the plane along its normal, with the forces of "
+                    "acceleration; positive lifts off a plane that only pushes.", np.fmax, "statics.plane_force",
+                    only=lambda found: found.robot.platform.plane is not None, shown="N"),
         *_errors(),
         Figure("median_error_uncompensated", "m", "Median error of the nozzle without compensation.",
                lambda found: float(median(found.error_uncompensated)), "median error without compensation", 3,
@@ -162,6 +166,9 @@ class Check(Result):
                   "statics.tensions", median),
         _of_lines("line_max_tension", "N", "Largest tension of each line.", "max tension",
                   "statics.lines.highest_tension"),
+        Figure("line_preferred_tension", "N", "Tension of each line to which those at rest are nearest, where the "
+               "limits let redundant lines hang slack.", lambda found: found.preferred_tensions[0],
+               "preferred tension", only=lambda found: found.preferred_tensions is not None, shown="N", along="line"),
         Figure("line_tension_limits", "N", "Min and max tension that is allowed, of each line.",
                lambda found: [line.tension_limits for line in found.robot.lines], "limits", shown="N", along="line"),
         _of_lines("line_max_length", "m", "Largest unstrained length of each line.", "max length", "lengths"),
@@ -202,7 +209,6 @@ class Check(Result):
     reserved: bool  # whether tensions at rest keep from their limits what acceleration takes
     toolpath: Toolpath
     beads: Beads
-    interpolation_error: float | None = None  # m, of lengths between two samples
 
     @property
     def feasible(self) -> bool:
@@ -218,6 +224,11 @@ class Check(Result):
             missed[at] = ~met & (self.codes[at] == 0)
             let_go((self.errors, self.codes))
         return missed
+
+    @property
+    def interpolation_error(self) -> float | None:
+        """The largest error of a length half-way between two samples, m; None where nothing is held."""
+        return next((each.value for each in self.findings if each.limit == INTERPOLATION), None)
 
     @property
     def nearest(self) -> Contact | None:
@@ -290,7 +301,13 @@ class Check(Result):
             notes.append(
                 "tensions at rest keep so far from their limits that lines are within them while the nozzle accelerates"
             )
+        notes += [note] if (note := preferred_note(self.preferred_tensions)) else []
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
+
+    @property
+    def preferred_tensions(self) -> Array | None:
+        """(1, m) N, to which tensions are nearest; None where they are the least."""
+        return preferred_tensions(Model(self.robot))
 
     @property
     def nearest_place(self) -> Place | None:

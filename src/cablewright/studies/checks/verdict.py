@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, Finding
+from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, MOVED_ERROR, OF_CHECKS, Finding
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.path_statics import extreme
 from cablewright.studies.checks.result import Check
@@ -45,10 +45,14 @@ def _shown(found: Check) -> list[str]:
     parts = ["every sample is within all limits"]
     if found.nearest is not None:
         parts.append(f"lines keep {spell_length(found.nearest.margin)} from all that is described")
+    plane, pulled = found.robot.platform.plane, extreme(np.fmax, found.statics.plane_force)
+    if plane is not None and plane.one_sided is None and pulled > 0.0:
+        parts.append(f"its plane has to pull at it, with up to {pulled:.4g} N, which no board does")
     if found.expected is not None and found.expected.sample is not None:
         parts.append(
-            f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}, and up to "
-            f"{spell_length(extreme(np.fmax, found.statics.displacement))} more where the nozzle accelerates"
+            f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}; "
+            f"acceleration displaces the nozzle by {spell_length(extreme(np.fmax, found.statics.displacement))} more, "
+            "which is not bounded: swinging is not checked"
         )
     return parts
 
@@ -71,13 +75,22 @@ def _broken(found: Check, worst: Finding) -> str:
             f"line {one} {how} {other}, a distance of {spell_length(worst.value)}{least}, {where}; lines are too near "
             f"to something at {worst.violations} of {total} samples"
         )
+    if worst.limit == EXPECTED_ERROR and not np.isfinite(worst.value):
+        assert found.expected is not None
+        return f"its expected error is not stated: {found.expected.unknown}, {where}"
     if worst.limit == EXPECTED_ERROR:
         return (
             f"95 of 100 machines {_machines(found)} print it to within {spell_length(worst.value)} only, where "
             f"{spell_length(worst.allowed[1])} is allowed, largest {where}"
         )
+    if worst.limit == MOVED_ERROR:
+        return (
+            f"expected error and displacement by acceleration are {spell_length(worst.value)} together, where "
+            f"{spell_length(worst.allowed[1])} is allowed, largest {where}"
+        )
     line = f" of line {worst.line}" if worst.line else ""
+    why = f": {worst.why}" if worst.limit in OF_CHECKS else ""
     return (
         f"{worst.limit}{line} is out of bounds at {worst.violations} of {total} samples, worst {worst.value:.4g} "
-        f"{worst.unit} where {worst.bounds()} is allowed, {where}"
+        f"{worst.unit} where {worst.bounds()} is allowed, {where}{why}"
     )

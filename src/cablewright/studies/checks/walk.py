@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -24,6 +24,8 @@ from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 from cablewright.solvers.limits import drum_arms
 from cablewright.solvers.linearise import linearise_solved
+from cablewright.studies.checks.between_samples import BetweenSamples
+from cablewright.studies.checks.own_figures import line_findings, paces
 from cablewright.studies.checks.path_statics import PathStatics
 from cablewright.studies.interference import Clearances, JobDistances
 
@@ -100,8 +102,17 @@ class JobPath:
 
     def judged(self, robot: Robot, found: Walked) -> tuple[Finding, ...]:
         """Compare with the limits of the robot's file."""
-        statics = found.statics
-        return judge(robot, self.poses[:, :3], statics.codes, statics.violations, statics.lines)
+        of = found.statics
+        return judge(robot, self.poses[:, :3], of.codes, of.violations, of.lines, of.plane_force)
+
+    def bounded(self, robot: Robot, found: Walked) -> Iterator[Finding]:
+        """Compare with what straight lines, the nozzle's speed and the sampling imply.
+
+        *robot* has the tension limits that were kept at rest.
+        """
+        yield from line_findings(robot, self.samples, self.law, found.statics)
+        between = BetweenSamples(robot, self.poses, found.statics, self.retraction)
+        yield from between.findings(float(self.allowed_errors().min()))
 
 
 def with_reserve(robot: Robot, found: Walked) -> Robot | None:
@@ -126,9 +137,5 @@ def _add_speeds(speeds: Array, lengths: Array, samples: Samples, law: TimeLaw) -
     speeds[0] = 0.0
     for block in blocks(len(samples) - 1):
         ends = slice(block.start, block.stop + 1)
-        distance, speed = np.diff(samples.distance[ends]), law.speed[ends]
-        duration = np.diff(law.time[ends]) - samples.dwell[block]
-        fastest = np.maximum(np.maximum(speed[1:], speed[:-1]), distance / duration)
-        changes = np.abs(np.diff(lengths[ends], axis=0))
-        speeds[1:][block] = changes * (fastest / distance)[:, None]
+        speeds[1:][block] = np.abs(np.diff(lengths[ends], axis=0)) * paces(samples, law, block)[:, None]
         let_go((speeds, lengths, samples, law))
