@@ -176,6 +176,25 @@ def test_random_ordinary_robots_are_not_suspected() -> None:
         assert doubts(Robot.model_validate(table)) == ()
 
 
+@pytest.mark.parametrize("lies", [True, False])
+def test_a_frame_that_lies_has_its_top_at_one_side(lies: bool) -> None:
+    cable = {"axial_stiffness": 4e4, "linear_density": 0.02, "breaking_load": 1e4}
+    each = {"cable": cable, "sheave": {"kind": "eyelet"}, "tension_limits": (10.0, 2000.0)}
+    board = {"bottom left": (0.0, 0.0), "bottom right": (3.0, 0.0), "top left": (0.0, 2.0), "top right": (3.0, 2.0)}
+    places = {name: (x, up, 0.1) if lies else (x, 0.1, up) for name, (x, up) in board.items()}
+    table = {
+        "name": "board",
+        "scene": {"frame_min": (0.0, 0.0, 0.0), "frame_max": (3.0, 2.0, 2.0)},
+        "platform": {"mass": 10.0},
+        "lines": [{"name": name, "exit_point": place, **each} for name, place in places.items()],
+    }
+    assert doubts(Robot.model_validate(table)) == ()
+    if not lies:
+        for line, place in zip(table["lines"], reversed(places.values()), strict=True):
+            line["exit_point"] = place
+        assert any("exchanged or mirrored" in doubt.sentence for doubt in doubts(Robot.model_validate(table)))
+
+
 def test_a_robot_in_millimetres_is_refused_on_loading() -> None:
     wrong = robot_file(Outline(name="mine", size=(5.0, 4.0, 3.0))).replace("exit_point = [", "exit_point = [1e3, ")
     rows = []

@@ -149,7 +149,7 @@ def _names(lines: Sequence[Line]) -> Iterator[Doubt]:
         below, above = ([line for line in lines if word in words[line.name]] for word in (low, high))
         if not below or not above:
             continue
-        axes = (2,) if (low, high) in _UPRIGHT else (0, 1)
+        axes = (2, 0, 1) if (low, high) in _UPRIGHT else (0, 1)  # a frame that lies has its top at one side
         found[low, high] = ways = [
             (axis, sign)
             for axis in axes
