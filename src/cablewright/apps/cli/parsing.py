@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cablewright.robot import Robot
     from cablewright.units import Dimension
 
-_TOO_FAR = 10.0  # times the size of a robot
+_TOO_FAR = 50.0  # times the size of a robot: in mm most places are farther than that
 FREE = "free"
 """How a command line marks a freedom of the pose that gravity decides."""
 

@@ -26,7 +26,7 @@ HALVINGS: Final = 10
 JUMP: Final = 0.01
 """Change of a tension over the last of these halves that counts as a jump, as a share of the largest tension."""
 
-SHARE: Final = 0.01
+SHARE: Final = 0.05
 """Share of the error that a job allows which the interpolation of lengths may take."""
 
 CURVED: Final = 1.5
@@ -45,7 +45,7 @@ class BetweenSamples:
         """Yield the interpolation error of lengths, m, and the largest jumps of a length and of a tension.
 
         Poses go linearly between samples too. The error of a straight line of length l is step^2 / (8 l) at most in
-        each span. 1.5 times that is allowed, `INTERPOLATED`, or a hundredth of the error *allowed* by the job, m.
+        each span. 1.5 times that is allowed, `INTERPOLATED`, or a twentieth of the error *allowed* by the job, m.
         """
         bent, changed = self._largest()
         if len(bent):
