@@ -80,8 +80,10 @@ def test_a_young_order_is_obeyed_and_a_long_step_makes_none_old(kind: OrderKind)
     assert examined(Order(kind, "anna", 95.0, arguments), 100.0, step=5.0) == ""
 
 
-def test_an_order_of_the_future_is_rejected() -> None:
-    assert "ahead of the machine's clock" in examined(Order(OrderKind.START, "anna", 101.0), 100.0)
+def test_a_jog_of_the_future_lasts_no_longer_than_one_of_now() -> None:
+    state = OrderState()
+    assert examined(Order(OrderKind.JOG, "anna", 1e9, ARGUMENTS[OrderKind.JOG]), 100.0, state) == ""
+    assert examined(Order(OrderKind.JOG, "anna", 100.1, ARGUMENTS[OrderKind.JOG]), 100.1, state) == ""
 
 
 def test_a_jog_that_was_overtaken_is_rejected() -> None:

@@ -132,9 +132,6 @@ class GuardState:
 
 def take_note(state: GuardState, now: float, command: Command) -> None:
     """Take note of what is commanded to brakes and winches at *now*, s; *state* changes in place."""
-    if state.ordered is not None:
-        then, before = state.ordered
-        state.turned = state.turned + before.winch_speeds * max(now - then, 0.0)
     state.ordered = now, command
     if WinchMode.OFF in command.modes:
         state.closing_since = now if math.isnan(state.closing_since) else state.closing_since
@@ -158,6 +155,10 @@ def judge(
     their minimum now.
     """
     state.start_time = min(state.start_time, frame.time)
+    if state.ordered is not None:  # the command until now is in the counts of now
+        then, command = state.ordered
+        state.turned = state.turned + command.winch_speeds * max(frame.time - then, 0.0)
+        state.ordered = frame.time, command
     for reading in frame.readings:
         if isinstance(reading, Tensions | Encoders | Drives | Inputs):
             _read(settings, state, source_of(reading), reading, frame.time)

@@ -10,7 +10,7 @@ from typing import Final
 from cablewright.control import manual
 from cablewright.control.manual import ManualSettings
 from cablewright.control.supervisor import MOVING
-from cablewright.reading_times import ReadingTimes, Timeliness
+from cablewright.reading_times import ReadingTimes
 from cablewright.signals import ORDER_LIFE, Order, OrderKind, PrintState
 from cablewright.units import LARGEST
 
@@ -69,14 +69,15 @@ def examine(
 
 
 def _untimely(state: OrderState, order: Order, now: float, step: float) -> str:
-    """Whether an order comes too late, was overtaken by a newer one, or is of the future: why, or an empty text."""
+    """Whether an order comes too late, or was overtaken by a newer one: why, or an empty text.
+
+    One of the future counts as of now.
+    """
     if order.kind in CALMING:
         return ""
     if (age := now - step - order.time) > ORDER_LIFE:
         return f"{order.kind}: it was ordered {age:.1f} s ago; at most {ORDER_LIFE:g} s are allowed: order it again"
-    found = state.times.judge(order.kind, order.time, now)
-    if found is Timeliness.AHEAD:
-        return f"{order.kind}: its time is {order.time - now:.3g} s ahead of the machine's clock"
+    state.times.judge(order.kind, min(order.time, now), now)
     overtaken = order.kind is OrderKind.JOG and order.time < state.times.last(order.kind)
     return "jog: a newer order to jog has come before it" if overtaken else ""
 

@@ -169,7 +169,9 @@ def test_people_get_a_table(cli, machine: Path) -> None:
 def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
     text = "\n".join(line for line in library_text("merlet2023").splitlines() if not line.startswith("diameter"))
     (tmp_path / "thin.toml").write_text(text)
-    assert "cable.diameter is not given, and assumed" in cli("interference", tmp_path / "thin.toml", "--at", "0,0,1").err
+    assert (
+        "cable.diameter is not given, and assumed" in cli("interference", tmp_path / "thin.toml", "--at", "0,0,1").err
+    )
 
 
 @pytest.mark.parametrize(

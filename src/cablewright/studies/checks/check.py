@@ -167,8 +167,8 @@ def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) 
     shown = value if worst == expected.sample else float(error[worst])
     bound = float(allowed[worst])
     yield Finding(EXPECTED_ERROR, "m", bound - shown, shown, (-np.inf, bound), None, worst, int((margin < 0.0).sum()))
-    if shown <= bound:
-        yield from error_finding(displacement, error, allowed)
+    if shown <= bound:  # where the nozzle swings by that is not known: the largest error counts at each sample
+        yield from error_finding(displacement, np.full(len(allowed), value), allowed)
 
 
 def _clearance(distances: Clearances | None, clearance: float) -> Iterator[Finding]:
