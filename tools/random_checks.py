@@ -63,7 +63,7 @@ def faults(found: Check) -> Iterator[str]:
         yield f"a cable is {over.max():.3g} times as fast as the nozzle times its spans"
     if found.statics.lines.winch_speed.max() > QUICK * float(spans.max()) * law.speed.max() * 1.001:
         yield f"max winch speed {found.statics.lines.winch_speed.max():.3g} m/s"
-    allowed = found.job.allowed_error
+    allowed = found.allowed_error
     total = found.to_dict()["acceleration_displacement"] + (found.to_dict()["expected_error"] or 0.0)
     if not total <= allowed:
         yield f"errors add up to {total:.3g} m of {allowed:.3g} m"

@@ -62,13 +62,13 @@ WORDS: Final = {
 class PersonOperator:
     """An `Operator`: whoever types. ``typed`` returns the lines since the last call, ``over`` whether no more come.
 
-    ``waited``: returns the age of those lines, s, as they may have been typed while the control hung.
+    ``age``: returns that of those lines, s, as they may have been typed while the control hung.
     """
 
     typed: Callable[[], list[str]]
     over: Callable[[], bool]
     say: Callable[[str], None]
-    waited: Callable[[], float] = lambda: 0.0
+    age: Callable[[], float] = field(default=lambda: 0.0, kw_only=True)
     _quits: bool = field(default=False, repr=False)
     _shown: tuple[PrintState | None, str] = field(default=(None, ""), repr=False)
 
@@ -86,7 +86,7 @@ class PersonOperator:
             elif word in WORDS:
                 if WORDS[word] is OrderKind.REFILLED and shown[0] is PrintState.REFILLING:
                     printer.refilled()
-                given.append(Order(WORDS[word], "terminal", now - self.waited()))
+                given.append(Order(WORDS[word], "terminal", now - self.age()))
             elif word:
                 self.say(f"no order {word!r}; orders: {', '.join(WORDS)}, quit")
         return tuple(given)

@@ -64,7 +64,7 @@ def typed_orders() -> Iterator[PersonOperator]:
     lines = TypedLines()
     lines.begin()
     tell(f"the machine obeys: {', '.join(WORDS)}, quit; Ctrl-C stops and brakes it")
-    yield PersonOperator(lines.typed, lines.over, tell, lambda: lines.waited)
+    yield PersonOperator(lines.typed, lines.over, tell, age=lambda: lines.waited)
 
 
 def person_beside(rig: VirtualRig) -> Callable[[], bool]:
