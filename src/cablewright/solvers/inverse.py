@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
 from cablewright.kernels import batches
-from cablewright.kernels.layout import Packed
+from cablewright.kernels.layout import Code, Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import blank_states
 from cablewright.models.shared_winches import shares
@@ -72,6 +72,7 @@ def solve_inverse(
     require_a_load(model)
     pose, single = as_poses(model, poses, "pose", free=True)
     rows = len(pose)
+    by_default = preferred is None
     if preferred is None:
         preferred = preferred_tensions(model)
     else:
@@ -89,6 +90,14 @@ def solve_inverse(
         run(batches.hanging_rows, rows, *arrays)
     else:
         run(batches.inverse_rows, rows, *arrays, path)
+    if by_default and preferred is not None and (lost := np.flatnonzero(codes == Code.NOT_CONVERGED)).size:
+        # the preferred tensions may be far from any that the limits allow; the least ones are another start
+        drawn = None if retracted is None else retracted[lost]
+        exits = None if exit_points is None else exit_points[lost]
+        again = solve_inverse(model, pose[lost], retraction=drawn, preferred=np.zeros(model.m), exit_points=exits)
+        solved = (again.pose, again.states, again.lengths, again.code, again.violation)
+        for into, found in zip(arrays[1:], solved, strict=True):
+            into[lost] = found
     if model.fidelity.cable is CableLaw.RIGID:
         _draw_straight(model, packed, pose, lengths)
     batch = Equilibrium(model, packed, pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))

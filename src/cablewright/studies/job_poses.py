@@ -25,8 +25,9 @@ SHORTEST_STEP: Final = 5e-3  # m
 def sampled(robot: Robot, job: Job, toolpath: Toolpath, room: Room = MEMORY) -> tuple[Samples, float]:
     """Return the samples of *job*, and the maximum distance between them, m. *room*: for the samples.
 
-    Where the job does not give it, it follows from the shortest line l that the path allows: a length interpolated over
-    a step h is off by h^2 / (8 l) at most, here `INTERPOLATED`. Raises `InputError` for a path that cannot be sampled.
+    Where the job does not give it, it follows from the shortest lines that the path allows: a length of s spans of l,
+    interpolated over a step h, is off by s h^2 / (8 l) at most, here `INTERPOLATED`. Raises `InputError` for a path
+    that cannot be sampled.
     """
     step = job.sampling.step or _step(robot, job, toolpath)
     return job.samples(toolpath, step, room), step
@@ -43,7 +44,7 @@ def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
     exits = np.array([line.exit_point for line in robot.lines])
     apart = np.linalg.norm(np.maximum(np.maximum(low - exits, exits - high), 0.0), axis=1)
     reach = np.linalg.norm([line.platform_point for line in robot.lines], axis=1)
-    shortest = max(float((apart - reach).min()), 0.0)
+    shortest = max(float(((apart - reach) / [line.advantage for line in robot.lines]).min()), 0.0)
     return float(np.clip(np.sqrt(8.0 * shortest * INTERPOLATED), SHORTEST_STEP, DEFAULT_STEP))
 
 
