@@ -326,7 +326,7 @@ def test_an_encoder_slips_and_a_load_cell_is_off() -> None:
 @pytest.mark.parametrize(
     ("plan", "says"),
     [
-        ({"source": "encoders", "kind": "slip", "size": 0.02}, "must then be given"),
+        ({"source": "encoders", "kind": "slip", "size": 0.02}, "must be given"),
         ({"source": "encoders", "kind": "slip", "line": "1"}, "size"),
         ({"source": "inertial", "kind": "slip", "size": 0.02}, "'slip' is for encoders"),
         ({"source": "line", "line": "1"}, "'broken' or 'off_sheave'"),

@@ -286,7 +286,8 @@ def test_what_does_not_cover_it_says_so(tmp_path: Path) -> None:
 
 def test_a_check_and_costs_know_that_it_has_no_winch(tmp_path: Path) -> None:
     (tmp_path / "part.gcode").write_text("G21\nG90\nM82\nG1 X0 Y0 Z1 F3000\nG1 X5 Y0 E1 F1200\nG1 X5 Y5 E2\n")
-    job = 'schema = 1\nname = "part"\ngcode = "part.gcode"\norigin = [0.0, 0.0, 1.0]\n[sampling]\nstep = "5 mm"\n'
+    job = 'schema = 1\nname = "part"\ngcode = "part.gcode"\norigin = [0.0, 0.0, 1.0]\n'
+    job += '[bead]\nwidth = "60 mm"\nheight = "20 mm"\n[sampling]\nstep = "5 mm"\n'
     (tmp_path / "part.toml").write_text(job)
     plain = load("merlet2023")
     middle = plain.lines[0].model_copy(

@@ -135,7 +135,8 @@ def test_a_body_on_shared_winches_rests_and_has_a_workspace() -> None:
 
 
 GCODE = "G21\nG90\nM82\nG1 Z1 F3000\nG1 X0 Y0 F3000\nG1 X5 Y0 E1 F1200\nG1 X5 Y5 E2\nG1 X0 Y5 E3\nG1 X0 Y0 E4\n"
-JOB = 'schema = 1\nname = "part"\ngcode = "part.gcode"\norigin = [0.0, 0.0, 1.0]\n[sampling]\nstep = "5 mm"\n'
+JOB = 'schema = 1\nname = "part"\ngcode = "part.gcode"\norigin = [0.0, 0.0, 1.0]\n'
+JOB += '[bead]\nwidth = "60 mm"\nheight = "20 mm"\n[sampling]\nstep = "5 mm"\n'
 
 
 def test_check_and_cost_count_a_drum_once(tmp_path: Path) -> None:
