@@ -212,11 +212,13 @@ def test_a_question_ends_with_its_situation_and_orders_nothing_in_another(chromi
         page.run("document.getElementById('take').click()")
         page.until("operate.orders.mine")
         idle(page)
+        page.run("window.sent.length = 0")
         ask(page, "home")
         page.run(
             "operate.orders.control = { ...operate.orders.control, state: 'off' };"
             "document.getElementById('ask-yes').click()"
         )
+        page.until("operate.orders.control.state === 'idle'")  # by the next message
         ask(page, "home")
         clicked(page, "ask-yes", count=2)  # the second click of a double click on what asked
         assert page.run(OPEN)
