@@ -234,12 +234,12 @@ def test_all_that_moves_asks_and_nothing_that_stops_does(chromium: Browser, serv
             page.run(f"void operate.orders.asked({kind!r})")
             assert page.run(OPEN), kind
             page.run("document.getElementById('ask-no').click()")
-        page.run(
+        asked = page.run(  # at once: the next message ends the situation, and the question with it
             "operate.orders.control = { ...operate.orders.control, share: 0, state: 'printing' };"
-            "void operate.orders.shared(0.5)"
+            f"void operate.orders.shared(0.5), {OPEN}"
         )
-        assert page.run(OPEN)
-        page.run("document.getElementById('ask-no').click()")
+        assert asked
+        page.until(f"!{OPEN}")
         page.run("window.sent.length = 0; void operate.orders.asked('pause')")
         page.until("window.sent.includes('pause')")
         assert not page.run(OPEN)
