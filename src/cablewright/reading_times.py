@@ -7,11 +7,14 @@ not that of the frame in which it arrives.
 from __future__ import annotations
 
 import math
+from collections import deque
 from enum import Enum
 from typing import Final
 
 CLOCK_TOLERANCE: Final = 1e-6
 """Time, s, by which a reading may be ahead of its frame."""
+
+_MOST: Final = 1024  # times of readings that were ahead, of a source
 
 
 class Timeliness(Enum):
@@ -28,18 +31,24 @@ class ReadingTimes:
     def __init__(self) -> None:
         """Begin without any reading."""
         self._last: dict[str, float] = {}
-        self._ahead: dict[str, float] = {}  # of those that were ahead
+        self._ahead: dict[str, deque[float]] = {}  # of those that were ahead
 
     def judge(self, source: str, time: float, now: float) -> Timeliness:
         """Compare the *time* of a reading of *source* with *now*, s; a new one becomes the last of its source.
 
-        One that was ahead is old when it is repeated, also once the clock has reached its time.
+        One that was ahead, and whatever it overtook, is old once the clock has reached its time.
         """
-        ahead = self._ahead.get(source, -math.inf)
+        ahead = self._ahead.setdefault(source, deque(maxlen=_MOST))
         if not time <= now + CLOCK_TOLERANCE:
-            self._ahead[source] = time
-            return Timeliness.OLD if math.isfinite(time) and time <= ahead else Timeliness.AHEAD
-        if time <= self._last.get(source, -math.inf) or time == ahead:
+            if not math.isfinite(time):
+                return Timeliness.AHEAD
+            is_old = time <= max(ahead, default=-math.inf)
+            ahead.append(time)
+            return Timeliness.OLD if is_old else Timeliness.AHEAD
+        reached = max((each for each in ahead if each <= now + CLOCK_TOLERANCE), default=-math.inf)
+        while ahead and ahead[0] < reached:
+            ahead.popleft()
+        if time <= max(self._last.get(source, -math.inf), reached):
             return Timeliness.OLD
         self._last[source] = time
         return Timeliness.NEW
