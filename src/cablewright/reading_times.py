@@ -36,21 +36,20 @@ class ReadingTimes:
     def judge(self, source: str, time: float, now: float) -> Timeliness:
         """Compare the *time* of a reading of *source* with *now*, s; a new one becomes the last of its source.
 
-        One that was ahead, and whatever it overtook, is old once the clock has reached its time.
+        One that was ahead is old when it is repeated. One that it overtook counts as ahead as well, also when the clock
+        has reached its time: it may be as old as that, or its source's clock was put right.
         """
         ahead = self._ahead.setdefault(source, deque(maxlen=_MOST))
-        if not time <= now + CLOCK_TOLERANCE:
-            if not math.isfinite(time):
-                return Timeliness.AHEAD
-            is_old = time <= max(ahead, default=-math.inf)
-            ahead.append(time)
-            return Timeliness.OLD if is_old else Timeliness.AHEAD
-        reached = max((each for each in ahead if each <= now + CLOCK_TOLERANCE), default=-math.inf)
-        while ahead and ahead[0] < reached:
-            ahead.popleft()
-        if time <= max(self._last.get(source, -math.inf), reached):
+        if time <= self._last.get(source, -math.inf) or time in ahead:
             return Timeliness.OLD
+        reached = now + CLOCK_TOLERANCE
+        if not time <= reached or any(time <= each <= reached for each in ahead):
+            if math.isfinite(time):
+                ahead.append(time)
+            return Timeliness.AHEAD
         self._last[source] = time
+        while ahead and ahead[0] <= time:
+            ahead.popleft()
         return Timeliness.NEW
 
     def is_new(self, source: str, time: float, now: float) -> bool:
