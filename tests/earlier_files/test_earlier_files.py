@@ -1,4 +1,4 @@
-"""Files that version 0.1.0 wrote in November 2026, in ``earlier_files``: they are read, or begun anew with a message.
+"""Files that version 0.1.0 wrote in November 2026, in this folder: they are read, or begun anew with a message.
 
 Do not write them anew: they stand for the files of users.
 """
@@ -27,7 +27,7 @@ from cablewright.studies.equilibria import search_all
 from cablewright.studies.replay import replay
 from cablewright.studies.trade import TradeSettings, trade
 
-FILES = Path(__file__).with_name("earlier_files")
+FILES = Path(__file__).parent
 CHANNELS: list[dict[str, Any]] = json.loads((FILES / "topics.json").read_text())
 """Each channel of a log: topic, schema, the attributes of its signal, and a message of lines a to d."""
 
