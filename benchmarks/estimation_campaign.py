@@ -38,7 +38,8 @@ from cablewright.estimation import dead_reckoning
 from cablewright.estimation.started_filter import StartedState
 from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
-from cablewright.machine.simulated.severities import PARTS, with_severity
+from cablewright.machine.simulated.severities import with_severity
+from cablewright.machine.simulated.severity_tables import PARTS
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
 from cablewright.studies.drive import DriveSettings, Pilot, random_loop

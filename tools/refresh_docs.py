@@ -1,12 +1,14 @@
 """Run the commands of the docs and put what they print in the place of what is there.
 
-A block of commands (``sh``) that is followed by a block of text (``text``) is such a pair; tests hold them equal.
+A block of commands (``sh``) that is followed by a block of text (``text``) is such a pair; tests hold them equal. A
+page that a tool writes, as ``docs/files.md`` by ``tools/files_page.py``, is written by it.
 Run it from the repository root: ``python tools/refresh_docs.py docs/walls.md ..``.
 """
 
 from __future__ import annotations
 
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -19,6 +21,10 @@ def main(files: list[str]) -> None:
     """Refresh the pairs of each file."""
     for name in files:
         page = Path(name)
+        maker = Path(__file__).with_name(f"{page.stem}_page.py")
+        if maker.exists():
+            runpy.run_path(str(maker), run_name="__main__")
+            continue
         text = page.read_text(encoding="utf-8")
         page.write_text(PAIR.sub(lambda pair: pair[1] + _printed(pair[2]) + pair[4], text), encoding="utf-8")
 

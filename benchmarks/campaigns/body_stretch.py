@@ -26,7 +26,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.machine.accuracy import Accuracy
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
-from cablewright.machine.simulated.severities import SEVERITIES
+from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.models.creep import usual_creep
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load

@@ -24,7 +24,8 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
-from cablewright.machine.simulated.severities import SEVERITIES, with_severity
+from cablewright.machine.simulated.severities import with_severity
+from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.models.creep import usual_creep
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load

@@ -27,7 +27,9 @@ Results and errors: AnswerError, CablewrightError, EnvironmentFault, Figure, Inp
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from cablewright.results import Pictured
 
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.nozzle_error import Accuracy
@@ -348,6 +350,15 @@ _HOMES = {
         "triangle_mesh": "TriangleMesh",
     }.items()
 }
+
+
+def _draw(result: Pictured, file: Any) -> Any:
+    from cablewright.apps.pictures.gallery import draw
+
+    return draw(result, file)
+
+
+Pictured.draw = _draw
 
 
 def __getattr__(name: str) -> object:

@@ -17,7 +17,8 @@ from cablewright.machine.log.messages import encode
 from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.settings import ClockSettings
 from cablewright.machine.simulated.settings import load_twin
-from cablewright.machine.simulated.severities import OWN, PARTS, SEVERITIES, severity_of, with_severity
+from cablewright.machine.simulated.severities import severity_of, with_severity
+from cablewright.machine.simulated.severity_tables import OWN, PARTS, SEVERITIES
 from cablewright.robot import load
 from cablewright.signals import Command
 from twins import SETTINGS, SIMULATION, TWIN, changed, machine

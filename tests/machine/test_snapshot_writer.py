@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.simulated import snapshot_writer as keepers
 from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
-from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
+from cablewright.studies.prints import snapshot_writer as keepers
+from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 
 
 def number(k: int) -> dict[str, Snapshot]:

@@ -14,7 +14,8 @@ from cablewright.machine.files import machine_text
 from cablewright.machine.log.messages import encode
 from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
-from cablewright.machine.simulated.severities import SEVERITIES, with_severity
+from cablewright.machine.simulated.severities import with_severity
+from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.unmodelled.cable_creep import step_response
 from cablewright.models.packed_views import LineNumbers, LineStates

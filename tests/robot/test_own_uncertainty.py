@@ -6,7 +6,7 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.robot import Robot, assumed_uncertainty, library_names, library_text, load, loads, update
-from cablewright.robot.uncertainty import modulus_ranges, ranges_of
+from cablewright.robot.uncertainty import modulus_ranges
 
 TABLE = """
 [uncertainty]
@@ -38,8 +38,8 @@ def test_it_is_part_of_the_robot() -> None:
 
 
 def test_it_is_what_accuracy_takes_by_default() -> None:
-    assert [each.parameter.label for each in ranges_of(house())][-1] == "mass"
-    assert ranges_of(load("house-printer")) == modulus_ranges(load("house-printer"))
+    assert [each.parameter.label for each in house().ranges()][-1] == "mass"
+    assert load("house-printer").ranges() == modulus_ranges(load("house-printer"))
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol, Self, TypeVar
 
 from cablewright.errors import InputError, UnknownName, suggestion
+from cablewright.robot.line import Line
 from cablewright.robot.parameter_values import (
     AXES,
     Kind,
@@ -22,11 +23,30 @@ from cablewright.robot.parameter_values import (
     with_exit,
     with_modulus,
 )
-from cablewright.robot.platform import PointPlatform
+from cablewright.robot.platform import Platform, PointPlatform
 from cablewright.units import ANGLE, FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
 
-if TYPE_CHECKING:  # a robot has an uncertainty, which is of parameters
-    from cablewright.robot.robot import Robot
+
+class Described(Protocol):
+    """A robot as its parameters see it: `Robot`, which has an uncertainty of them, stands above."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def platform(self) -> Platform:
+        """Its platform."""
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Its lines."""
+
+    def model_copy(self, *, update: Mapping[str, Any]) -> Self:
+        """Return one with other parts."""
+
+
+R = TypeVar("R", bound=Described)
 
 
 def _of_line(name: str, dimension: Dimension | None, meaning: str, **more: Any) -> Kind:
@@ -131,7 +151,7 @@ class Parameter:
 
 
 def parameters_of(
-    robot: Robot, kind: str, lines: Sequence[str] | None = None, shared: bool = False
+    robot: Described, kind: str, lines: Sequence[str] | None = None, shared: bool = False
 ) -> tuple[Parameter, ...]:
     """Return the parameters of one ``kind``: one per line, in the robot's order, or a single one.
 
@@ -147,7 +167,7 @@ def parameters_of(
     return tuple(Parameter(kind, name) for name in own if lines is None or name in lines)
 
 
-def nominal(robot: Robot, parameter: Parameter) -> float:
+def nominal(robot: Described, parameter: Parameter) -> float:
     """Return the value (SI) in the robot file; 1 for a factor, 0 for an offset.
 
     Raises `InputError` if the robot has no such line or number, or if the lines that share it have different values.
@@ -159,7 +179,7 @@ def nominal(robot: Robot, parameter: Parameter) -> float:
     return value
 
 
-def with_value(robot: Robot, parameter: Parameter, value: float) -> Robot:
+def with_value(robot: R, parameter: Parameter, value: float) -> R:
     """Return the robot with another ``value`` (SI) of one parameter; the whole robot is not validated.
 
     Raises `InputError` as `nominal`, for a value out of the kind's bounds and for a parameter that no robot file has.
@@ -176,7 +196,7 @@ def with_value(robot: Robot, parameter: Parameter, value: float) -> Robot:
     return robot.model_copy(update={"lines": tuple(lines)})
 
 
-def _require(robot: Robot, parameter: Parameter) -> None:
+def _require(robot: Described, parameter: Parameter) -> None:
     """Raise `InputError` if the robot does not have the parameter."""
     shared = parameter.entry.per_line and parameter.line is None
     fault = why_not(robot, parameter.entry, None if parameter.line is None else (parameter.line,), shared)
@@ -203,12 +223,12 @@ def misuse(kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, 
     return None
 
 
-def why_not(robot: Robot, kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, str] | None:
+def why_not(robot: Described, kind: Kind, lines: Sequence[str] | None, shared: bool) -> tuple[str, str] | None:
     """Return which of "name", "lines" and "shared" is wrong for this robot, and why; None if it has the parameters."""
     return misuse(kind, lines, shared) or next(_refusals(robot, kind, lines, shared), None)
 
 
-def _refusals(robot: Robot, kind: Kind, lines: Sequence[str] | None, shared: bool) -> Iterator[tuple[str, str]]:
+def _refusals(robot: Described, kind: Kind, lines: Sequence[str] | None, shared: bool) -> Iterator[tuple[str, str]]:
     names = [line.name for line in robot.lines]
     for name in lines or ():
         if name not in names:
@@ -228,7 +248,7 @@ def _refusals(robot: Robot, kind: Kind, lines: Sequence[str] | None, shared: boo
         yield from _differences(robot, kind)
 
 
-def _differences(robot: Robot, kind: Kind) -> Iterator[tuple[str, str]]:
+def _differences(robot: Described, kind: Kind) -> Iterator[tuple[str, str]]:
     """Yield the lines whose value differs from the first line's."""
     first, *others = robot.lines
     for other in others:

@@ -15,7 +15,7 @@ from cablewright.robot.line import MAX_LINES, Line
 from cablewright.robot.plane import OFF_PLANE
 from cablewright.robot.platform import Platform, Retraction, RigidPlatform
 from cablewright.robot.scene import Scene
-from cablewright.robot.uncertainty import Uncertainty
+from cablewright.robot.uncertainty import Range, Uncertainty, modulus_ranges
 from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.validation import FileDescription, refusal, require_unique_names
 
@@ -139,6 +139,10 @@ class Robot(FileDescription):
     def retraction(self) -> Retraction | None:
         """The platform's retraction, if it has one."""
         return self.platform.retraction if isinstance(self.platform, RigidPlatform) else None
+
+    def ranges(self) -> tuple[Range, ...]:
+        """Return the ranges of the file's uncertainty, or else those of `modulus_ranges`."""
+        return modulus_ranges(self) if self.uncertainty is None else self.uncertainty.of(self)
 
     def under_load(self, name: str) -> Robot:
         """Return the robot with the values of its platform's load ``name``, and no loads. Raises `UnknownName`."""

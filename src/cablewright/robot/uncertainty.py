@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Self
+from typing import Annotated, Any, Final, Self
 
 from pydantic import Field, Strict, StrictBool, WithJsonSchema, model_validator
 
@@ -13,12 +13,9 @@ from cablewright.errors import InputError, suggestion
 from cablewright.robot.cable import Cable
 from cablewright.robot.line import MAX_LINES
 from cablewright.robot.parameter_values import Kind, Room
-from cablewright.robot.parameters import KINDS_OF, Parameter, misuse, nominal, parameters_of, why_not
+from cablewright.robot.parameters import KINDS_OF, Described, Parameter, misuse, nominal, parameters_of, why_not
 from cablewright.toml_input import load_model
 from cablewright.validation import Description, FileDescription, refusal, require_rising
-
-if TYPE_CHECKING:  # a robot has an uncertainty
-    from cablewright.robot.robot import Robot
 
 MAX_ENTRIES: Final = 200
 
@@ -126,7 +123,7 @@ class Uncertain(Description):
         """The key that gives the uncertainty."""
         return next(way for way in _WAYS if getattr(self, way) is not None)
 
-    def of(self, robot: Robot, coverage: float) -> tuple[Range, ...]:
+    def of(self, robot: Described, coverage: float) -> tuple[Range, ...]:
         """Return the range of each parameter of the entry; `coverage` as in `Uncertainty`.
 
         Raises `InputError`, which begins with the wrong key, if the entry does not fit the robot.
@@ -142,14 +139,14 @@ class Uncertain(Description):
             found += [self._range(robot, parameter, coverage) for parameter in parameters]
         return tuple(found)
 
-    def _require_given(self, robot: Robot, kind: Kind) -> None:
+    def _require_given(self, robot: Described, kind: Kind) -> None:
         """Raise `InputError` for a line that leaves out a number which the robot's statics leaves out then, too."""
         for line in robot.lines:
             if (self.lines is None or line.name in self.lines) and getattr(line, kind.name) is None:
                 why = f"line {line.name!r} gives no {kind.name}: write {kind.missing:g} where the robot has none"
                 raise self._refused("name", why)
 
-    def _range(self, robot: Robot, parameter: Parameter, coverage: float) -> Range:
+    def _range(self, robot: Described, parameter: Parameter, coverage: float) -> Range:
         value, way = nominal(robot, parameter), self.way
         if value == 0.0 and way in _RELATIVE:
             why = f"the {parameter.label} of the file is 0, which no factor changes: give {_RELATIVE[way]}"
@@ -189,7 +186,7 @@ class Uncertainty(FileDescription):
             raise refusal("parameters", "must have at least 1 entry")
         return self
 
-    def of(self, robot: Robot, origin: str = "the uncertainty") -> tuple[Range, ...]:
+    def of(self, robot: Described, origin: str = "the uncertainty") -> tuple[Range, ...]:
         """Return the range of every uncertain parameter of ``robot``, in the order of the entries.
 
         Raises `InputError`, one line with ``origin`` (the file), entry and key, for a parameter that the robot does not
@@ -200,7 +197,7 @@ class Uncertainty(FileDescription):
         except InputError as error:
             raise InputError(f"{origin}: {error}") from None
 
-    def ranges(self, robot: Robot) -> tuple[Range, ...]:
+    def ranges(self, robot: Described) -> tuple[Range, ...]:
         """As `of`, with messages that begin with the entry."""
         ranges: list[Range] = []
         givers: dict[tuple[str, str], int] = {}  # by kind and line
@@ -220,7 +217,7 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
     return load_model(Uncertainty, path)
 
 
-def assumed_uncertainty(robot: Robot) -> Uncertainty:
+def assumed_uncertainty(robot: Described) -> Uncertainty:
     """Return what is assumed of a robot whose uncertainty is not known.
 
     Exit points within 2 mm along each axis, lengths within 0.5 mm, the mass of the platform and of counterweights
@@ -234,7 +231,7 @@ def assumed_uncertainty(robot: Robot) -> Uncertainty:
         for lines, factor in ((steel, (0.9, 1.1)), (fibre, (0.7, 1.3)))
         if lines
     ]
-    hung = tuple(robot.lines[index].name for index in robot.hung)
+    hung = tuple(line.name for line in robot.lines if line.counterweight is not None)
     entries = (
         Uncertain(name="exit_point", plus_minus=0.002),
         *moduli,
@@ -250,16 +247,11 @@ def _is_steel(cable: Cable) -> bool:
     return area is not None and cable.linear_density >= STEEL_DENSITY * area
 
 
-def modulus_ranges(robot: Robot, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:
+def modulus_ranges(robot: Described, low: float = 0.7, high: float = 1.3) -> tuple[Range, ...]:
     """Return the range of each line's modulus between two factors. Raises `InputError`."""
     if not (0.0 < low < high and math.isfinite(high)):
         raise InputError(f"modulus range {low:g} to {high:g}: must be two finite factors above 0 that rise")
     return tuple(Range(parameter, 1.0, low, high, min_value=0.0) for parameter in parameters_of(robot, "modulus"))
-
-
-def ranges_of(robot: Robot) -> tuple[Range, ...]:
-    """Return the ranges of the robot file's uncertainty, or else those of `modulus_ranges`."""
-    return modulus_ranges(robot) if robot.uncertainty is None else robot.uncertainty.of(robot)
 
 
 def _si(kind: Kind, key: str, value: Any) -> Any:
@@ -289,7 +281,7 @@ def _ends(way: str, given: Any, value: float, coverage: float) -> tuple[float, f
             return value - coverage * deviation, value + coverage * deviation, deviation
 
 
-def _limits(robot: Robot, parameter: Parameter) -> list[Room]:
+def _limits(robot: Described, parameter: Parameter) -> list[Room]:
     """Return the ranges that the kind itself and the robot's lines allow, each with its reason."""
     kind, lines = parameter.entry, (line for line in robot.lines if parameter.line in (None, line.name))
     rooms = (kind.room(line, kind.name) for line in lines)
@@ -297,7 +289,7 @@ def _limits(robot: Robot, parameter: Parameter) -> list[Room]:
     return [(least, math.inf, f"it {kind.bound}"), *(room for room in rooms if room is not None)]
 
 
-def _claim(givers: dict[tuple[str, str], int], robot: Robot, parameter: Parameter, index: int) -> None:
+def _claim(givers: dict[tuple[str, str], int], robot: Described, parameter: Parameter, index: int) -> None:
     """Record that entry ``index`` gives a parameter. Raises `InputError` if another entry does.
 
     A number that all lines share counts for each line.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -22,6 +23,8 @@ from cablewright.progress import Progress
 from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
 from cablewright.studies.user_key import is_signed, signature
+
+log = logging.getLogger(__name__)
 
 _PART: Final = "search"
 _ARRAYS: Final = ("box", "open", "undecided", "reasons", "poses")
@@ -63,13 +66,14 @@ def _question(found: Equilibria, initial: ExhaustiveSearch) -> str:
 
 
 def _read(file: Path, question: str) -> ExhaustiveSearch | None:
-    """Return the search in *file*; None if there is no such file or its inputs were others."""
+    """Return the search in *file*; None where there is none, and, with a warning, if its inputs or kernels differ."""
     if not file.exists():
         return None
     found = read_snapshots(file).get(_PART)
     if found is None or {"question", "signature", *_COUNTS} - found.values.keys() or {*_ARRAYS} - found.arrays.keys():
         raise InputError(f"{file}: no state of a search; remove it or choose another --out")
     if found.values["question"] != question:
+        log.warning("%s: a search of other inputs or by other kernels; it begins anew", file)
         return None
     given = str(found.values["signature"])
     if not is_signed(_content(found), bytes.fromhex(given) if _is_hex(given) else b""):

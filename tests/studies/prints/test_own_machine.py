@@ -15,7 +15,6 @@ from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.log.log import LogHead, read_log, write_log
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import read_snapshots
-from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
@@ -35,6 +34,7 @@ from cablewright.studies.prints.attendant import Attendant
 from cablewright.studies.prints.loop import Printer, Step
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.studies.prints.recorder import FolderRecorder, Timing
+from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 
 RING = Job(
     name="ring",

@@ -23,7 +23,7 @@ from cablewright.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
-from cablewright.robot.uncertainty import Range, ranges_of
+from cablewright.robot.uncertainty import Range
 from cablewright.solvers.arguments import as_poses, given_numbers
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 
@@ -311,7 +311,7 @@ class AccuracyQuestion:
     ) -> Self:
         """Return the settings for the arguments of `accuracy`. Raises `InputError` for invalid ones."""
         model = Model.full(robot, tension_limits=tension_limits)
-        known = tuple(ranges_of(model.robot) if ranges is None else ranges)
+        known = tuple(model.robot.ranges() if ranges is None else ranges)
         if not known:
             raise InputError("ranges: none are given; at least one parameter has to be uncertain")
         if isinstance(method, str):

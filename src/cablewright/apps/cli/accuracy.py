@@ -140,14 +140,14 @@ class UncertaintyOptions:
 
     def ranges(self, machine: Robot) -> tuple[Range, ...]:
         """What is uncertain of a robot. Raises `InputError`."""
-        from cablewright.robot.uncertainty import load_uncertainty, modulus_ranges, ranges_of
+        from cablewright.robot.uncertainty import load_uncertainty, modulus_ranges
 
         if self.uncertainty is not None:
             if self.modulus_range is not None:
                 raise InputError("--modulus-range and --uncertainty: give one of them")
             return load_uncertainty(self.uncertainty).of(machine, str(self.uncertainty))
         if self.modulus_range is None:
-            return ranges_of(machine)
+            return machine.ranges()
         low, high = numbers(self.modulus_range, "--modulus-range", 2) or []
         return modulus_ranges(machine, low, high)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import itertools
 import json
 import logging
 import os
@@ -20,40 +19,30 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from cablewright.apps.serve import foxglove
-from cablewright.apps.serve.access import Access, Guard
+from cablewright.apps.serve.access import Guard
 from cablewright.apps.serve.assets import ASSETS, asset
 from cablewright.apps.serve.checks import Checks
-from cablewright.apps.serve.feed import Feed
 from cablewright.apps.serve.live import Live
-from cablewright.apps.serve.operators import Client, Operators
+from cablewright.apps.serve.operators import Client
+from cablewright.apps.serve.served import Served
 from cablewright.apps.serve.uploads import PARTS, TooLarge, Uploads
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.signals import OrderKind
-from cablewright.studies.serve.link import ServerLink
-from cablewright.studies.serve.messages import LoadMessage, OrderMessage
+from cablewright.studies.serve.messages import LoadMessage
 
 _ENTER: Final = 1024  # bytes of the message with a token
 _SMALL: Final = 4096  # bytes of any other
-_ANSWER: Final = 2.0  # s to wait for the control's answer
 _REPORTS: Final = 5.0  # s between looks for runs without a report
 _PARALLEL: Final = 2  # uploads at a time
 _SENDING: Final = 300  # s for one of them
-_ALIKE: Final = 0.05  # s in which one stop stands for all
 
 
-@dataclass(eq=False)
-class Page:
+@dataclass(eq=False, kw_only=True)
+class Page(Served):
     """All that the routes share."""
 
-    access: Access
-    link: ServerLink
-    feed: Feed
-    operators: Operators
     uploads: Uploads
     checks: Checks
-    numbers: Any = field(default_factory=lambda: itertools.count(round(1e3 * time.monotonic())))
     _readers: int = 0
-    _stopped: float = -1.0
     _sending: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(_PARALLEL))
 
     def application(self) -> Guard:
@@ -134,26 +123,6 @@ class Page:
         if "text/html" in request.headers.get("accept", ""):
             return RedirectResponse("/stop", 303) if sent else asset("stop.html", 503)
         return PlainTextResponse("stop was sent\n" if sent else "the control does not answer\n", 202 if sent else 503)
-
-    def send_stop(self, by: str) -> bool:
-        """Send a stop by its own channel; whether the control can take it."""
-        now = time.monotonic()
-        if now - self._stopped < _ALIKE:
-            return True
-        message = OrderMessage(by=by, number=next(self.numbers), at=now, kind=OrderKind.EMERGENCY)
-        sent = self.link.send(message, "stops")
-        self._stopped = now if sent else -1.0
-        return sent
-
-    async def answer(self, number: int, by: str) -> str:
-        """Wait for what the control answers: why not, or an empty text."""
-        end = time.monotonic() + _ANSWER
-        while time.monotonic() < end:
-            found = self.feed.answer_of(number, by)
-            if found is not None:
-                return found
-            await asyncio.sleep(0.02)
-        return "the control has not answered yet"
 
     async def jobs(self, request: Request) -> Response:
         """List all jobs, or begin a new one."""

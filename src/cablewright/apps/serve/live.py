@@ -6,19 +6,17 @@ import asyncio
 import contextlib
 import time
 from collections.abc import Coroutine
-from typing import TYPE_CHECKING, Any, Final, TypeGuard
+from typing import Any, Final, TypeGuard
 
 from pydantic import ValidationError
 from pydantic_core import from_json, to_json
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from cablewright.apps.serve.operators import OLD_STATE, Client
+from cablewright.apps.serve.served import Served
 from cablewright.control.orders import CALMING
 from cablewright.signals import ORDER_LIFE, OrderKind
 from cablewright.studies.serve.messages import OrderMessage
-
-if TYPE_CHECKING:
-    from cablewright.apps.serve.application import Page
 
 ALL_MAY: Final = (OrderKind.EMERGENCY,)
 """Orders that need no lease."""
@@ -27,7 +25,7 @@ ALL_MAY: Final = (OrderKind.EMERGENCY,)
 class Live:
     """One page."""
 
-    def __init__(self, page: Page, socket: WebSocket) -> None:
+    def __init__(self, page: Served, socket: WebSocket) -> None:
         """Not yet accepted."""
         self.page, self.socket = page, socket
         self._waiting: set[asyncio.Task[None]] = set()

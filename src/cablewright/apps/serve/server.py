@@ -41,7 +41,8 @@ def page_of(given: dict[str, Any]) -> Page:
     )
     folder, operators = Path(given["folder"]), Operators()
     uploads = Uploads(folder)
-    return Page(access, link, Feed(link, operators, folder), operators, uploads, Checks(uploads))
+    feed = Feed(link, operators, folder)
+    return Page(access=access, link=link, feed=feed, operators=operators, uploads=uploads, checks=Checks(uploads))
 
 
 def main() -> None:

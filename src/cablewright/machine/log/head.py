@@ -15,7 +15,8 @@ from cablewright.errors import InputError
 from cablewright.machine.log.first_schema import from_first_schema
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import SimulationSettings
-from cablewright.machine.simulated.severities import MEANINGS, severity_of
+from cablewright.machine.simulated.severities import severity_of
+from cablewright.machine.simulated.severity_tables import MEANINGS
 from cablewright.robot import RigidPlatform, Robot
 from cablewright.validation import shown
 

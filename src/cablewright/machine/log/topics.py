@@ -77,12 +77,15 @@ class Topic(NamedTuple):
 
 
 def _plain(
-    topic: str, signal: type[Signal], kinds: Mapping[str, Kind], renamed: Mapping[str, str] | None = None
+    topic: str, schema: str, signal: type[Signal], kinds: Mapping[str, Kind], renamed: Mapping[str, str] | None = None
 ) -> Topic:
-    """Return the topic of a signal whose message holds its attributes alone, and its time."""
+    """Return the topic of a signal whose message holds its attributes alone, and its time.
+
+    *schema*: its name, which logs hold: a text of its own, whatever the class is called.
+    """
     kinds = {"time": NUMBER, **kinds}
     content = object_schema(**{key: kind.schema for key, kind in kinds.items()})
-    return Topic(topic, f"cablewright.{signal.__name__}", content, signal, kinds, renamed or {})
+    return Topic(topic, schema, content, signal, kinds, renamed or {})
 
 
 _STAMP: Final = object_schema(sec=WHOLE_NUMBER.schema, nanosec=WHOLE_NUMBER.schema)
@@ -135,15 +138,19 @@ TOPICS: Final = (
         {"linear_acceleration": "acceleration", "angular_velocity": "rate"},
     ),
     Topic("/encoders", "sensor_msgs/JointState", _JOINTS, Encoders, {"time": NUMBER, "counts": COUNTS}),
-    _plain("/line_angles", LineAngles, {"angles": NUMBERS_OR_NAN}),
-    _plain("/distance", Distance, {"distance": NUMBER_OR_NAN}),
-    _plain("/climate", Climate, {"temperature": NUMBER, "humidity": NUMBER}),
-    _plain("/barrier", Barrier, {"broken": FLAG}),
-    *(_plain(f"/tensions/{name}", Tensions, {"tensions": NUMBERS_OR_NAN}) for name in ("load_cells", "motor_torques")),
-    _plain("/retraction", BeamLength, {"length": NUMBER}),
-    _plain("/swivels", Swivels, {"angles": NUMBERS_OR_NAN}),
+    _plain("/line_angles", "cablewright.LineAngles", LineAngles, {"angles": NUMBERS_OR_NAN}),
+    _plain("/distance", "cablewright.Distance", Distance, {"distance": NUMBER_OR_NAN}),
+    _plain("/climate", "cablewright.Climate", Climate, {"temperature": NUMBER, "humidity": NUMBER}),
+    _plain("/barrier", "cablewright.Barrier", Barrier, {"broken": FLAG}),
+    *(
+        _plain(f"/tensions/{name}", "cablewright.Tensions", Tensions, {"tensions": NUMBERS_OR_NAN})
+        for name in ("load_cells", "motor_torques")
+    ),
+    _plain("/retraction", "cablewright.BeamLength", BeamLength, {"length": NUMBER}),
+    _plain("/swivels", "cablewright.Swivels", Swivels, {"angles": NUMBERS_OR_NAN}),
     _plain(
         "/drives",
+        "cablewright.Drives",
         Drives,
         {
             "states": DRIVE_STATES,
@@ -153,11 +160,13 @@ TOPICS: Final = (
     ),
     _plain(
         "/inputs",
+        "cablewright.Inputs",
         Inputs,
         {**dict.fromkeys(("chain_closed", "torque_off", "enabling"), FLAG), "brakes_closed": CLOSED},
     ),
     _plain(
         "/command",
+        "cablewright.Command",
         Command,
         {
             "winch_speeds": NUMBERS,
@@ -169,12 +178,14 @@ TOPICS: Final = (
     ),
     _plain(
         "/order",
+        "cablewright.Order",
         Order,
         {"order": ORDER, "by": TEXT, "arguments": ARGUMENTS, "refusal": TEXT},
         {"order": "kind"},
     ),
     _plain(
         "/truth",
+        "cablewright.Truth",
         Truth,
         {
             "powder": NUMBER,
@@ -185,6 +196,7 @@ TOPICS: Final = (
     ),
     _plain(
         "/estimate",
+        "cablewright.Estimate",
         Estimate,
         {
             **dict.fromkeys(("position", "velocity", "rotation", "lengths", "excess", "radii"), NUMBERS_OR_NAN),
@@ -198,6 +210,7 @@ TOPICS: Final = (
     ),
     _plain(
         "/progress",
+        "cablewright.Progress",
         Progress,
         {
             "state": STATE,

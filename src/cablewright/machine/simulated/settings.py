@@ -20,7 +20,7 @@ from cablewright.machine.files import machine_table
 from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Time, Width, require_pairs_rise
 from cablewright.machine.sensors import LidarName
 from cablewright.machine.settings import MAX_WALLS, MachineSettings
-from cablewright.machine.simulated.severities import filled
+from cablewright.machine.simulated.severity_tables import filled
 from cablewright.machine.simulated.unmodelled.laws import (
     CableStretch,
     ExitMounts,
@@ -291,7 +291,7 @@ class SimulationSettings(Description):
     """All that only a simulation has. ``substep``: s, of the dynamic plant within a step of the machine.
 
     ``quasi_static_period``: s, of a step of the quasi-static plant. ``severity``: of the values of keys that are not
-    given, see `severities`.
+    given, see `severity_tables`.
     """
 
     severity: SeverityName = "ideal"

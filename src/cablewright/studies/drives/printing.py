@@ -22,7 +22,6 @@ from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.settings import MachineSettings, extruding
 from cablewright.machine.simulated.snapshot import Archive, read_snapshots, write_snapshots
-from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.printing.job import Job
 from cablewright.progress import Progress
 from cablewright.robot import Robot
@@ -34,6 +33,7 @@ from cablewright.studies.prints.print_job import PrintedJob
 from cablewright.studies.prints.record import finish
 from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing, checkpoint_of
 from cablewright.studies.prints.run import CHECKPOINT, PrintRun, alone_in, clear_folder, make_folder, require_folder
+from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 from cablewright.studies.store import MANIFEST, manifest_of
 from cablewright.studies.user_key import is_signed, signature
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -14,6 +15,8 @@ from filelock import FileLock, Timeout
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.file_output import cannot_write
 
+log = logging.getLogger(__name__)
+
 HEAD: Final = b'{"cablewright": "results of a study, by key", "schema": 1}\n'
 MAX_BYTES: Final = 1 << 29
 
@@ -21,12 +24,24 @@ MAX_BYTES: Final = 1 << 29
 class KeptResults:
     """Results of earlier calls by their keys; those that are added are on disk before the next chunk begins."""
 
-    def __init__(self, file: IO[bytes] | None = None, known: dict[str, str] | None = None) -> None:
-        self._file, self._known = file, {} if known is None else known  # the dictionary of `kept_in`
+    def __init__(self, path: Path = Path(), file: IO[bytes] | None = None, known: dict[str, str] | None = None) -> None:
+        self._path, self._file = path, file
+        self._known = {} if known is None else known  # the dictionary of `kept_in`
+        self._unused = len(self._known)  # of the file, until one of them is asked for
 
     def get(self, key: str) -> str | None:
         """Return the JSON text of a result; None if it is not known."""
-        return self._known.get(key)
+        found = self._known.get(key)
+        if found is not None:
+            self._unused = 0
+        return found
+
+    def tell_unused(self) -> None:
+        """Warn once if the file has results and none of them is of this study."""
+        if self._file is not None and self._unused:
+            what = f"none of its {self._unused} results is of these inputs and this version"
+            log.warning("%s: %s; the study is computed anew", self._path, what)
+            self._unused = 0
 
     def add(self, results: Mapping[str, str]) -> None:
         """Add JSON texts of results by key. Raises `EnvironmentFault` where the disk does not take them."""
@@ -39,7 +54,7 @@ class KeptResults:
             self._file.flush()
             os.fsync(self._file.fileno())
         except OSError as reason:
-            raise cannot_write(self._file.name, reason) from None
+            raise cannot_write(self._path, reason) from None
 
 
 @contextmanager
@@ -69,7 +84,7 @@ def kept_in(path: Path | None) -> Iterator[KeptResults]:
         known, end = _read(path)
         try:
             with _opened(path, end) as file:
-                yield KeptResults(file, known)
+                yield KeptResults(path, file, known)
         finally:
             if not known:  # a study that is refused leaves nothing behind
                 path.unlink(missing_ok=True)

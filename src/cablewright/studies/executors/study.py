@@ -32,6 +32,7 @@ def evaluate(
     key = task.key()
     keys = [digest([key, item]) for item in items]
     known = {number: text for number, key in enumerate(keys) if (text := kept.get(key)) is not None}
+    kept.tell_unused()
     done = {number: Outcome(text) for number, text in known.items()}
     left = [number for number in range(len(items)) if number not in done]
     chunks = _Chunks(task, key, items, left, executor.workers)

@@ -17,7 +17,8 @@ from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.files import machine_names
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
-from cablewright.machine.simulated.severities import SEVERITIES, with_severity
+from cablewright.machine.simulated.severities import with_severity
+from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job

@@ -11,9 +11,9 @@ import numpy as np
 
 from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.snapshot import Archive, Snapshot
-from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.progress import Progress
 from cablewright.studies.prints.loop import Printer, Step
+from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 
 CHECKPOINT_INTERVAL: Final = 0.5
 """Between two checkpoints, s by the wall clock."""

@@ -31,7 +31,6 @@ from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_fil
 from cablewright.machine.paced import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.snapshot import Archive, read_snapshots, write_snapshots
-from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.signals import Estimate, PrintState, Scan, Truth
@@ -41,6 +40,7 @@ from cablewright.studies.prints.attendant import attendant_of
 from cablewright.studies.prints.loop import Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print
 from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing, checkpoint_of
+from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 from cablewright.studies.store import MANIFEST, manifest_of, read_manifest
 from cablewright.studies.user_key import is_signed, signature
 

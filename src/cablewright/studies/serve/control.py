@@ -20,12 +20,12 @@ from cablewright.errors import CablewrightError, EnvironmentFault, InputError, o
 from cablewright.file_output import write_whole
 from cablewright.machine.log.log import write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT
-from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
 from cablewright.printing.job import Job
 from cablewright.studies.prints import loop
 from cablewright.studies.prints.loop import StepRecorder
 from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing
 from cablewright.studies.prints.run import CHECKPOINT, alone_in, make_folder
+from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 from cablewright.studies.serve.events import Events
 from cablewright.studies.serve.jobs import folder_of, load_served, read_check, subject_of
 from cablewright.studies.serve.link import ControlLink
