@@ -14,7 +14,10 @@ from cablewright.estimation.body.creep import LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Swivelling, Tilt
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.machine.coils import coil_of
-from cablewright.machine.sensors import InertialSensor, SwivelSensor
+from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.sensors.inertial import INERTIAL, InertialSensor
+from cablewright.machine.sensors.retraction import RETRACTION
+from cablewright.machine.sensors.swivels import SWIVELS, SwivelSensor
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.statics import Model
@@ -32,13 +35,12 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
 
     Raises `InputError` for a machine without encoders.
     """
-    if settings.encoders is None:
+    if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
-    winch, unit = settings.winch, settings.inertial
-    cells = settings.load_cells or settings.motor_torques
-    timeouts = {"encoders": max(0.5, 2.5 / settings.encoders.rate)}
-    used = {_source(settings): cells, "inertial": unit} if sensors else {}
-    timeouts |= {name: max(0.5, 2.5 / each.rate) for name, each in used.items() if each is not None}
+    winch, unit, swivels = settings.winch, settings.sensor(INERTIAL), settings.sensor(SWIVELS)
+    retraction, rates = settings.sensor(RETRACTION), settings.rates()
+    used = (ENCODERS, settings.tension_sensor, INERTIAL) if sensors else (ENCODERS,)
+    sources = [each.source for each in used if each is not None and each.source in rates]
     return BodySettings(
         Model(with_drum_mass(robot, settings)),
         winch.counts * winch.ratio / math.tau,
@@ -48,9 +50,9 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
         _deviations(robot, settings),
         cells_of(settings) if sensors else None,
         None if unit is None or not sensors else _tilt(unit),
-        None if settings.swivels is None or not sensors else _swivelling(settings.swivels),
-        0.0 if settings.retraction is None else settings.retraction.deviation,
-        timeouts,
+        None if swivels is None or not sensors else _swivelling(swivels),
+        0.0 if retraction is None else retraction.deviation,
+        {source: max(0.5, 2.5 / rates[source]) for source in sources},
     )
 
 
@@ -70,15 +72,12 @@ def _swivelling(swivels: SwivelSensor) -> Swivelling:
 
 def cells_of(settings: MachineSettings) -> Cells | None:
     """Return what is known of a machine's load cells or, without them, of its motors' torques; None without both."""
-    cells = settings.load_cells or settings.motor_torques
-    if cells is None:
+    sensor = settings.tension_sensor
+    cells = None if sensor is None else settings.sensor(sensor)
+    if sensor is None or cells is None:
         return None
     noise, zero = max(cells.deviation, _LEAST_ZERO), max(cells.bias, _LEAST_ZERO)
-    return Cells(_source(settings), noise, zero, max(cells.gain_deviation, _LEAST_GAIN))
-
-
-def _source(settings: MachineSettings) -> str:
-    return "load_cells" if settings.load_cells is not None else "motor_torques"
+    return Cells(sensor.source, noise, zero, max(cells.gain_deviation, _LEAST_GAIN))
 
 
 def _tilt(unit: InertialSensor) -> Tilt:
