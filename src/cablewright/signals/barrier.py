@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from cablewright.signals.reading import Reading, Source
 
 
 @dataclass(frozen=True, eq=False)
-class Barrier(Reading):
+class Barrier(Reading, sources=[Source("barrier", stream=8, topic="/barrier")]):
     """Reading of the light barrier around the machine."""
-
-    SOURCES: ClassVar = (Source("barrier", stream=8, topic="/barrier"),)
 
     time: float  # s
     broken: bool  # somebody interrupts the light

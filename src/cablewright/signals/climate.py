@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from cablewright.signals.reading import Reading, Source
 
 
 @dataclass(frozen=True, eq=False)
-class Climate(Reading):
+class Climate(Reading, sources=[Source("climate", stream=7, topic="/climate")]):
     """Reading of the climate sensor."""
-
-    SOURCES: ClassVar = (Source("climate", stream=7, topic="/climate"),)
 
     time: float  # s
     temperature: float  # degrees Celsius

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from cablewright.arrays import Array
 from cablewright.signals.reading import PerLine, Reading, Source
@@ -20,10 +20,8 @@ class DriveState(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Drives(Reading):
+class Drives(Reading, sources=[Source("drives", stream=11, topic="/drives")]):
     """What the winches' drives report. Angles are of the winch drums; paying cable out is positive."""
-
-    SOURCES: ClassVar = (Source("drives", stream=11, topic="/drives"),)
 
     time: float  # s
     states: Annotated[tuple[DriveState, ...], PerLine()]  # (m,)

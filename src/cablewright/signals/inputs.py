@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from cablewright.signals.reading import Reading, Source
 
 
 @dataclass(frozen=True, eq=False)
-class Inputs(Reading):
+class Inputs(Reading, sources=[Source("inputs", stream=12, topic="/inputs")]):
     """Inputs of the machine that concern its safety. The chain itself stops the machine; this only shows it."""
-
-    SOURCES: ClassVar = (Source("inputs", stream=12, topic="/inputs"),)
 
     time: float  # s
     chain_closed: bool  # the emergency-stop chain

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, Self, get_type_hints
 
@@ -47,10 +47,11 @@ class Reading:
         def time(self) -> float:
             """Time of the measurement, s."""
 
-    def __init_subclass__(cls) -> None:
-        """Name the only source."""
-        if len(cls.SOURCES) == 1:
-            type.__setattr__(cls, "source", cls.SOURCES[0].name)
+    def __init_subclass__(cls, sources: Sequence[Source]) -> None:
+        """Declare the *sources*; the name of the only one is that of each reading."""
+        cls.SOURCES = tuple(sources)
+        if len(sources) == 1:
+            type.__setattr__(cls, "source", sources[0].name)
 
     @property
     def stamp(self) -> float:

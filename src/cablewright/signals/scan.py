@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
@@ -12,14 +12,15 @@ from cablewright.signals.reading import Reading, Source
 
 
 @dataclass(frozen=True, eq=False)
-class Scan(Reading):
-    """One revolution of a planar lidar. Ray k was measured at `times[k]`, at angle `angles[k]`."""
-
-    SOURCES: ClassVar = (
+class Scan(
+    Reading,
+    sources=[
         Source("north", stream=0, topic="/scan/north", clock="drum"),
         Source("south", stream=1, topic="/scan/south", clock="drum"),
         Source("vertical", stream=2, topic="/scan/vertical", clock="drum"),
-    )
+    ],
+):
+    """One revolution of a planar lidar. Ray k was measured at `times[k]`, at angle `angles[k]`."""
 
     source: str  # name of the lidar
     begin: float  # s, time of the first ray

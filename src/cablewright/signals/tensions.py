@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from cablewright.arrays import Array
 from cablewright.signals.reading import PerLine, Reading, Source
 
 
 @dataclass(frozen=True, eq=False)
-class Tensions(Reading):
-    """Measured tensions of the lines, from ``load_cells`` or from ``motor_torques``."""
-
-    SOURCES: ClassVar = (
+class Tensions(
+    Reading,
+    sources=[
         Source("load_cells", stream=9, topic="/tensions/load_cells"),
         Source("motor_torques", stream=10, topic="/tensions/motor_torques"),
-    )
+    ],
+):
+    """Measured tensions of the lines, from ``load_cells`` or from ``motor_torques``."""
 
     source: str
     time: float  # s

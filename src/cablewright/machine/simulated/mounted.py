@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from cablewright.arrays import Array
 from cablewright.machine.settings import WinchSettings
 from cablewright.machine.simulated.as_built_parts import angle_zeros, mounting, tension_gains
 from cablewright.machine.simulated.settings import Tolerances
-from cablewright.robot import Line, Robot
+from cablewright.robot import Robot
 from cablewright.signals import SOURCES
 
 
@@ -41,12 +40,3 @@ class Mounted:
     def tension_gains(self, source: str) -> Array:
         """Return the share that each load cell or torque of a source shows too much, (m,)."""
         return tension_gains(source, self.tolerances, self.seed, self.robot.m)
-
-    def by_line(self, values: Array) -> Iterable[tuple[float, Line]]:
-        """Pair *values* (m,) with the lines."""
-        return zip(values.tolist(), self.robot.lines, strict=True)
-
-    @property
-    def counts_per_turn(self) -> float:
-        """Counts of an encoder for a turn of its winch's drum."""
-        return self.winch.ratio * self.winch.counts

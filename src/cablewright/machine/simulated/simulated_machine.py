@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Any, Final, Protocol, Self, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.choices import PlantName
@@ -282,8 +282,7 @@ class SimulatedMachine:
                 self._held_readings[fault] = reading
                 continue
             if (source, fault.kind) in _SHIFTS:
-                sizes = [fault.size if fault.line in (None, line.name) else 0.0 for line in self.rig.robot.lines]
-                reading = _SHIFTS[source, fault.kind](reading, np.array(sizes), self._mounted)
+                reading = self._apply_shift(fault, reading)
             elif fault.line is not None:
                 reading = self._apply_line_fault(fault, fault.line, reading)
             elif fault.kind == "silent":
@@ -292,15 +291,32 @@ class SimulatedMachine:
                 reading = self._held_readings.setdefault(fault, reading).stamped(reading.stamp)
         return reading
 
+    def _apply_shift(self, fault: FaultPlan, reading: Reading) -> Reading:
+        """Return *reading* with the numbers of the fault's lines off by its size."""
+        sizes = [fault.size if fault.line in (None, line.name) else 0.0 for line in self.rig.robot.lines]
+        values = _of_lines(reading)
+        return _with_lines(reading, values + _SHIFTS[fault.source, fault.kind](np.array(sizes), self._mounted))
+
     def _apply_line_fault(self, fault: FaultPlan, line: str, reading: Reading) -> Reading:
         """Return *reading* with one line's number lost or stuck."""
-        (name,) = per_line(type(reading))
         index = [each.name for each in self.rig.robot.lines].index(line)
-        values, held = getattr(reading, name).copy(), self._held_readings.setdefault(fault, reading)
-        values[index] = np.nan if fault.kind == "silent" else getattr(held, name)[index]
-        values.flags.writeable = False
-        changed: dict[str, Any] = {name: values}
-        return dataclasses.replace(reading, **changed)
+        values, held = _of_lines(reading).copy(), self._held_readings.setdefault(fault, reading)
+        values[index] = np.nan if fault.kind == "silent" else _of_lines(held)[index]
+        return _with_lines(reading, values)
+
+
+def _of_lines(reading: Reading) -> NDArray[Any]:
+    """The numbers of a reading that is of lines alone, (m,)."""
+    (name,) = per_line(type(reading))
+    return np.asarray(getattr(reading, name))
+
+
+def _with_lines(reading: Reading, values: NDArray[Any]) -> Reading:
+    """The same reading with other numbers, which keep their type."""
+    (name,) = per_line(type(reading))
+    changed: dict[str, Any] = {name: values.astype(getattr(reading, name).dtype)}
+    changed[name].flags.writeable = False
+    return dataclasses.replace(reading, **changed)
 
 
 def _identity_of(robot: Robot, settings: TwinSettings, seed: int, plant: str) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cablewright.machine.sensors.distance import DISTANCE, DistanceSensor
-from cablewright.machine.sensors.sensor import Sensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import Distance
 
@@ -17,12 +16,8 @@ if TYPE_CHECKING:
 class Rangefinder(TimedSensor[DistanceSensor, SensorFlaws]):
     """One distance sensor; its reading is NaN where nothing comes back."""
 
-    def __init__(
-        self, sensor: Sensor[DistanceSensor], settings: DistanceSensor, flaws: SensorFlaws, machine: Mounted
-    ) -> None:
-        """As `TimedSensor`; it is at the nozzle."""
-        super().__init__(sensor, settings, flaws, machine)
-        self._nozzle, self._way = machine.nozzle, -machine.mounting(sensor.source)[:, 2]
+    def _mount(self, machine: Mounted) -> None:
+        self._nozzle, self._way = machine.nozzle, -machine.mounting(self.source)[:, 2]
 
     def _measure(self, state: RigState) -> Distance:
         settings, flaws, ground = self.settings, self.flaws, state.ground

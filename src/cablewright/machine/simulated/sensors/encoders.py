@@ -9,7 +9,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.machine.sensors.encoders import ENCODERS, Encoder
-from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor, shifted
+from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import Encoders
 
 if TYPE_CHECKING:
@@ -34,10 +34,11 @@ class EncoderReader(TimedSensor[Encoder, SensorFlaws]):
         return Encoders(state.truth.time, counts)
 
 
-def _slipped(reading: Encoders, slips: Array, machine: Mounted) -> Encoders:
-    """Return a *reading* that counts so much cable too much, (m,) m."""
-    turns = np.array([slip / ((line.winch.drum_radius or np.inf) * math.tau) for slip, line in machine.by_line(slips)])
-    return shifted(reading, "counts", np.rint(turns * machine.counts_per_turn).astype(np.int64))
+def _slipped(slips: Array, machine: Mounted) -> Array:
+    """Return what is counted too much where so much cable, (m,) m, slips."""
+    radii = np.array([line.winch.drum_radius or np.inf for line in machine.robot.lines])
+    turns = slips / (radii * math.tau)
+    return np.rint(turns * (machine.winch.ratio * machine.winch.counts))
 
 
 SIMULATED: Final = Simulated(ENCODERS, SensorFlaws, EncoderReader, {"slip": _slipped})

@@ -9,7 +9,6 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.machine.quantities import Size
 from cablewright.machine.sensors.inertial import INERTIAL, InertialSensor
-from cablewright.machine.sensors.sensor import Sensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import Inertial
 
@@ -32,17 +31,14 @@ class InertialFlaws(SensorFlaws):
 class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
     """One unit; its biases are drawn once."""
 
-    def __init__(
-        self, sensor: Sensor[InertialSensor], settings: InertialSensor, flaws: InertialFlaws, machine: Mounted
-    ) -> None:
-        """As `TimedSensor`."""
-        super().__init__(sensor, settings, flaws, machine)
-        self._gravity, self._place = machine.robot.scene.gravity, np.array(settings.place)
-        self._axes = machine.mounting(sensor.source)
-        force = settings.acceleration_bias if flaws.acceleration_bias is None else flaws.acceleration_bias
-        turn = settings.rate_bias if flaws.rate_bias is None else flaws.rate_bias
+    def _mount(self, machine: Mounted) -> None:
+        self._gravity, self._place = machine.robot.scene.gravity, np.array(self.settings.place)
+        self._axes = machine.mounting(self.source)
+        sheet, flaws = self.settings, self.flaws
+        force = sheet.acceleration_bias if flaws.acceleration_bias is None else flaws.acceleration_bias
+        turn = sheet.rate_bias if flaws.rate_bias is None else flaws.rate_bias
         self.bias = np.repeat([force, turn], 3) * self._random.standard_normal(6)
-        self._deviation = np.repeat([settings.acceleration_deviation, settings.rate_deviation], 3)
+        self._deviation = np.repeat([sheet.acceleration_deviation, sheet.rate_deviation], 3)
 
     def _measure(self, state: RigState) -> Inertial | None:
         noise, chance = self._random.standard_normal(6), self._random.random()

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cablewright.machine.sensors.line_angles import LINE_ANGLES, LineSensor
-from cablewright.machine.sensors.sensor import Sensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import LineAngles
 
@@ -20,9 +19,7 @@ if TYPE_CHECKING:
 class LineAccelerometers(TimedSensor[LineSensor, SensorFlaws]):
     """One accelerometer on each line; the angle of a line whose reading is lost is NaN."""
 
-    def __init__(self, sensor: Sensor[LineSensor], settings: LineSensor, flaws: SensorFlaws, machine: Mounted) -> None:
-        """As `TimedSensor`."""
-        super().__init__(sensor, settings, flaws, machine)
+    def _mount(self, machine: Mounted) -> None:
         self._zeros = machine.angle_zeros()
 
     def _measure(self, state: RigState) -> LineAngles:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cablewright.machine.sensors.sensor import Sensor
 from cablewright.machine.sensors.swivels import SWIVELS, SwivelSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.robot import Swivel
@@ -20,13 +19,9 @@ if TYPE_CHECKING:
 class SwivelReader(TimedSensor[SwivelSensor, SensorFlaws]):
     """Angles of all swivels, read at once; their zeros are drawn once."""
 
-    def __init__(
-        self, sensor: Sensor[SwivelSensor], settings: SwivelSensor, flaws: SensorFlaws, machine: Mounted
-    ) -> None:
-        """As `TimedSensor`; only swivels that turn about the vertical have a reading."""
-        super().__init__(sensor, settings, flaws, machine)
+    def _mount(self, machine: Mounted) -> None:
         self._swivels = np.array([isinstance(line.sheave, Swivel) for line in machine.robot.lines])
-        self._zeros = settings.bias * self._random.standard_normal(machine.robot.m)
+        self._zeros = self.settings.bias * self._random.standard_normal(machine.robot.m)
 
     def _measure(self, state: RigState) -> Swivels:
         m = len(self._swivels)

@@ -9,9 +9,8 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.machine.quantities import Share, Size
-from cablewright.machine.sensors.sensor import Sensor
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
-from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor, shifted
+from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import Tensions
 
 if TYPE_CHECKING:
@@ -38,20 +37,16 @@ class TensionFlaws(SensorFlaws):
 class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
     """One for each line. Their zeros are drawn once and then drift as a random walk."""
 
-    def __init__(
-        self, sensor: Sensor[TensionSensor], settings: TensionSensor, flaws: TensionFlaws, machine: Mounted
-    ) -> None:
-        """As `TimedSensor`."""
-        super().__init__(sensor, settings, flaws, machine)
-        spread = settings.bias if flaws.bias is None else flaws.bias
-        self._source, self._zeros = sensor.source, spread * self._random.standard_normal(machine.robot.m)  # N
-        self._factors = 1.0 + machine.tension_gains(sensor.source)
-        self._drift = math.hypot(flaws.drift, machine.tolerances.tension_drift * settings.most)
+    def _mount(self, machine: Mounted) -> None:
+        spread = self.settings.bias if self.flaws.bias is None else self.flaws.bias
+        self._zeros = spread * self._random.standard_normal(machine.robot.m)  # N
+        self._factors = 1.0 + machine.tension_gains(self.source)
+        self._drift = math.hypot(self.flaws.drift, machine.tolerances.tension_drift * self.settings.most)
 
     def _measure(self, state: RigState) -> Tensions:
         settings, flaws, true = self.settings, self.flaws, state.truth.tensions
         # a motor sees the winch's side of the sheave, a load cell on its axle the mean of both
-        true = state.winch_tensions if self._source == "motor_torques" else 0.5 * (true + state.winch_tensions)
+        true = state.winch_tensions if self.source == "motor_torques" else 0.5 * (true + state.winch_tensions)
         m = len(true)
         noise, walk = self._random.standard_normal((2, m))
         chance, anywhere = self._random.random(m), self._random.uniform(0.0, settings.most, m)
@@ -61,7 +56,7 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         shown = np.where(chance > 1.0 - flaws.outliers, anywhere, np.minimum(shown, settings.most))
         shown[chance < flaws.dropout] = np.nan
         shown.flags.writeable = False
-        return Tensions(self._source, state.truth.time, shown)
+        return Tensions(self.source, state.truth.time, shown)
 
     def archive_state(self, archive: Archive) -> None:
         """Save or load the state that the next readings depend on."""
@@ -69,10 +64,9 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         archive.array("zeros", self._zeros)
 
 
-def _offset(reading: Tensions, offsets: Array, machine: Mounted) -> Tensions:
-    """Return a *reading* that shows so much too much, (m,) N."""
-    del machine
-    return shifted(reading, "tensions", offsets)
+def _offset(offsets: Array, _: Mounted) -> Array:
+    """Return what a reading shows too much, (m,) N."""
+    return offsets
 
 
 CELLS: Final = Simulated(LOAD_CELLS, TensionFlaws, TensionSensors, {"offset": _offset}, place=11)

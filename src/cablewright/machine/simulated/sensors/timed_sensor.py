@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
-
-from numpy.typing import NDArray
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
 
 _SheetT = TypeVar("_SheetT", bound=SensorSheet)
 _FlawsT = TypeVar("_FlawsT", bound="SensorFlaws")
-_ReadingT = TypeVar("_ReadingT", bound=Reading)
 
 
 class SensorFlaws(Description):
@@ -50,9 +47,14 @@ class TimedSensor(ABC, Generic[_SheetT, _FlawsT]):
 
     def __init__(self, sensor: Sensor[_SheetT], settings: _SheetT, flaws: _FlawsT, machine: Mounted) -> None:
         """Mount it on *machine*. Raises `InputError` for a rate that does not fit the machine's steps."""
-        self.settings, self.flaws, self._random, self._step = settings, flaws, machine.random(sensor.source), 0
+        self.source, self.settings, self.flaws = sensor.source, settings, flaws
+        self._random, self._step = machine.random(sensor.source), 0
         what = f"{sensor.table}.rate = {settings.rate:g} Hz"
         self._interval = steps_per_interval(machine.period, 1.0 / settings.rate, what)
+        self._mount(machine)
+
+    def _mount(self, machine: Mounted) -> None:
+        """Draw what is drawn once, and see where it sits; of most sensors nothing."""
 
     def read(self, state: RigState) -> Reading | None:
         """Return a reading when one is due and not lost; to be called in each step of the machine."""
@@ -73,20 +75,12 @@ class TimedSensor(ABC, Generic[_SheetT, _FlawsT]):
 class Simulated(Generic[_SheetT, _FlawsT]):
     """How a sensor is simulated: what is wrong with one unit, and who reads it.
 
-    ``faults``: kinds of planned faults besides silent and stuck; each changes a reading by sizes of lines, (m,).
+    ``faults``: kinds of planned faults besides silent and stuck, each with what it adds to a reading by sizes (m,).
     ``place``: of the flaws' table among those of ``[simulation]``; 0: by the sensor's stream.
     """
 
     sensor: Sensor[_SheetT]
     flaws: type[_FlawsT]
     reader: Callable[[Sensor[_SheetT], _SheetT, _FlawsT, Mounted], TimedSensor[_SheetT, _FlawsT]]
-    faults: Mapping[str, Callable[[Any, Array, Mounted], Reading]] = field(default_factory=dict)
+    faults: Mapping[str, Callable[[Array, Mounted], Array]] = field(default_factory=dict)
     place: int = 0
-
-
-def shifted(reading: _ReadingT, name: str, by: NDArray[Any]) -> _ReadingT:
-    """Return a *reading* with the numbers of a field *by* so much larger."""
-    values = getattr(reading, name) + by
-    values.flags.writeable = False
-    fields: dict[str, Any] = {name: values}
-    return replace(reading, **fields)
