@@ -171,10 +171,11 @@ class MachineSettings(_WithSensors):
         """The load cells or, without them, the motors whose torques tell tensions; None without both."""
         return next((each for each in (LOAD_CELLS, MOTOR_TORQUES) if self.sensor(each) is not None), None)
 
-    def rates(self) -> dict[str, float]:
-        """Return the rate, Hz, of each sensor of the machine but its lidars, by source."""
+    @property
+    def sheets(self) -> dict[str, SensorSheet]:
+        """The data sheets of all its sensors that are read at a rate, by source."""
         found = {each.source: self.sensor(each) for each in SENSORS}
-        return {source: sheet.rate for source, sheet in found.items() if sheet is not None}
+        return {source: sheet for source, sheet in found.items() if sheet is not None}
 
     @model_validator(mode="after")
     def _kind_fits(self) -> Self:

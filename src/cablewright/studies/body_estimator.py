@@ -11,13 +11,14 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.creep import LoadPath, creep_of
-from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Swivelling, Tilt
+from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import BodyState, set_load, start
+from cablewright.estimation.body.updates import UPDATES
+from cablewright.estimation.body.updates.cells import Cells
+from cablewright.estimation.body.updates.update import Update
 from cablewright.machine.coils import coil_of
 from cablewright.machine.sensors.encoders import ENCODERS
-from cablewright.machine.sensors.inertial import INERTIAL, InertialSensor
 from cablewright.machine.sensors.retraction import RETRACTION
-from cablewright.machine.sensors.swivels import SWIVELS, SwivelSensor
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.statics import Model
@@ -25,9 +26,7 @@ from cablewright.robot import Robot
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.studies.estimator_settings import with_drum_mass
 
-_LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
 _LEAST_UNEVEN: Final = 1e-4  # m
-_LEAST_ZERO: Final = 0.1  # N: ... nor its zero
 
 
 def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> BodySettings:
@@ -37,10 +36,9 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
     """
     if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
-    winch, unit, swivels = settings.winch, settings.sensor(INERTIAL), settings.sensor(SWIVELS)
-    retraction, rates = settings.sensor(RETRACTION), settings.rates()
-    used = (ENCODERS, settings.tension_sensor, INERTIAL) if sensors else (ENCODERS,)
-    sources = [each.source for each in used if each is not None and each.source in rates]
+    winch, retraction = settings.winch, settings.sensor(RETRACTION)
+    updates = _updates(settings) if sensors else {}
+    missed = [ENCODERS.source, *(source for source, update in updates.items() if update.MISSED)]
     return BodySettings(
         Model(with_drum_mass(robot, settings)),
         winch.counts * winch.ratio / math.tau,
@@ -48,12 +46,20 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
         winch.held,
         winch.max_speed,
         _deviations(robot, settings),
-        cells_of(settings) if sensors else None,
-        None if unit is None or not sensors else _tilt(unit),
-        None if swivels is None or not sensors else _swivelling(swivels),
+        tuple(updates.values()),
         0.0 if retraction is None else retraction.deviation,
-        {source: max(0.5, 2.5 / rates[source]) for source in sources},
+        {source: max(0.5, 2.5 / settings.sheets[source].rate) for source in missed},
     )
+
+
+def _updates(settings: MachineSettings) -> dict[str, Update]:
+    """What is told of each sensor that the estimator uses, by source: of several of a kind the first."""
+    sheets, found = settings.sheets, {}
+    for kind in UPDATES:
+        source = next((source.name for source in kind.READING.SOURCES if source.name in sheets), None)
+        if source is not None:
+            found[source] = kind.told(source, sheets[source])
+    return found
 
 
 def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
@@ -66,25 +72,9 @@ def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
     return Deviations(uneven=uneven, uneven_length=length, **known)
 
 
-def _swivelling(swivels: SwivelSensor) -> Swivelling:
-    return Swivelling(max(swivels.deviation, 1e-5), max(swivels.bias, 1e-5))
-
-
 def cells_of(settings: MachineSettings) -> Cells | None:
     """Return what is known of a machine's load cells or, without them, of its motors' torques; None without both."""
-    sensor = settings.tension_sensor
-    cells = None if sensor is None else settings.sensor(sensor)
-    if sensor is None or cells is None:
-        return None
-    noise, zero = max(cells.deviation, _LEAST_ZERO), max(cells.bias, _LEAST_ZERO)
-    return Cells(sensor.source, noise, zero, max(cells.gain_deviation, _LEAST_GAIN))
-
-
-def _tilt(unit: InertialSensor) -> Tilt:
-    least = 1e-4  # m/s^2 and rad
-    return Tilt(
-        *(max(each, least) for each in (unit.acceleration_deviation, unit.acceleration_bias, unit.turn_deviation))
-    )
+    return next((each for each in _updates(settings).values() if isinstance(each, Cells)), None)
 
 
 class BodyEstimator:

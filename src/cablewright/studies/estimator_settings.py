@@ -215,4 +215,6 @@ def _timeouts(settings: MachineSettings) -> dict[str, float]:
     """Time without a reading, s, by source, after which a fault is reported."""
     timeouts = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
     used = {source.name for kind in _READ for source in kind.SOURCES}
-    return timeouts | {source: max(0.5, 2.5 / rate) for source, rate in settings.rates().items() if source in used}
+    return timeouts | {
+        source: max(0.5, 2.5 / sheet.rate) for source, sheet in settings.sheets.items() if source in used
+    }

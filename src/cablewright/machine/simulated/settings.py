@@ -407,7 +407,7 @@ def require_hanging(robot: Robot) -> None:
 def check_faults(settings: TwinSettings, lines: tuple[str, ...]) -> None:
     """Raise `UnknownName` where a planned fault names a line or a sensor that robot and machine do not have."""
     own = settings.owner
-    sources = {*own.lidars, *own.rates(), "line"}
+    sources = {*own.lidars, *own.sheets, "line"}
     for fault in settings.simulation.faults:
         if fault.source not in sources:
             raise UnknownName("sensor to have a fault", fault.source, sorted(sources))

@@ -12,7 +12,7 @@ from grimp import ImportGraph, build_graph
 from importlinter.configuration import configure
 from importlinter.contracts.forbidden import ForbiddenContract
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SIMULATED = "cablewright.machine.simulated."
 CONTRACTS = [
     contract
