@@ -31,7 +31,6 @@ RING = Job(
     motion=Motion(print_speed=0.03, travel_speed=0.03, acceleration=0.02),
 )
 WITHOUT_ITS_OBJECTS = {  # they have the frame, arrays or numbers of the turn, but no turn as such
-    "signals/frame.py",
     "studies/prints/loop.py",
     "kernels/fitting/scan_lines.py",
     "estimation/kalman/state.py",

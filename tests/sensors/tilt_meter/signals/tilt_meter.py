@@ -1,7 +1,5 @@
 """How a platform leans, by a tilt meter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cablewright.arrays import Array

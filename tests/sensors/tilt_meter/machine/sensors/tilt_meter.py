@@ -1,7 +1,5 @@
 """Data sheet of a tilt meter."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from cablewright.machine.quantities import Rate

@@ -32,28 +32,22 @@ class Leaning(Update):
 
     @classmethod
     def told(cls, source: str, sheet: Any) -> Self:
-        """As `Update`."""
         return cls(max(sheet.deviation, 1e-6), max(sheet.bias, 1e-6))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """As `Update`."""
         assert isinstance(reading, TiltMeter)
         return reading.tilt
 
     def shown(self, there: Equilibrium) -> Array:
-        """As `Update`."""
         return np.asarray(matrix_of(there.pose[3:])[2, :2])
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        """As `Update`."""
         return shown + state.unknowns[state.layout.own[Leaning]]
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
-        """As `Update`."""
         variances[layout.own[Leaning]] = self.zero**2
 
     def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
-        """As `Update`."""
         by_turn = (matrix_of(state.pose[3:]).T @ UPWARD)[:2]
         gradients = by_turn @ slopes.pose[3:] @ state.gradients
         gradients[:, state.layout.own[Leaning]] = np.eye(2)
