@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import OutputOptions
 from cablewright.apps.cli.output import answer
 from cablewright.apps.cli.parsing import interval, lasers, numbers
 from cablewright.errors import InputError
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Scan")
 class ScanOptions:
     """How the scan's file is read."""
-
-    PANEL: ClassVar = "Scan"
 
     unit: Annotated[
         str | None, typer.Option("--unit", help="Unit of lengths that name none: m, mm, ..; by default guessed.")
@@ -53,11 +52,9 @@ class ScanOptions:
     ] = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Room")
 class RoomOptions:
     """The room in which the lidar is searched."""
-
-    PANEL: ClassVar = "Room"
 
     room: Annotated[
         Path | None,
@@ -74,47 +71,38 @@ class RoomOptions:
     ] = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class WallsCommand:
-    """Each wall has a direction, a distance and how straight it is; with --room the lidar's place and yaw are found.
-
-    The answer is no (exit 1) if no wall is in sight, or the place is not known.
-    """
-
-    EXAMPLE: ClassVar = "walls examples/scan.csv"
-    ANSWERS: ClassVar = ("studies.walls:Walls",)
-
+@command("walls examples/scan.csv", "studies.walls:Walls")
+def walls_command(
+    *,
     file: Annotated[
         Path,
         typer.Argument(
             metavar="FILE", help="CSV or JSON with x,y or angle,distance; or a laser scan of ROS or Foxglove."
         ),
-    ]
-    scan: ScanOptions
-    place: RoomOptions
-    output: OutputOptions
+    ],
+    scan: ScanOptions,
+    place: RoomOptions,
+    output: OutputOptions,
+) -> int:
+    """Each wall has a direction, a distance and how straight it is; with --room the lidar's place and yaw are found.
 
-    def run(self) -> int:
-        """Find the walls, draw and print them."""
-        from cablewright.estimation.lidar.scan_file import read_scan
-        from cablewright.studies.walls import walls
-
-        scan, place = self.scan, self.place
-        if place.laser is not None and place.room is None:
-            raise InputError(f"--laser = {place.laser!r}: there is no --room whose wall it could be")
-        names = None if scan.columns is None else [name.strip() for name in scan.columns.split(",")]
-        low, high = interval(place.yaw, "--yaw")
-        found = walls(
-            read_scan(self.file, scan.unit, scan.angle_unit, scan.clockwise, names, scan.device),
-            room=place.room,
-            limits=interval(scan.within, "--range"),
-            masks=_masks(scan.mask),
-            noise=scan.noise,
-            keep_housing=scan.keep_housing,
-            yaw=(math.radians(low), math.radians(high)),
-            lasers=lasers(place.laser),
-        )
-        return answer(found, self.output.as_json, **self.output.write(found, "Walls in a scan"))
+    The answer is no (exit 1) if no wall is in sight, or the place is not known.
+    """
+    if place.laser is not None and place.room is None:
+        raise InputError(f"--laser = {place.laser!r}: there is no --room whose wall it could be")
+    names = None if scan.columns is None else [name.strip() for name in scan.columns.split(",")]
+    low, high = interval(place.yaw, "--yaw")
+    found = cw.walls(
+        cw.read_scan(file, scan.unit, scan.angle_unit, scan.clockwise, names, scan.device),
+        room=place.room,
+        limits=interval(scan.within, "--range"),
+        masks=_masks(scan.mask),
+        noise=scan.noise,
+        keep_housing=scan.keep_housing,
+        yaw=(math.radians(low), math.radians(high)),
+        lasers=lasers(place.laser),
+    )
+    return answer(found, output.as_json, **output.write(found, "Walls in a scan"))
 
 
 def _masks(text: str | None) -> tuple[tuple[float, float], ...]:
