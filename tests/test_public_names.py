@@ -122,6 +122,15 @@ def descriptions_in(annotation: object) -> Iterator[type[Description]]:
         yield from descriptions_in(part)
 
 
+def test_class_names_are_unique() -> None:
+    homes: dict[str, list[str]] = {}
+    for file in sorted(Path(cablewright.__file__).parent.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                homes.setdefault(node.name, []).append(f"{file}:{node.lineno}")
+    assert {name: places for name, places in homes.items() if len(places) > 1} == {}
+
+
 def test_the_package_says_that_it_is_typed() -> None:
     assert (resources.files("cablewright") / "py.typed").is_file()
 

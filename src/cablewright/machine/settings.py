@@ -11,9 +11,9 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from cablewright.errors import InputError
-from cablewright.machine.accuracy import Accuracy
+from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.carriers import Body, Drum, RetractionDrive
-from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
+from cablewright.machine.drives.settings import LOOPBACK, WinchDriveSettings
 from cablewright.machine.quantities import Delay, Factor, Share, Span, Time, Width
 from cablewright.machine.sensors import (
     BarrierSensor,
@@ -144,7 +144,7 @@ class MachineSettings(FileDescription):
     drum: Drum | None = None
     body: Body | None = None
     retraction: RetractionDrive | None = None
-    accuracy: Accuracy | None = None
+    accuracy: MachineAccuracy | None = None
     extrusion: Extrusion | None = None
     winch: WinchSettings
     room: RoomSettings
@@ -159,7 +159,7 @@ class MachineSettings(FileDescription):
     load_cells: TensionSensor | None = None
     motor_torques: TensionSensor | None = None
     swivels: SwivelSensor | None = None
-    drives: DriveSettings | None = None
+    drives: WinchDriveSettings | None = None
 
     @model_validator(mode="after")
     def _kind_fits(self) -> Self:

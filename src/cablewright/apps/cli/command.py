@@ -23,7 +23,7 @@ _PANELS: dict[type, str | None] = {}
 """The heading of each group of options in the help."""
 
 
-class Command(NamedTuple):
+class DeclaredCommand(NamedTuple):
     """A command: what runs it and returns the exit code, the example in its help, which tests run, and its results.
 
     ``answers`` names the classes of the results, ``module:class`` below `cablewright`.
@@ -34,9 +34,9 @@ class Command(NamedTuple):
     answers: tuple[str, ...]
 
 
-def command(example: str, *answers: str) -> Callable[[Callable[..., int]], Command]:
+def command(example: str, *answers: str) -> Callable[[Callable[..., int]], DeclaredCommand]:
     """Declare a function as a command."""
-    return lambda run: Command(run, example, answers)
+    return lambda run: DeclaredCommand(run, example, answers)
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -50,7 +50,7 @@ def options(panel: str | None = None) -> Callable[[type[_Group]], type[_Group]]:
     return declare
 
 
-def command_of(declared: Command, name: str, summary: str) -> TyperCommand:
+def command_of(declared: DeclaredCommand, name: str, summary: str) -> TyperCommand:
     """The command of typer. Its help is *summary* and the docstring; its epilogue is the example."""
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     paragraphs = (summary, *inspect.cleandoc(declared.run.__doc__ or "").split("\n\n"))

@@ -179,8 +179,9 @@ def contributions(accuracy: Accuracy) -> Figure:
     """Draw how far each uncertain number alone moves the nozzle, most first, with the vertical part within."""
     shown = accuracy.contributions[:_MAX_BARS]
     sizes, vertical = np.array([(each.effect, abs(each.offset[2])) for each in shown]).T * 1e3
-    drawn = style.figure(8.4, 1.3 + 0.27 * len(shown))
-    axes = drawn.add_subplot(xlabel="displacement of the nozzle by half the number's range in mm")
+    drawn, axes = style.axes(
+        8.4, 1.3 + 0.27 * len(shown), xlabel="displacement of the nozzle by half the number's range in mm"
+    )
     rows = np.arange(len(shown))
     axes.barh(rows, sizes, height=0.72, color=style.BLUE)
     axes.barh(rows, vertical, height=0.3, color=style.ORANGE)

@@ -14,8 +14,8 @@ from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
 from cablewright.apps.figures import summary
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
-from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
+from cablewright.apps.pictures.workspace import workspace_errors
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.figures import part_table
 from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, table
@@ -76,7 +76,7 @@ def _pictures(study: AccuracyStudy) -> Pictures:
         drawn: dict[str, Figure | None] = {"contributions": contributions(study.accuracy)}
         match study.places.shape:
             case "workspace":
-                drawn["workspace"] = workspace(study)
+                drawn["workspace"] = workspace_errors(study)
             case "plane":
                 drawn["plane"] = plane(study)
             case _:

@@ -13,7 +13,7 @@ from cablewright.apps.report.provenance import list_of, program
 from cablewright.apps.report.terms import with_terms
 from cablewright.apps.report.viewer import script, stylesheet, view
 from cablewright.apps.web.robot_scene import robot_scene
-from cablewright.apps.web.scene import Body, SceneDescription
+from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.calibration.result import Calibration
 
 Pictures = dict[str, bytes]
@@ -28,7 +28,9 @@ def calibration_page(found: Calibration, data: str) -> str:
 def _scene(found: Calibration, title: str) -> SceneDescription:
     """The robot that was found, and the poses of the measurements."""
     places = found.poses[:, :3]
-    return robot_scene(found.robot, title).with_bodies(Body("poses that were measured", "--estimate", points=places))
+    return robot_scene(found.robot, title).with_bodies(
+        SceneBody("poses that were measured", "--estimate", points=places)
+    )
 
 
 def _pictures(found: Calibration) -> Pictures:

@@ -10,9 +10,8 @@ import numpy as np
 from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.apps import style
 from cablewright.apps.figures import summary
-from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
-from cablewright.apps.pictures.path import MAX_NAMES, plan, side_view
+from cablewright.apps.pictures.path import MAX_NAMES, error_by_height, plan, side_view
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.digest import Digest
 from cablewright.apps.report.figures import along_table, part_table

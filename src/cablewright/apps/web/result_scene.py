@@ -9,7 +9,7 @@ from cablewright.analyses.modes import Modes
 from cablewright.analyses.workspace.workspace import Workspace
 from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.robot_scene import one_state, robot_scene
-from cablewright.apps.web.scene import Body, SceneDescription
+from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.results import Pictured
 from cablewright.robot import Robot
 from cablewright.studies.interference import JobInterference
@@ -30,5 +30,5 @@ def scene_of(found: Pictured, title: str) -> SceneDescription | None:
         return None
     scene = robot_scene(robot, title)
     if isinstance(found, Workspace) and len(found.mesh.triangles):
-        scene = scene.with_bodies(Body("workspace", "--space", mesh=found.mesh, opacity=0.35))
+        scene = scene.with_bodies(SceneBody("workspace", "--space", mesh=found.mesh, opacity=0.35))
     return scene

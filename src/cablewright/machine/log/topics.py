@@ -35,7 +35,7 @@ from cablewright.machine.log.fields import (
     WHOLE_NUMBER,
     XYZ,
     XYZW,
-    Kind,
+    FieldKind,
     array_schema,
     object_schema,
 )
@@ -72,12 +72,12 @@ class Topic(NamedTuple):
     schema: str  # name
     content: dict[str, Any]  # JSON schema
     signal: type[Signal | SensorFrame]
-    kinds: Mapping[str, Kind]
+    kinds: Mapping[str, FieldKind]
     renamed: Mapping[str, str] = {}  # attributes whose name differs from the key
 
 
 def _plain(
-    topic: str, signal: type[Signal], kinds: Mapping[str, Kind], renamed: Mapping[str, str] | None = None
+    topic: str, signal: type[Signal], kinds: Mapping[str, FieldKind], renamed: Mapping[str, str] | None = None
 ) -> Topic:
     """Return the topic of a signal whose message holds its attributes alone, and its time."""
     kinds = {"time": NUMBER, **kinds}
