@@ -19,7 +19,7 @@ from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, c
 from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.pictures.workspace import workspace_errors
 from cablewright.apps.report.accuracy import write, write_place
-from cablewright.apps.report.viewer import script
+from cablewright.apps.report.document import script
 from cablewright.errors import EnvironmentFault
 from cablewright.kernels.layout import Code
 from cablewright.robot import load

@@ -178,7 +178,7 @@ def _print_on_drives(
 ) -> int:
     """Print on the drives of the machine file, by orders that a person types."""
     from cablewright.apps.cli.drives.machine_file import load_real
-    from cablewright.apps.cli.drives.orders import typed_orders
+    from cablewright.apps.cli.drives.terminal import typed_orders
     from cablewright.apps.report import print as report
     from cablewright.studies.drives.printing import print_on_drives
     from cablewright.studies.store import job_hashes, robot_hash

@@ -1,4 +1,4 @@
-"""`workspace`: where a robot can be by a criterion."""
+"""`workspace` and `retraction`: where a robot can be by a criterion, and how far to retract its end-effector there."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from cablewright.apps.cli.options import (
     ExecutorOptions,
     OrientedRegionOptions,
     OutputOptions,
+    RegionOptions,
     RobotOptions,
 )
 from cablewright.apps.cli.output import answer, progress
@@ -124,3 +125,43 @@ def _wrench_box(text: str | None, n: int) -> Any:
         raise InputError(f"--wrench-box = {text!r}: expected 6 numbers, N, min and max of each, or {2 * n}")
     values += [0.0] * (2 * n - len(values))
     return values[::2], values[1::2]
+
+
+@command(
+    "retraction jung2020 --criterion closed-form --steps 3 --heights 10 --tolerance 0.05",
+    "analyses.workspace.retraction:RetractionStudy",
+)
+def retraction_command(
+    *,
+    robot: RobotOptions,
+    min_length: Annotated[
+        float | None, typer.Option("--from", metavar="L", help="Min length, m; by default the robot's.")
+    ] = None,
+    max_length: Annotated[
+        float | None, typer.Option("--to", metavar="L", help="Max length, m; by default the robot's.")
+    ] = None,
+    steps: Annotated[int, typer.Option("--steps", metavar="N", help="Number of lengths tried.")] = 9,
+    heights: Annotated[int, typer.Option("--heights", metavar="N", help="Number of slices of the box.")] = 40,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", metavar="T", help="Error of each volume, as a share of it.")
+    ] = 2e-3,
+    region: RegionOptions,
+    output: OutputOptions,
+) -> int:
+    """The workspace is found at several constant lengths; each slice of it is largest at some length.
+
+    The law is the line through these best lengths over the height; the workspace with the law in force is found too.
+    """
+    with progress() as show:
+        found = cw.retraction(
+            robot.loaded(),
+            region.criterion_name,
+            min_length=min_length,
+            max_length=max_length,
+            steps=steps,
+            heights=heights,
+            tolerance=tolerance,
+            progress=show,
+            **region.as_arguments(),
+        )
+    return answer(found, output.as_json, **output.write(found, f"Retraction of {robot.robot}"))

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.apps.web.motion_scene import Gone, MotionSteps, motion_scene
-from cablewright.apps.web.path_states import chosen
+from cablewright.apps.web.path_scene import chosen
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.arrays import Array
 from cablewright.errors import InputError

@@ -10,8 +10,8 @@ import typer
 
 import cablewright as cw
 from cablewright.apps.cli.command import command, options
-from cablewright.apps.cli.drives.keys import Button, button
 from cablewright.apps.cli.drives.machine_file import load_real
+from cablewright.apps.cli.drives.terminal import Button, button
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer, tell
 from cablewright.apps.cli.parsing import numbers
@@ -161,7 +161,7 @@ def _start(robot: cw.Robot, at: str | None) -> Any:
 
 def _be_virtual(file: Path, robot: str | None, at: str | None, seed: int) -> int:
     """Simulate the drives, and a person beside them, until interrupted. Raises `InputError`, `EnvironmentFault`."""
-    from cablewright.apps.cli.drives.orders import REFILL, person_beside
+    from cablewright.apps.cli.drives.terminal import REFILL, person_beside
     from cablewright.machine.drives.loopback import Hub
     from cablewright.machine.drives.virtual.ethercat_ring import VirtualRing, run_ring
     from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig

@@ -1,4 +1,4 @@
-"""`modulus`: a cable's Young's modulus from a tensile test."""
+"""`modulus` and `creep`: what a cable stretches and creeps by, from tests of a specimen."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 import cablewright as cw
 from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import OutputOptions
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, quantity
 from cablewright.errors import InputError, UnknownName
 
@@ -127,3 +127,41 @@ def _band(text: str) -> tuple[float, float]:
     if len(values) != 2 or not 0 < values[0] < values[1] <= 1:
         raise InputError(f"--band = {text!r}: expected two shares of the breaking load, 0 < MIN < MAX <= 1")
     return values[0], values[1]
+
+
+@command("creep examples/creep.csv --initial-length '2 m'", "calibration.tensile.creep_result:CreepResult")
+def creep_command(
+    *,
+    test: Annotated[
+        Path,
+        typer.Argument(metavar="TEST", help="CSV file: time, force, elongation, maybe temperature and humidity."),
+    ],
+    initial_length: Annotated[
+        str,
+        typer.Option(
+            "--initial-length", metavar="L", help="Length of the specimen at elongation zero: m, or like '2 m'."
+        ),
+    ],
+    retardations: Annotated[
+        str,
+        typer.Option(
+            "--retardations",
+            metavar="T,...",
+            help="Retardation times of the Voigt elements: s, or like '1 min'; none for logarithmic creep alone.",
+        ),
+    ] = "60,1200",
+    output: OutputOptions,
+) -> int:
+    """Stretch and creep are told apart by one fit of the whole history of force: a held load, steps or cycles.
+
+    The law is that of Voigt elements and logarithmic creep; what it creeps by after which time is given with sigmas.
+    Where the climate changes under load, so is how much faster it creeps when warmer or damper.
+    """
+    from cablewright.units import DURATION, LENGTH
+
+    length = quantity(initial_length, "--initial-length", LENGTH)
+    texts = [] if retardations == "none" else retardations.split(",")
+    taus = [quantity(text.strip(), "--retardations", DURATION) for text in texts]
+    with progress() as show:
+        found = cw.creep(test, initial_length=length, retardations=taus, progress=show)
+    return answer(found, output.as_json, **output.write(found, "creep"))

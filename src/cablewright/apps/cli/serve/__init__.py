@@ -1,1 +1,0 @@
-"""`serve`: the operator's page of a machine."""
