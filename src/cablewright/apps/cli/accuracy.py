@@ -238,6 +238,7 @@ def _write(found: cw.AccuracyAtPose | cw.AccuracyStudy, part: Path, robot: str, 
     """Write manifest, tables and report into the run folder."""
     from cablewright.apps.report import accuracy as report
     from cablewright.studies import store
+    from cablewright.studies.accuracy_tables import write_places
 
     inputs = {"robot": store.robot_hash(robot)}
     if options["uncertainty"] is not None:
@@ -248,7 +249,7 @@ def _write(found: cw.AccuracyAtPose | cw.AccuracyStudy, part: Path, robot: str, 
     if isinstance(found, cw.AccuracyAtPose):
         report.write_place(found, part, options)
     else:
-        store.write_places(found, part)
+        write_places(found, part)
         report.write(found, part, options)
 
 

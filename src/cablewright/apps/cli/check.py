@@ -58,6 +58,7 @@ def check_command(
     from cablewright.apps.report import check as report
     from cablewright.printing.layers import layer_table
     from cablewright.studies import store
+    from cablewright.studies.checks.tables import write_check
 
     machine, path, tensions = robot.loaded(), cw.load_job(job), tension_range(tension_limits)
     strand = bead_size(bead)
@@ -83,6 +84,6 @@ def check_command(
         show("writing report", 0, 1)
         options: dict[str, Any] = {"tension_limits": tensions, "load": robot.load, "wrench": robot.wrench}
         options |= {"clearance": clearance, "skip": skipped, "seed": seed, "bead": bead}
-        store.write_check(found, part, robot.robot, job, options, uncertainty)
+        write_check(found, part, robot.robot, job, options, uncertainty)
         report.write(found, part, layer_table(found.samples, found.law))
     return answer(found, as_json, report=folder / "report.html", lengths=folder / "lengths.csv")
