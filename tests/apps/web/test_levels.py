@@ -7,9 +7,8 @@ import pytest
 
 from cablewright import paging
 from cablewright.apps.web import path_scene
-from cablewright.apps.web.levels import LEFT_OUT, levels, packed
+from cablewright.apps.web.levels import LEFT_OUT, levels, packed, unpacked
 from cablewright.apps.web.path_scene import PathScene, Quantity
-from cablewright.apps.web.scene import unpacked
 
 
 def distances(points, kept):

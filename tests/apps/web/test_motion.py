@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.apps.web.levels import unpacked
 from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.print_scene import print_scene
-from cablewright.apps.web.scene import SceneDescription, unpacked
+from cablewright.apps.web.scene import SceneDescription
 from cablewright.control.attitude import Attitude
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead

@@ -14,7 +14,7 @@ import cablewright as cw
 from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, Limits, Retraction, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers, pose_of, tension_range
+from cablewright.apps.cli.parsing import numbers, pose_of, run_path, tension_range
 from cablewright.choices import CompensationName, MethodName
 from cablewright.errors import InputError
 
@@ -195,9 +195,7 @@ def accuracy_command(
     machine = robot.loaded(places.retraction)
     is_pose = places.shape == "at"
     where: Any = pose_of(places.at, machine) if is_pose else places.path or places.of(machine)
-    folder = out
-    if out is None and not is_pose:
-        folder = Path("runs") / store.folder_name("accuracy", machine.name, places.shape)
+    folder = out if is_pose else run_path(out, "accuracy", machine.name, places.shape)
     asked: ManyOptions = {
         "method": uncertain.spread_method(),
         "compensation": compensation,

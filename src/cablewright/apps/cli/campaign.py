@@ -23,6 +23,7 @@ from cablewright.apps.cli.options import (
     Severity,
 )
 from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.parsing import run_path
 
 
 @command(
@@ -67,10 +68,9 @@ def campaign_command(
     command resumes it from --out, with any executor. The answer is no (exit 1) if no machine succeeds.
     """
     from cablewright.studies.campaigns.campaign import DEFAULT_TRIED
-    from cablewright.studies.store import folder_name
 
     described = cw.load(robot)
-    file = out or Path("runs") / f"{folder_name('campaign', described.name, job.stem)}.jsonl"
+    file = run_path(out, "campaign", described.name, job.stem, suffix=".jsonl")
     options = cw.PrintOptions(estimator, layers=layers, plant=plant, period=period, seed=seed, severity=severity)
     with executor.working(file) as (works, show):
         found = cw.campaign(

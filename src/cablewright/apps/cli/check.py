@@ -11,7 +11,7 @@ import cablewright as cw
 from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import AsJson, JobFile, Limits, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import bead_size, tension_range
+from cablewright.apps.cli.parsing import bead_size, run_path, tension_range
 
 
 @command("check house-printer examples/helix.toml", "studies.checks.result:Check")
@@ -67,7 +67,7 @@ def check_command(
     kernels = ("inverse", "residuals", "tension changes", "linearise", "line shapes", *distances, "forward")
     wanted = {"interference": interference, "expected-error": expected_error}
     skipped = tuple(name for name, kept in wanted.items() if not kept)
-    folder = out or Path("runs") / store.folder_name("check", machine.name, job.stem)
+    folder = run_path(out, "check", machine.name, job.stem)
     with store.run_folder(folder) as part, progress(*kernels) as show:
         found = cw.check(
             machine,

@@ -11,7 +11,7 @@ import cablewright as cw
 from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, RobotName, Seed
 from cablewright.apps.cli.output import answer, tell
-from cablewright.apps.cli.parsing import named_number
+from cablewright.apps.cli.parsing import named_number, run_path
 from cablewright.choices import CriterionName, InertiaName, OptimiserName
 from cablewright.errors import InputError
 
@@ -129,11 +129,9 @@ def design_command(
     others, a report, and every result: the same command resumes an interrupted search, with any executor. Check the
     robot with `check` on the whole job. The answer is no (exit 1) if no candidate meets all constraints and limits.
     """
-    from cablewright.studies.store import folder_name
-
     described = cw.load(robot)
     stem = () if job is None else (job.stem,)
-    folder = out or Path("runs") / folder_name("design", described.name, *stem)
+    folder = run_path(out, "design", described.name, *stem)
     _require_own(folder)
     with executor.working(folder) as (works, show):
         found = cw.design(

@@ -166,6 +166,13 @@ def _line_name(robot: cw.Robot, given: str) -> str:
     return names[int(given) - 1]
 
 
+def run_path(out: Path | None, kind: str, *names: str, suffix: str = "") -> Path:
+    """The file or folder of --out, or else one in runs/ that is called by the *kind* of run, *names* and *suffix*."""
+    from cablewright.studies.store import folder_name
+
+    return out or Path("runs") / f"{folder_name(kind, *names)}{suffix}"
+
+
 def check_suffix(file: Path | None, option: str, *suffixes: str) -> None:
     """Raise `InputError` unless a file that is to be written has one of the *suffixes*.
 

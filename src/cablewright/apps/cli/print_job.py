@@ -23,7 +23,7 @@ from cablewright.apps.cli.options import (
     Severity,
 )
 from cablewright.apps.cli.output import answer, progress, tell
-from cablewright.apps.cli.parsing import quantity
+from cablewright.apps.cli.parsing import quantity, run_path
 from cablewright.choices import HeightRule, LawName
 from cablewright.errors import InputError
 
@@ -90,12 +90,6 @@ class RunOptions:
         bool, typer.Option("--restart", help="Print again from the beginning in the run folder of the same print.")
     ] = False
 
-    def folder(self, robot: cw.Robot, job: Path) -> Path:
-        """The run folder."""
-        from cablewright.studies.store import folder_name
-
-        return self.out or Path("runs") / folder_name("print", robot.name, job.stem)
-
 
 @command(
     "print merlet2023 examples/blind-machines.toml --layers 1 --plant quasi-static --out runs/example",
@@ -144,7 +138,7 @@ def print_job_command(
             if value not in (None, only):
                 raise InputError(f"{option} = {value}: on real drives it is {only}")
         return _print_on_drives(robot, job, machine, control, layers, run, as_json)
-    name, folder = cw.load_job(job).name, run.folder(cw.load(robot), job)
+    name, folder = cw.load_job(job).name, run_path(run.out, "print", cw.load(robot).name, job.stem)
     every = 0.0 if simulated.place_every is None else quantity(simulated.place_every, "--place-every", DURATION)
     options = cw.PrintOptions(
         estimator, control, height, layers, simulated.plant, simulated.period, simulated.seed, simulated.intrusions,
@@ -184,7 +178,7 @@ def _print_on_drives(
     from cablewright.studies.store import job_hashes, robot_hash
 
     described, path = cw.load(robot), cw.load_job(job)
-    folder = run.folder(described, job)
+    folder = run_path(run.out, "print", described.name, job.stem)
     with typed_orders() as operator:
         found = print_on_drives(
             described,

@@ -11,7 +11,7 @@ import cablewright as cw
 from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import MachineName, RobotName, Seed
 from cablewright.apps.cli.output import tell
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import numbers, run_path
 from cablewright.errors import EnvironmentFault, InputError
 
 if TYPE_CHECKING:
@@ -57,7 +57,6 @@ def serve_command(
     from tempfile import TemporaryDirectory
 
     from cablewright.apps.serve.launch import Address, require_libraries, serve
-    from cablewright.studies.store import folder_name
 
     address = Address(host, port, tuple(name or ()), certificate, key)
     require_libraries()
@@ -68,7 +67,7 @@ def serve_command(
         raise InputError(f"robot {described.name!r}: {why} {known}")
     file = machine or described.name
     owner = cw.load_machine(file)
-    folder = out or Path("runs") / folder_name("serve", described.name)
+    folder = run_path(out, "serve", described.name)
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out = {folder}: is no folder")
     with TemporaryDirectory() as aside:

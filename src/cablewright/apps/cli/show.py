@@ -12,7 +12,7 @@ import cablewright as cw
 from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import AsJson, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import check_suffix, pose_of
+from cablewright.apps.cli.parsing import check_suffix, pose_of, run_path
 from cablewright.errors import InputError
 from cablewright.results import Figure, Result
 
@@ -44,7 +44,6 @@ def show_command(
     """
     from cablewright.apps.report.show import show_page
     from cablewright.file_output import write_whole
-    from cablewright.studies.store import folder_name
 
     check_suffix(out, "--out", ".html")
     check_suffix(png, "--png", ".png")
@@ -54,7 +53,7 @@ def show_command(
         machine = robot.loaded(retraction)
         scene = _robot_alone(machine, at) if what is None else _scene_of(machine, robot.robot, what, report)
     names = (scene.robot.name,) if what is None else (scene.robot.name, what.stem)
-    page = out or Path("runs") / f"{folder_name('show', *names)}.html"
+    page = run_path(out, "show", *names, suffix=".html")
     text = show_page(scene).encode("utf-8")
     if out is None:
         page.parent.mkdir(exist_ok=True)

@@ -23,7 +23,7 @@ from cablewright.apps.cli.options import (
     SheaveChoice,
 )
 from cablewright.apps.cli.output import answer, compiling, progress, tell
-from cablewright.apps.cli.parsing import lengths_of, numbers, pose_of, slack_excess
+from cablewright.apps.cli.parsing import lengths_of, numbers, pose_of, run_path, slack_excess
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.results import Result
@@ -230,9 +230,8 @@ def _searched(
 ) -> cw.Equilibria:
     """With what a search of the whole box adds."""
     from cablewright.studies.equilibria import search_all
-    from cablewright.studies.store import folder_name
 
-    file = out or Path("runs") / f"{folder_name('equilibria', found.solutions.model.robot.name)}.state"
+    file = run_path(out, "equilibria", found.solutions.model.robot.name, suffix=".state")
     limit = TIME_LIMIT if time_limit is None else time_limit
     with progress() as show:
         every = search_all(found, box, file, time_limit=limit, progress=show)

@@ -19,7 +19,7 @@ from cablewright.apps.cli.options import (
     Tensions,
 )
 from cablewright.apps.cli.output import answer
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import numbers, run_path
 from cablewright.choices import InertiaName
 from cablewright.errors import InputError
 
@@ -78,10 +78,8 @@ def trade_command(
     A combination is best (not dominated) if no other without colliding sheaves has more volume and a higher lowest
     frequency. The sweep can be interrupted: the same command resumes it from --out.
     """
-    from cablewright.studies.store import folder_name
-
     varied, machine = _varied(vary), robot.loaded()
-    file = out or Path("runs") / f"{folder_name('trade', machine.name)}.jsonl"
+    file = run_path(out, "trade", machine.name, suffix=".jsonl")
     with executor.working(file) as (works, show):
         settings = _settings(region, volume, frequencies, clearance)
         found = cw.trade(machine, varied, settings, file=file, executor=works, progress=show, **region.laws())

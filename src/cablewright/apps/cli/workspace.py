@@ -20,7 +20,7 @@ from cablewright.apps.cli.options import (
     RobotOptions,
 )
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import check_suffix, numbers
+from cablewright.apps.cli.parsing import check_suffix, numbers, run_path
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 
@@ -94,9 +94,8 @@ def _working(executor: ExecutorOptions, name: str) -> Iterator[dict[str, Any]]:
         return
     from cablewright.studies.executors.kept import kept_in
     from cablewright.studies.executors.shared_margin import SharedMargin
-    from cablewright.studies.store import folder_name
 
-    file = Path("runs") / f"{folder_name('workspace', name)}.results.jsonl"
+    file = run_path(None, "workspace", name, suffix=".results.jsonl")
     with executor.working(file) as (works, show), kept_in(file) as kept:
         yield {"progress": show, "margins": SharedMargin(works, kept)}
     file.unlink(missing_ok=True)
