@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.apps.web.levels import unpacked
 from cablewright.apps.web.log_scene import log_scene
-from cablewright.apps.web.still import _shaded
+from cablewright.apps.web.png import _shaded
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter, read_log
