@@ -254,15 +254,6 @@ def ellipse(axes: Axes, place: ArrayLike, covariance: Array, times: float, colou
     axes.add_patch(Ellipse((x, y), width, height, angle=angle, fill=False, edgecolor=colour, linewidth=1.2))
 
 
-def enlargement(goal: float, size: float) -> float:
-    """Return the factor, 1 or more, that enlarges *size* to at most *goal*: 1, 2 or 5 times a power of ten."""
-    if not 0.0 < size < goal:
-        return 1.0
-    factor = goal / size * (1.0 + 1e-9)
-    power = 10.0 ** math.floor(math.log10(factor))
-    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= factor)
-
-
 def curve(number: int) -> dict[str, Any]:
     """Return colour and dashes of the curve of that number, so that many curves differ in one of the two."""
     return {"color": COLOURS[number % len(COLOURS)], "linestyle": _DASHES[number % len(_DASHES)]}

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from cablewright.apps import style
+from cablewright.apps.quantities import enlargement
 from cablewright.arrays import Array
 from cablewright.calibration.result import Calibration
 
@@ -53,7 +54,7 @@ def exits_picture(found: Calibration) -> Figure | None:
     largest = max(float(np.sqrt(np.linalg.eigvalsh(block).max())) for _, _, block in blocks)
     points = np.array([point for _, point, _ in blocks])
     span = float(np.ptp(points, axis=0).max())
-    times = style.enlargement(_SHARE * span, largest)
+    times = enlargement(_SHARE * span, largest)
     scene = found.problem.robot.scene
     for at, (across, up) in enumerate(((0, 1), (0, 2))):
         axes, plane = drawn.add_subplot(1, 2, at + 1), [across, up]

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.apps.quantities import enlargement
 from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.scene import SceneBody, SceneDescription
@@ -146,8 +147,4 @@ def _enlargement(covariances: Array, size: float) -> float:
     if not len(known):
         return 1.0
     largest = float(np.sqrt(np.median(np.trace(known, axis1=1, axis2=2))))
-    wanted = _ONE_SIGMA_GOAL * size / max(largest, 1e-9)
-    if wanted <= 1.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(wanted))
-    return float(next(step * power for step in (5.0, 2.0, 1.0) if step * power <= wanted))
+    return enlargement(_ONE_SIGMA_GOAL * size, max(largest, 1e-9))
