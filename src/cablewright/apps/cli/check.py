@@ -9,7 +9,7 @@ import typer
 
 import cablewright as cw
 from cablewright.apps.cli.command import command
-from cablewright.apps.cli.options import AsJson, JobFile, Limits, RobotOptions, Seed
+from cablewright.apps.cli.options import AsJson, Clearance, JobFile, Limits, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import bead_size, run_path, tension_range
 
@@ -28,9 +28,7 @@ def check_command(
             help="File of uncertain parameters; by default the robot file's [uncertainty], or else what is assumed.",
         ),
     ] = None,
-    clearance: Annotated[
-        float, typer.Option("--clearance", metavar="D", help="Distance under which a line is too near, m; 0: touching.")
-    ] = 0.0,
+    clearance: Clearance = 0.0,
     interference: Annotated[
         bool, typer.Option("--interference/--no-interference", help="Find the distances of lines from everything.")
     ] = True,

@@ -10,7 +10,7 @@ import typer
 
 import cablewright as cw
 from cablewright.apps.cli.command import command
-from cablewright.apps.cli.options import LawOptions, OutputOptions, Pose, Retraction, RobotOptions
+from cablewright.apps.cli.options import Clearance, LawOptions, OutputOptions, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import pose_of
 from cablewright.errors import InputError
@@ -34,9 +34,7 @@ def interference_command(
     mesh_scale: Annotated[
         float, typer.Option("--mesh-scale", metavar="F", help="Size in m of one unit of the mesh; 0.001 for mm.")
     ] = 1.0,
-    clearance: Annotated[
-        float, typer.Option("--clearance", metavar="D", help="Distance under which a line is too near, m; 0: touching.")
-    ] = 0.0,
+    clearance: Clearance = 0.0,
     ends: Annotated[
         float,
         typer.Option(

@@ -87,6 +87,9 @@ LengthsOrLog = Annotated[
         "--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m; or a CSV file with rows of them."
     ),
 ]
+Clearance = Annotated[
+    float, typer.Option("--clearance", metavar="D", help="Distance under which a line is too near, m; 0: touching.")
+]
 Limits = Annotated[
     str | None,
     typer.Option("--tension-limits", metavar="MIN,MAX", help="Tension limits of every line, N; else the robot file's."),

@@ -19,6 +19,12 @@ if TYPE_CHECKING:
     from cablewright.units import Dimension
 
 
+InitialLength = Annotated[
+    str,
+    typer.Option("--initial-length", metavar="L", help="Length of the specimen at elongation zero: m, or like '2 m'."),
+]
+
+
 @options("Specimen")
 class SpecimenOptions:
     """The specimen; --robot takes section and breaking load from the cable of a robot."""
@@ -90,12 +96,7 @@ class SpecimenOptions:
 def modulus_command(
     *,
     test: Annotated[Path, typer.Argument(metavar="TEST", help="CSV file with columns force and elongation.")],
-    initial_length: Annotated[
-        str,
-        typer.Option(
-            "--initial-length", metavar="L", help="Length of the specimen at elongation zero: m, or like '2 m'."
-        ),
-    ],
+    initial_length: InitialLength,
     specimen: SpecimenOptions,
     band: Annotated[
         str,
@@ -136,12 +137,7 @@ def creep_command(
         Path,
         typer.Argument(metavar="TEST", help="CSV file: time, force, elongation, maybe temperature and humidity."),
     ],
-    initial_length: Annotated[
-        str,
-        typer.Option(
-            "--initial-length", metavar="L", help="Length of the specimen at elongation zero: m, or like '2 m'."
-        ),
-    ],
+    initial_length: InitialLength,
     retardations: Annotated[
         str,
         typer.Option(
