@@ -15,8 +15,7 @@ import numpy as np
 
 from cablewright.apps.report.show import show_page
 from cablewright.apps.web.check_scene import extent
-from cablewright.apps.web.path_scene import PathScene, Quantity
-from cablewright.apps.web.path_states import states_along
+from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.models.statics import Model
 from cablewright.robot import load

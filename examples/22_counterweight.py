@@ -3,15 +3,14 @@
 import numpy as np
 
 import cablewright as cw
-from cablewright.robot import Eyelet, Line
 
 plain = cw.load("merlet2023")
-middle = Line(
+middle = cw.Line(
     name="middle",
     exit_point=(0.0, 0.0, 4.0),
     counterweight=30.0,  # kg, of the 40 kg that the platform weighs
     cable=plain.lines[0].cable,
-    sheave=Eyelet(),
+    sheave=cw.Eyelet(),
     tension_limits=(1.0, 2000.0),
 )
 helped = plain.model_copy(update={"name": "helped", "lines": (*plain.lines, middle)})

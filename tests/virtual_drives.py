@@ -16,7 +16,7 @@ from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.loopback import Hub
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.drives.virtual.rig import Disturb, VirtualPort, VirtualRig, run_rig
 from cablewright.machine.sensors.encoders import Encoder
 from cablewright.machine.sensors.tensions import TensionSensor
@@ -52,7 +52,7 @@ def virtual_twin(name: str = "merlet2023", flow: float | None = None, **changes:
     regular = twin.simulation.winch.model_copy(update={"radius_walk": 2e-5, "sideways_walk": 2e-4})  # grooved drums
     return twin.with_simulation(winch=regular).with_owner(
         kind="canopen",
-        drives=DriveSettings.model_validate(table | changes),
+        drives=WinchDriveSettings.model_validate(table | changes),
         encoders=Encoder(rate=100.0),
         motor_torques=TensionSensor(rate=100.0, deviation=1.0, most=1e4),
         lidars={},

@@ -31,7 +31,7 @@ def page() -> str:
         parts.append(f"## {group}\n")
         for name, (home, summary) in commands.items():
             module, kind = home.rsplit(".", 1)
-            answers = getattr(import_module(f"cablewright.apps.cli.{module}"), kind).ANSWERS
+            answers = getattr(import_module(f"cablewright.apps.cli.{module}"), kind).answers
             parts += [f"### {name}\n", f"{summary}\n", *map(_table, answers)]
     return "\n".join(parts).rstrip() + "\n"
 

@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.accuracy import Accuracy
+from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.models.creep import usual_creep
@@ -97,7 +97,7 @@ def machine_of(row: str) -> tuple[Robot, TwinSettings]:
     if part == "told":
         own = SEVERITIES[severity]
         sizes = {"hysteresis": own["cable"]["hysteresis"], "exit_compliance": own["exits"]["compliance"]}
-        twin = twin.with_owner(accuracy=Accuracy(creep=own["cable"]["creep"], **sizes))
+        twin = twin.with_owner(accuracy=MachineAccuracy(creep=own["cable"]["creep"], **sizes))
     for table, key in (PARTS[part],) if part in PARTS else PARTS.values():
         own = getattr(twin.simulation, table).model_copy(update={key: SEVERITIES[severity][table][key]})
         twin = twin.with_simulation(**{table: own})

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from cablewright.control.guide import TimedPath
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.drive_machine import DriveMachine
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.interface import Machine
 from cablewright.machine.sensors.encoders import Encoder
@@ -106,7 +106,7 @@ def on_drives(robot: Robot, twin: TwinSettings) -> TwinSettings:
     gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier"))
     return twin.with_simulation(wire=Link()).with_owner(
         kind="canopen",
-        drives=DriveSettings.model_validate(table | {"rated_torque": RATED[robot.name]}),
+        drives=WinchDriveSettings.model_validate(table | {"rated_torque": RATED[robot.name]}),
         encoders=Encoder(rate=100.0),
         motor_torques=TensionSensor(rate=100.0, deviation=1.0, most=1e5),
         lidars={},

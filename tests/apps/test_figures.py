@@ -62,12 +62,12 @@ ENDLESS = {"serve"}  # goes on until it is stopped: `tests/apps/serve` does both
 @pytest.mark.parametrize("name", [name for name in HOMES if name not in ENDLESS])
 def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) -> None:
     kind = _kind(name)
-    command, *arguments = shlex.split(kind.EXAMPLE)
+    command, *arguments = shlex.split(kind.example)
     assert command == name
     answer = cli(command, *arguments)
     assert answer.code == 0, answer.err
     assert answer.out
-    if not kind.ANSWERS:
+    if not kind.answers:
         return
     for made in ("runs", "workshop"):  # a print and a robot begin in a new folder
         shutil.rmtree(made, ignore_errors=True)
@@ -88,7 +88,7 @@ def test_the_example_of_a_command_runs_and_its_json_is_declared(cli, name: str) 
         "record",
     }
     missing = {}
-    for answered in kind.ANSWERS:
+    for answered in kind.answers:
         missing[answered] = {key for key in _undeclared(printed, TOOL["declared"](answered)) if key[1:] not in options}
     assert set() in missing.values(), missing
 
@@ -99,7 +99,7 @@ def test_the_page_of_figures_is_as_the_code_declares() -> None:
 
 @pytest.mark.parametrize("name", HOMES)
 def test_each_figure_has_a_meaning_in_a_sentence(name: str) -> None:
-    for answered in _kind(name).ANSWERS:
+    for answered in _kind(name).answers:
         for path, figure in TOOL["_flat"](TOOL["declared"](answered), ""):
             assert figure.meaning.endswith("."), (answered, path)
             assert len(figure.meaning.split()) >= 2 or figure.meaning == "ok.", (answered, path)

@@ -6,6 +6,7 @@ import pytest
 from apps.conftest import MARKUP, ticks
 from cablewright.apps import style
 from cablewright.apps.pictures.print import steps_picture
+from cablewright.apps.quantities import enlargement
 
 
 @pytest.mark.parametrize("span", [1.3, 8.0, 60.0, 1e5, 1e10])
@@ -60,7 +61,7 @@ def test_units_of_time():
 
 def test_enlargements_are_round_and_never_shrink():
     found = [
-        style.enlargement(goal, size) for goal, size in ((1.0, 0.3), (1.0, 0.1), (1.0, 0.004), (1.0, 2.0), (1.0, 0.0))
+        enlargement(goal, size) for goal, size in ((1.0, 0.3), (1.0, 0.1), (1.0, 0.004), (1.0, 2.0), (1.0, 0.0))
     ]
     assert found == pytest.approx([2.0, 10.0, 200.0, 1.0, 1.0])
 

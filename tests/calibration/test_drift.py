@@ -21,7 +21,7 @@ from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.simulation import SensorNoise, measure, random_poses
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
-from cablewright.models.drum import Drum
+from cablewright.models.drum import WinchDrum
 from cablewright.robot import load
 
 WANG, COGIRO = load("wang2021"), load("cogiro")
@@ -162,7 +162,7 @@ def test_lines_that_stretch_are_checked_by_their_tensions(tmp_path: Path) -> Non
 
 def test_a_spool_that_builds_up_passes_its_own_check(tmp_path: Path) -> None:
     """With a drum that is 2 % larger than in the file: later counts are of its radius, the build-up of true metres."""
-    true = Drum(0.0612, build_up=0.01)
+    true = WinchDrum(0.0612, build_up=0.01)
     lines = tuple(
         line.model_copy(update={"winch": line.winch.model_copy(update={"drum_radius": 0.06})}) for line in WANG.lines
     )

@@ -10,7 +10,7 @@ import pytest
 from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import information, open_freedoms
-from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas
+from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredRange, Point, Prior, Sigmas, TouchedPlane
 from cablewright.calibration.result import Calibration
 from cablewright.calibration.simulation import (
     SensorNoise,
@@ -69,7 +69,7 @@ def everything(name: str, cable: str) -> tuple[ElasticProblem, np.ndarray, np.nd
     plan = CalibrationPlan(
         unknowns=names,
         shared=("modulus",),
-        planes=(Plane(poses=(2, 3), point=(0.0, 0.0, 0.5), normal=(0.1, 0.2, 1.0)),),
+        planes=(TouchedPlane(poses=(2, 3), point=(0.0, 0.0, 0.5), normal=(0.1, 0.2, 1.0)),),
         ranges=(MeasuredRange(point=(0.1, 0.2, 0.3), poses=(1, 4), values=(2.0, 3.0)),),
         points=(Point(line=robot.lines[0].name, at=(0.1, 0.2, 0.3)),),
         priors=(Prior(name="modulus", deviation=0.05),),

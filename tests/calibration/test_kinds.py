@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.calibration.kinds import idle, kind_fits, leverages
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Sigmas, TouchedPlane
 from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import measure, random_poses, simulate_calibration
@@ -65,7 +65,7 @@ def test_the_encoders_sigma_is_estimated_beside_other_sensors(truth: float, besi
             plan = CalibrationPlan(ranges=(MeasuredRange(point=tuple(corner), poses=rows, values=tuple(values)),))
             measured = made.measured
         elif beside == "planes":
-            plane = Plane(poses=(2, 3), point=tuple(made.poses[1]), normal=(0.0, 0.0, 1.0), deviation=0.5)
+            plane = TouchedPlane(poses=(2, 3), point=tuple(made.poses[1]), normal=(0.0, 0.0, 1.0), deviation=0.5)
             plan, measured = CalibrationPlan(planes=(plane,)), made.measured
         found = calibrate(WANG, measured, plan, rough=0.05)
         assert found.status == "ok"

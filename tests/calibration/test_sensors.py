@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Plane, Point, Prior, Sigmas
+from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas, TouchedPlane
 from cablewright.calibration.pose_fit import fit
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import random_poses, simulate_calibration
@@ -44,7 +44,7 @@ def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> CalibrationP
         level=1e-3,
         distances=(MeasuredDistance(between=(names[0], names[1]), value=4.0),),
         points=(Point(line=names[0], at=(0.1, 0.2, 0.3)),),
-        planes=(Plane(poses=(2, 3), point=(0.0, 0.0, 0.5), normal=(0.1, 0.2, 1.0)),),
+        planes=(TouchedPlane(poses=(2, 3), point=(0.0, 0.0, 0.5), normal=(0.1, 0.2, 1.0)),),
         priors=(Prior(name="length_scale", deviation=1e-3),),
     )
     measured = Measured(

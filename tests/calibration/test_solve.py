@@ -7,7 +7,15 @@ import pytest
 
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.observability import information
-from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, MeasuredRange, Plane, Point, Prior, Sigmas
+from cablewright.calibration.plan import (
+    CalibrationPlan,
+    MeasuredDistance,
+    MeasuredRange,
+    Point,
+    Prior,
+    Sigmas,
+    TouchedPlane,
+)
 from cablewright.calibration.pose_fit import NEAR, fits
 from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import (
@@ -19,7 +27,7 @@ from cablewright.calibration.simulation import (
 )
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
-from cablewright.models.drum import Drum
+from cablewright.models.drum import WinchDrum
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
@@ -221,7 +229,7 @@ def test_other_numbers_are_found(unknown: str) -> None:
     made = simulate_calibration(robot, 60, 0.0, seed=4)
     counted, truth = made.measured.counted, {"sheave_radius": 0.075, "build_up": 0.01}.get(unknown, 1.002)
     if unknown == "build_up":
-        counted = Drum(1.0, build_up=0.01).angles(counted)
+        counted = WinchDrum(1.0, build_up=0.01).angles(counted)
     elif unknown in ("length_scale", "drum_radius"):
         counted = counted / 1.002
     if unknown == "sheave_radius":
@@ -388,7 +396,7 @@ def test_contacts_with_a_plane_and_distances_from_a_point_count() -> None:
     for at in touching:
         poses[at - 1, 2] = 0.8
     made = measure(WANG, poses, 1e-4, rng)
-    plane = Plane(poses=touching, point=(0.0, 0.0, 0.8), normal=(0.0, 0.0, 2.0), deviation=1e-4)
+    plane = TouchedPlane(poses=touching, point=(0.0, 0.0, 0.8), normal=(0.0, 0.0, 2.0), deviation=1e-4)
     corner = np.array([0.5, -1.7, 0.1])
     seen = tuple(range(1, 13))
     values = np.linalg.norm(made.poses[:12] - corner, axis=1) + rng.normal(0.0, 1e-3, 12)

@@ -14,7 +14,7 @@ from cablewright.calibration.problem import CalibrationProblem
 from cablewright.calibration.simulation import SensorNoise, aligned, random_poses, simulate_calibration
 from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
-from cablewright.models.drum import Drum
+from cablewright.models.drum import WinchDrum
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Line, Robot, Swivel, load
@@ -124,7 +124,7 @@ def test_an_unknown_of_the_spool_is_per_cable_paid_out() -> None:
     """A scale and a build-up of counts that are of cable, of which two spans take half."""
     made = simulate_calibration(HANGPRINTER, 60, 1e-5, seed=2)
     rate, scale = 0.01, 1.002
-    counted = Drum(scale, build_up=rate).angles(made.measured.counted)
+    counted = WinchDrum(scale, build_up=rate).angles(made.measured.counted)
     measured = Measured(counted, made.poses, np.full(made.poses.shape, 1e-3))
     plan = CalibrationPlan(
         unknowns=("exit_point", "length_offset", "length_scale", "build_up"), sigma=Sigmas(encoder=1e-5)

@@ -13,7 +13,7 @@ import pytest
 
 from cablewright.arrays import Array
 from cablewright.control import guard
-from cablewright.control.guard import Cause, GuardSettings, GuardState
+from cablewright.control.guard import GuardSettings, GuardState, StopCause
 from cablewright.control.stop import StopKind
 from cablewright.errors import InputError
 from cablewright.signals import (
@@ -48,7 +48,7 @@ class Watched:
         self.settings, self.state, self.now = settings, GuardState(), 0.0
         self.counts = np.zeros(3, dtype=np.int64)
 
-    def sees(self, *readings: Reading, **more: Any) -> Cause | None:
+    def sees(self, *readings: Reading, **more: Any) -> StopCause | None:
         self.now += DT
         shown = (Encoders(self.now, self.counts.copy()),) if more.pop("encoders", True) else ()
         frame = SensorFrame(self.now, (*shown, *readings), tuple(map(Notice, more.pop("conditions", ()))))
@@ -80,7 +80,7 @@ def test_a_measured_tension_needs_two_readings_and_holds_at_once_while_it_rises(
     watched = Watched()
     assert watched.sees(pulls(100.0, 900.0, 100.0)) is None
     found = watched.sees(pulls(100.0, 950.0, 100.0))
-    assert found == Cause("line 2 pulls 950 N; at most 300 is allowed", StopKind.HOLD)
+    assert found == StopCause("line 2 pulls 950 N; at most 300 is allowed", StopKind.HOLD)
     falling = watched.sees(pulls(100.0, 900.0, 100.0))
     assert falling is not None
     assert falling.kind is StopKind.RAMP
@@ -91,7 +91,7 @@ def test_a_measured_tension_needs_two_readings_and_holds_at_once_while_it_rises(
 
 def test_tensions_by_lengths_are_judged_beside_measured_ones() -> None:
     found = Watched().sees(pulls(1.0, 1.0, 1.0), inferred=np.array([0.0, 301.0, np.nan]))
-    assert found == Cause("line 2 pulls 301 N; at most 300 is allowed, by the lengths", StopKind.HOLD)
+    assert found == StopCause("line 2 pulls 301 N; at most 300 is allowed, by the lengths", StopKind.HOLD)
 
 
 def test_a_flipped_bit_is_no_speed_and_a_winch_that_races_is_one() -> None:
@@ -131,7 +131,7 @@ def test_drives_are_judged_by_two_readings(changes: dict[str, Any], says: str, k
 def test_a_fault_of_a_drive_needs_one() -> None:
     states, texts = (DriveState.ENABLED, DriveState.FAULT, DriveState.ENABLED), ("", "0x7380 position sensor", "")
     found = Watched().sees(drives(states=states, faults=texts))
-    assert found == Cause("the drive of line 2 reports a fault: 0x7380 position sensor", StopKind.BRAKE)
+    assert found == StopCause("the drive of line 2 reports a fault: 0x7380 position sensor", StopKind.BRAKE)
 
 
 @pytest.mark.parametrize(
@@ -179,11 +179,11 @@ def test_silence_of_a_source_that_must_speak_is_heard() -> None:
         assert watched.sees(pulls(1.0, 1.0, 1.0)) is None
     for _ in range(11):
         found = watched.sees()
-    assert found == Cause("no reading of the load cells for over 0.1 s")
+    assert found == StopCause("no reading of the load cells for over 0.1 s")
     watched = Watched()
     for _ in range(52):
         found = watched.sees(encoders=False)
-    assert found == Cause("no reading of the encoders for over 0.5 s")
+    assert found == StopCause("no reading of the encoders for over 0.5 s")
 
 
 def test_a_load_cell_that_dies_is_silence_and_one_that_never_was_is_not() -> None:
@@ -192,7 +192,7 @@ def test_a_load_cell_that_dies_is_silence_and_one_that_never_was_is_not() -> Non
         assert watched.sees(pulls(1.0, 1.0, np.nan)) is None
     for _ in range(12):
         found = watched.sees(pulls(1.0, np.nan, np.nan))
-    assert found == Cause("no reading of the load cells for over 0.1 s")
+    assert found == StopCause("no reading of the load cells for over 0.1 s")
 
 
 def test_a_reading_that_was_overtaken_is_not_heard() -> None:

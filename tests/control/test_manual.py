@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from cablewright.control import manual
-from cablewright.control.manual import LEASE, MAX_SPEED, ManualSettings, ManualState, Motion
+from cablewright.control.manual import LEASE, MAX_SPEED, ManualSettings, ManualState, TargetMotion
 from cablewright.signals import Order, OrderKind
 
 LIMITS = ManualSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.5, park=(0.0, 0.0, 1.5))
 DT = 0.01
 
 
-def moved(order: Order, *, again: float = 0.0, seconds: float = 20.0) -> list[Motion]:
+def moved(order: Order, *, again: float = 0.0, seconds: float = 20.0) -> list[TargetMotion]:
     """All steps until it is done; a jog is ordered *again* and again for so many seconds."""
     state, steps = ManualState(), []
     manual.begin(LIMITS, state, order, 0.0, np.array([0.0, 0.0, 1.0]))
@@ -29,7 +29,7 @@ def moved(order: Order, *, again: float = 0.0, seconds: float = 20.0) -> list[Mo
     raise AssertionError("it does not come to an end")
 
 
-def changes(steps: list[Motion]) -> np.ndarray:
+def changes(steps: list[TargetMotion]) -> np.ndarray:
     velocities = np.array([np.zeros(3), *(step.velocity for step in steps)])
     return np.linalg.norm(np.diff(velocities, axis=0), axis=1) / DT
 

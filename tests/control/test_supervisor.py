@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.control import supervisor
-from cablewright.control.guard import Cause
+from cablewright.control.guard import StopCause
 from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
@@ -30,7 +30,7 @@ from cablewright.signals import (
 )
 
 LIMITS = SupervisorSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.2, barrier_timeout=0.5)
-OVER = Cause("line 2 pulls 1200 N; at most 1000 is allowed", StopKind.HOLD)
+OVER = StopCause("line 2 pulls 1200 N; at most 1000 is allowed", StopKind.HOLD)
 SWITCHED_ON = (OrderKind.RESET, OrderKind.ENABLE)
 PLACE = np.array([0.1, 0.2, 1.0])
 DT = 0.1

@@ -12,22 +12,22 @@ from cablewright.errors import InputError
 from cablewright.machine.drums import drums_of
 from cablewright.machine.files import load_machine
 from cablewright.models.coil import wind
-from cablewright.models.drum import Drum, drum_of
+from cablewright.models.drum import WinchDrum, drum_of
 from cablewright.robot import Robot, library_text, load, loads
 
 HELD, LENGTHS = 40.0, np.linspace(3.0, 30.0, 200)
 
 
-def coiled(pitch: float = 0.004) -> Drum:
-    return Drum(0.05, wind(60.0, 0.05, 0.1, 0.005, pitch), HELD)  # 20 turns a layer
+def coiled(pitch: float = 0.004) -> WinchDrum:
+    return WinchDrum(0.05, wind(60.0, 0.05, 0.1, 0.005, pitch), HELD)  # 20 turns a layer
 
 
-def spool(build_up: float = 0.004) -> Drum:
-    return Drum(0.05, build_up=build_up, at=8.0)
+def spool(build_up: float = 0.004) -> WinchDrum:
+    return WinchDrum(0.05, build_up=build_up, at=8.0)
 
 
-@pytest.mark.parametrize("drum", [Drum(0.05), spool(), coiled()], ids=["bare", "build-up", "layers"])
-def test_lengths_come_back(drum: Drum) -> None:
+@pytest.mark.parametrize("drum", [WinchDrum(0.05), spool(), coiled()], ids=["bare", "build-up", "layers"])
+def test_lengths_come_back(drum: WinchDrum) -> None:
     angles = drum.angles(LENGTHS)
     assert (np.diff(angles) > 0).all()
     np.testing.assert_allclose(drum.lengths(angles), LENGTHS, atol=1e-10)

@@ -227,9 +227,9 @@ def test_a_line_touches_a_thick_strand_and_not_a_thin_one(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("text", ["1.2mm", "1.2mm,0", "a,b", "1,2,3", "-1,1", "1 kg,1 m", "1e9,1"])
 def test_options_that_are_no_bead(text: str) -> None:
-    from cablewright.apps.cli.parsing import bead
+    from cablewright.apps.cli.parsing import bead_size
 
     with pytest.raises(InputError, match="--bead"):
-        bead(text)
-    assert bead("1.2mm,0.6 mm") == Bead(width=0.0012, height=0.0006)
-    assert bead("0.0012,0.0006") == Bead(width=0.0012, height=0.0006)
+        bead_size(text)
+    assert bead_size("1.2mm,0.6 mm") == Bead(width=0.0012, height=0.0006)
+    assert bead_size("0.0012,0.0006") == Bead(width=0.0012, height=0.0006)

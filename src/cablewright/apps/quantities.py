@@ -47,6 +47,15 @@ def count(number: int) -> str:
     return f"{number:,}".replace(",", _GAP)
 
 
+def enlargement(goal: float, size: float) -> float:
+    """Return the factor, 1 or more, that enlarges *size* to at most *goal*: 1, 2 or 5 times a power of ten."""
+    if not 0.0 < size < goal:
+        return 1.0
+    factor = goal / size * (1.0 + 1e-9)
+    power = 10.0 ** math.floor(math.log10(factor))
+    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= factor)
+
+
 def _significant(value: float) -> str:
     """Three significant digits, more before the point, never an exponent for what a machine has."""
     size = abs(value)

@@ -103,6 +103,18 @@ def figure(width: float, height: float) -> Figure:
     return made
 
 
+def axes(width: float, height: float, **look: Any) -> tuple[Figure, Axes]:
+    """Return a figure of that size in inches with one pair of axes, and these. Call within `drawing`."""
+    made = figure(width, height)
+    return made, made.add_subplot(**look)
+
+
+def subplots(width: float, height: float, rows: int, columns: int, **options: Any) -> tuple[Figure, Any]:
+    """Return a figure of that size in inches, and a list of its axes, row by row. Call within `drawing`."""
+    made = figure(width, height)
+    return made, list(made.subplots(rows, columns, squeeze=False, **options).ravel())
+
+
 def png(drawn: Figure) -> bytes:
     """Return the figure as a PNG: the same bytes for the same picture, with neither date nor program in it."""
     out = io.BytesIO()
@@ -192,11 +204,10 @@ def panels(
     """
     columns = min(2, count)
     rows = -(-count // columns)
-    drawn = figure(9.6, spare + height * rows)
-    grid = drawn.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey).ravel()
-    for axes in grid[count:]:
-        axes.set_visible(False)
-    return drawn, list(grid[:count]), columns
+    drawn, grid = subplots(9.6, spare + height * rows, rows, columns, sharex=sharex, sharey=sharey)
+    for each in grid[count:]:
+        each.set_visible(False)
+    return drawn, grid[:count], columns
 
 
 def outer_labels(panels: Sequence[Axes], columns: int, below: str, beside: str) -> None:
@@ -241,15 +252,6 @@ def ellipse(axes: Axes, place: ArrayLike, covariance: Array, times: float, colou
     angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
     x, y = np.asarray(place).tolist()
     axes.add_patch(Ellipse((x, y), width, height, angle=angle, fill=False, edgecolor=colour, linewidth=1.2))
-
-
-def enlargement(goal: float, size: float) -> float:
-    """Return the factor, 1 or more, that enlarges *size* to at most *goal*: 1, 2 or 5 times a power of ten."""
-    if not 0.0 < size < goal:
-        return 1.0
-    factor = goal / size * (1.0 + 1e-9)
-    power = 10.0 ** math.floor(math.log10(factor))
-    return next(step * power for step in (5.0, 2.0, 1.0) if step * power <= factor)
 
 
 def curve(number: int) -> dict[str, Any]:

@@ -116,7 +116,7 @@ class Point(Description):
     deviation: _Sigma[Length] = 1e-3
 
 
-class Plane(Description):
+class TouchedPlane(Description):
     """Poses (rows of the data, counted from 1) at which the nozzle touched the plane through ``point``."""
 
     poses: _Poses
@@ -168,7 +168,7 @@ class CalibrationPlan(FileDescription):
     bounds: Annotated[tuple[Bound, ...], Field(max_length=_MAX_ENTRIES)] = ()
     distances: Annotated[tuple[MeasuredDistance, ...], Field(max_length=_MAX_ENTRIES)] = ()
     points: Annotated[tuple[Point, ...], Field(max_length=_MAX_ENTRIES)] = ()
-    planes: Annotated[tuple[Plane, ...], Field(max_length=8)] = ()
+    planes: Annotated[tuple[TouchedPlane, ...], Field(max_length=8)] = ()
     ranges: Annotated[tuple[MeasuredRange, ...], Field(max_length=8)] = ()
 
     @model_validator(mode="before")

@@ -22,7 +22,7 @@ _WITHIN: Final = 1.0 - 1e-9  # of the way to the end of the stroke in one step, 
 _STILL: Final = 2e-4  # m: nearer to its target than this the beam stands
 
 
-class Beam(NamedTuple):
+class BeamMotion(NamedTuple):
     """Present length and speed of the retraction."""
 
     length: float  # m
@@ -70,7 +70,7 @@ def read(settings: BeamSettings, state: BeamState, frame: SensorFrame) -> None:
             state.length = min(max(reading.length, settings.least), settings.most)
 
 
-def step(settings: BeamSettings, state: BeamState, target: float, rate: float, dt: float) -> Beam:
+def step(settings: BeamSettings, state: BeamState, target: float, rate: float, dt: float) -> BeamMotion:
     """Return the beam's speed for the next *dt*, s, towards the length *target*, m, which changes by *rate*, m/s.
 
     A *target* of NaN: it stands.
@@ -82,4 +82,4 @@ def step(settings: BeamSettings, state: BeamState, target: float, rate: float, d
         speed = min(max(speed, -settings.max_speed), settings.max_speed)
     back, on = ((end - state.length) / dt * _WITHIN for end in (settings.least, settings.most))
     speed = min(max(speed, back), on)  # never beyond the stroke, where the model has no lengths
-    return Beam(state.length, speed, np.array(settings.along), np.array(settings.moved))
+    return BeamMotion(state.length, speed, np.array(settings.along), np.array(settings.moved))

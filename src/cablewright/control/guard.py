@@ -94,7 +94,7 @@ class GuardSettings:
                 raise InputError(f"limits of the guard: {values.tolist()}: each must be over 0")
 
 
-class Cause(NamedTuple):
+class StopCause(NamedTuple):
     """Why the guard stops the machine."""
 
     reason: str
@@ -117,7 +117,7 @@ class GuardState:
     start_time: float = math.inf  # s, of the first frame
     times: ReadingTimes = field(default_factory=ReadingTimes)  # of each source
     whole_times: dict[str, float] = field(default_factory=dict)  # s, of each source's last reading without a gap
-    causes: dict[str, list[Cause]] = field(default_factory=dict)  # by source
+    causes: dict[str, list[StopCause]] = field(default_factory=dict)  # by source
     over: dict[str, dict[int, int]] = field(default_factory=dict)  # readings in a row, by limit and line
     last_tensions: dict[str, list[float]] = field(default_factory=dict)  # N, by source; the last known of each line
     last_counts: tuple[float, list[int]] | None = None  # s, and the counts of then
@@ -147,7 +147,7 @@ def judge(
     inferred: Array | None = None,
     *,
     lowest: bool = False,
-) -> Cause | None:
+) -> StopCause | None:
     """Return the cause to stop now, the most urgent one; None: nothing is wrong. *state* changes in place.
 
     *inferred* (m,): tensions by the lengths, N; None, or NaN: not known. *lowest*: whether tensions are to be over
@@ -182,7 +182,7 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
         return
     m, whole = len(settings.max_tensions), True
     if any(len(getattr(reading, name)) != m for name in per_line(type(reading))):
-        state.causes[source] = [Cause(f"the {source.replace('_', ' ')} do not tell {m} numbers, one for each line")]
+        state.causes[source] = [StopCause(f"the {source.replace('_', ' ')} do not tell {m} numbers, one for each line")]
         return
     if isinstance(reading, Tensions):
         state.causes[source], whole = _measured_tensions(settings, state, reading)
@@ -197,24 +197,24 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
         state.whole_times[source] = stamp
 
 
-def _silences(settings: GuardSettings, state: GuardState, now: float) -> list[Cause]:
+def _silences(settings: GuardSettings, state: GuardState, now: float) -> list[StopCause]:
     return [
-        Cause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s")
+        StopCause(f"no reading of the {source.replace('_', ' ')} for over {timeout:g} s")
         for source, timeout in settings.timeouts.items()
         if now - state.whole_times.get(source, state.start_time) > timeout
     ]
 
 
-def _conditions(frame: SensorFrame) -> list[Cause]:
+def _conditions(frame: SensorFrame) -> list[StopCause]:
     found = []
     for notice in frame.notices:
         if notice.condition in _CONDITIONS:
             reason, kind = _CONDITIONS[notice.condition]
-            found.append(Cause(f"{reason}: {notice.subject}" if notice.subject else reason, kind))
+            found.append(StopCause(f"{reason}: {notice.subject}" if notice.subject else reason, kind))
     return found
 
 
-def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tensions) -> tuple[list[Cause], bool]:
+def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tensions) -> tuple[list[StopCause], bool]:
     """Lines over their limit, at once unless a tension falls, as a ramp may go on winding its line in.
 
     Also returns whether no line is missing that was measured before.
@@ -226,20 +226,20 @@ def _measured_tensions(settings: GuardSettings, state: GuardState, reading: Tens
     for i in _confirmed(state, reading.source, now, limits):
         known = state.last_tensions[reading.source]
         falls = now[i] < before[i] - _FALLS * limits[i]
-        found.append(Cause(_too_much("pulls", i, known, limits, "N"), StopKind.RAMP if falls else StopKind.HOLD))
+        found.append(StopCause(_too_much("pulls", i, known, limits, "N"), StopKind.RAMP if falls else StopKind.HOLD))
     return found, not any(math.isnan(t) and not math.isnan(b) for t, b in zip(now, before, strict=True))
 
 
-def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[Cause]:
+def _inferred_tensions(settings: GuardSettings, inferred: Array) -> list[StopCause]:
     now, limits = inferred.tolist(), settings.max_tensions.tolist()
     over = [i for i, (tension, limit) in enumerate(zip(now, limits, strict=True)) if tension > limit]
     if not over:
         return []
     worst = max(over, key=lambda i: float(now[i] / limits[i]))
-    return [Cause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)]
+    return [StopCause(_too_much("pulls", worst, now, limits, "N") + ", by the lengths", StopKind.HOLD)]
 
 
-def _lost_tensions(least: Array, inferred: Array, state: GuardState, now: float) -> list[Cause]:
+def _lost_tensions(least: Array, inferred: Array, state: GuardState, now: float) -> list[StopCause]:
     """A line that is about to fall slack, for so long that the estimator could have said why."""
     lost = np.flatnonzero(inferred < least)
     if not len(lost):
@@ -250,10 +250,10 @@ def _lost_tensions(least: Array, inferred: Array, state: GuardState, now: float)
     if now - state.lost_since < LOST_TIME:
         return []
     i = int(lost[np.argmin(inferred[lost] / least[lost])])
-    return [Cause(f"line {i + 1} pulls {inferred[i]:.3g} N; at least {least[i]:.3g} is needed", StopKind.HOLD)]
+    return [StopCause(f"line {i + 1} pulls {inferred[i]:.3g} N; at least {least[i]:.3g} is needed", StopKind.HOLD)]
 
 
-def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[Cause]:
+def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[StopCause]:
     """A winch that turns too fast, by two pairs of counts in one direction: a single flipped bit comes back."""
     before, state.last_counts = state.last_counts, (now, counts)
     if settings.counts_per_radian is None or settings.max_drum_speed is None or before is None:
@@ -267,11 +267,11 @@ def _encoder_speeds(settings: GuardSettings, state: GuardState, now: float, coun
     for way, name in ((per_second, "out"), (-per_second, "in")):
         speeds = [way * (now - then) for now, then in zip(counts, before[1], strict=True)]
         fast = _confirmed(state, name, speeds, limits)
-        found += [Cause(_too_much("turns at", i, speeds, limits, "rad/s")) for i in fast]
+        found += [StopCause(_too_much("turns at", i, speeds, limits, "rad/s")) for i in fast]
     return found
 
 
-def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[Cause]:
+def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[int]) -> list[StopCause]:
     """Winches that were ordered to turn by a speed, and whose encoders do not count."""
     if settings.max_uncounted is None or settings.counts_per_radian is None or state.ordered is None:
         return []
@@ -287,18 +287,18 @@ def _stuck(settings: GuardSettings, state: GuardState, now: float, counts: list[
         if abs(angle) > most and now - last.time >= late:
             cable = f"{'pay out' if angle > 0.0 else 'wind in'} {1e3 * UNCOUNTED * abs(angle) / most:.0f} mm of cable"
             why = f"the encoder of line {i + 1} does not count: its winch was ordered to {cable}"
-            found.append(Cause(why, StopKind.HOLD))
+            found.append(StopCause(why, StopKind.HOLD))
     return found
 
 
-def _drives(settings: GuardSettings, state: GuardState, reading: Drives) -> list[Cause]:
+def _drives(settings: GuardSettings, state: GuardState, reading: Drives) -> list[StopCause]:
     """A drive that faults, follows badly, turns too fast or pulls too hard."""
     m, found = len(reading.states), []
     if DriveState.FAULT in reading.states:
         for i, (drive, text) in enumerate(zip(reading.states, reading.faults, strict=True)):
             if drive is DriveState.FAULT:
                 why = f"the drive of line {i + 1} reports a fault: {text or 'no text'}"
-                found.append(Cause(why, StopKind.BRAKE))
+                found.append(StopCause(why, StopKind.BRAKE))
     following, speed = settings.max_following_error, settings.max_drum_speed
     hold, by_ramp, errors = StopKind.HOLD, StopKind.RAMP, reading.following_errors
     for name, does, values, limits, unit, kind in (
@@ -310,25 +310,25 @@ def _drives(settings: GuardSettings, state: GuardState, reading: Drives) -> list
             most = limits.tolist() if isinstance(limits, np.ndarray) else [limits] * m
             sizes = [abs(value) for value in values.tolist()]
             over = _confirmed(state, name, sizes, most)
-            found += [Cause(_too_much(does, i, sizes, most, unit), kind) for i in over]
+            found += [StopCause(_too_much(does, i, sizes, most, unit), kind) for i in over]
     return found
 
 
-def _inputs(reading: Inputs) -> list[Cause]:
+def _inputs(reading: Inputs) -> list[StopCause]:
     if reading.torque_off:
-        return [Cause("safe torque off is active", StopKind.BRAKE)]
+        return [StopCause("safe torque off is active", StopKind.BRAKE)]
     if not reading.chain_closed:
-        return [Cause(str(Condition.ESTOP))]
-    return [] if reading.enabling else [Cause("the enabling switch is not pressed")]
+        return [StopCause(str(Condition.ESTOP))]
+    return [] if reading.enabling else [StopCause("the enabling switch is not pressed")]
 
 
-def _brakes(state: GuardState, reading: Inputs, now: float) -> list[Cause]:
+def _brakes(state: GuardState, reading: Inputs, now: float) -> list[StopCause]:
     """Brakes that are not as they were commanded, by their own contacts, after the time that they have for it."""
     for i, closed in enumerate(reading.brakes_closed):
         if not closed and now - state.closing_since > BRAKE_TIME:
-            return [Cause(f"the brake of line {i + 1} does not close", StopKind.KEEP)]
+            return [StopCause(f"the brake of line {i + 1} does not close", StopKind.KEEP)]
         if closed and now - state.opening_since > BRAKE_TIME:
-            return [Cause(f"the brake of line {i + 1} does not open", StopKind.HOLD)]
+            return [StopCause(f"the brake of line {i + 1} does not open", StopKind.HOLD)]
     return []
 
 

@@ -65,7 +65,7 @@ class ManualState:
     lease_end: float = -math.inf  # s
 
 
-class Motion(NamedTuple):
+class TargetMotion(NamedTuple):
     """Place and velocity of the target over the next step, and whether it has come to rest where it should."""
 
     position: Array  # (3,) m
@@ -101,7 +101,7 @@ def begin(settings: ManualSettings, state: ManualState, order: Order, now: float
         state.goal = _goal(settings, order)
 
 
-def step(settings: ManualSettings, state: ManualState, now: float, dt: float) -> Motion:
+def step(settings: ManualSettings, state: ManualState, now: float, dt: float) -> TargetMotion:
     """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place."""
     wish = _towards(settings, state, dt) if state.goal is not None else _jog(settings, state, now, dt)
     slows = state.goal is None and float(wish @ wish) < float(state.velocity @ state.velocity)
@@ -113,7 +113,7 @@ def step(settings: ManualSettings, state: ManualState, now: float, dt: float) ->
     state.position = here + dt * state.velocity
     still = not state.velocity.any()
     there = state.goal is None or float(np.linalg.norm(state.goal - state.position)) <= _AT
-    return Motion(here, state.velocity, still and (there if state.goal is not None else now >= state.lease_end))
+    return TargetMotion(here, state.velocity, still and (there if state.goal is not None else now >= state.lease_end))
 
 
 def _jog(settings: ManualSettings, state: ManualState, now: float, dt: float) -> Array:

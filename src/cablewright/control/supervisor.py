@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cablewright.control import beam
-from cablewright.control.guard import Cause
+from cablewright.control.guard import StopCause
 from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
 from cablewright.control.transitions import TRANSITIONS, Event, Happening
@@ -114,7 +114,7 @@ class _Inputs(NamedTuple):
     target: Target | None
     powder: float
     conditions: frozenset[Condition]
-    cause: Cause | None
+    cause: StopCause | None
     standing: bool
     stopped: bool
 
@@ -125,7 +125,7 @@ def step(
     frame: SensorFrame,
     estimate: Estimate,
     *,
-    cause: Cause | None = None,
+    cause: StopCause | None = None,
     standing: bool = True,
     stopped: bool = True,
     target: Target | None = None,
@@ -261,7 +261,7 @@ def _no_reset(state: SupervisorState, order: Order, inputs: _Inputs) -> str:
     return "" if late else "it was ordered before the stop"
 
 
-def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> Cause | None:
+def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> StopCause | None:
     """Return the reason to stop the machine by the estimate, in states in which it could move; or None."""
     if state.state not in _LIMITED:
         return None
@@ -281,8 +281,8 @@ def _hard_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _I
     return None
 
 
-def _stop(reason: str) -> Cause:
-    return Cause(reason)
+def _stop(reason: str) -> StopCause:
+    return StopCause(reason)
 
 
 def _person(settings: SupervisorSettings, state: SupervisorState, now: float) -> str:

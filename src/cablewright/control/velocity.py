@@ -20,7 +20,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.choices import LawName
-from cablewright.control.beam import Beam
+from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
@@ -86,7 +86,7 @@ def step(
     target: Target,
     dt: float,
     tensions: Array | None = None,
-    beam: Beam | None = None,
+    beam: BeamMotion | None = None,
 ) -> Array:
     """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
@@ -126,7 +126,7 @@ def _rates_of_body(
     target: Target,
     dt: float,
     tensions: Array | None,
-    beam: Beam | None,
+    beam: BeamMotion | None,
 ) -> Array | None:
     """Return rates (m,), m/s, of the lengths of a rigid platform; None where no tensions hold it."""
     here = np.concatenate([target.position, target.rotation])

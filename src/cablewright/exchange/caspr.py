@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from cablewright.errors import InputError, UnknownName
 from cablewright.exchange.completion import BOX, Point, as_point, assumed_cable, chosen_cable, frame_of, name_of
-from cablewright.exchange.translation import Feature, ImportedRobot, Notes
+from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import Element, number_or_none, read_xml
 from cablewright.robot import Robot
 from cablewright.toml_input import is_file
@@ -20,17 +20,17 @@ ROOTS: Final = (BODIES, "bodies_system", CABLES)
 """Root elements of the two files; that of bodies may be within another."""
 
 CARRIED: Final = (
-    Feature("link_rigid.name", "name"),
-    Feature(
+    Mapped("link_rigid.name", "name"),
+    Mapped(
         "joint.type", "platform.kind, plane",
         "SPATIAL_... a body, TRANSLATIONAL_... a point, PLANAR_XY, XZ, YZ a body and P_XY, XZ, YZ a point in a plane",
     ),
-    Feature("joint.q_min, q_max", "scene.frame_min, frame_max", "of positions; of angles they are lost"),
-    Feature("physical mass, com_location, inertia", "platform.mass, centre_of_mass, inertia, inertia_products"),
-    Feature("physical.end_location", "platform.nozzle"),
-    Feature("cable_ideal.name, force_min, force_max", "lines.name, tension_limits"),
-    Feature("attachment of link 0", "lines.exit_point", "an eyelet"),
-    Feature("attachment of link 1", "lines.platform_point", "from the joint or from the centre of mass, as it says"),
+    Mapped("joint.q_min, q_max", "scene.frame_min, frame_max", "of positions; of angles they are lost"),
+    Mapped("physical mass, com_location, inertia", "platform.mass, centre_of_mass, inertia, inertia_products"),
+    Mapped("physical.end_location", "platform.nozzle"),
+    Mapped("cable_ideal.name, force_min, force_max", "lines.name, tension_limits"),
+    Mapped("attachment of link 0", "lines.exit_point", "an eyelet"),
+    Mapped("attachment of link 1", "lines.platform_point", "from the joint or from the centre of mass, as it says"),
 )  # fmt: skip
 
 _SPATIAL = ("SPATIAL_EULER_XYZ", "SPATIAL_QUATERNION", "SPATIAL_QUATERNION_FIXED_XYZ")

@@ -20,7 +20,7 @@ from cablewright.exchange.rrf_config import require_hangprinter, rrf_config
 from cablewright.exchange.translation import Notes
 from cablewright.machine.drums import drums_of
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.drum import Drum
+from cablewright.models.drum import WinchDrum
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
@@ -128,7 +128,7 @@ def _require_lines(name: str, robot: Robot) -> None:
         linuxcnc.letters_of(robot)
 
 
-def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[Drum]) -> float:
+def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[WinchDrum]) -> float:
     """Return the error that lengths between points may have, m, with a little left for the rounding of angles."""
     if name == "reprapfirmware":
         return math.inf

@@ -11,7 +11,7 @@ from typing import Final
 
 from cablewright.errors import InputError, UnknownName
 from cablewright.exchange import caspr, klipper_config, maslow, rrf_config, wirex, xml_input
-from cablewright.exchange.translation import Feature, ImportedRobot
+from cablewright.exchange.translation import ImportedRobot, Mapped
 from cablewright.toml_input import read_bytes
 
 
@@ -33,7 +33,7 @@ class ReadFormat:
     title: str
     endings: tuple[str, ...]
     most_files: int
-    carried: tuple[Feature, ...]
+    carried: tuple[Mapped, ...]
     begins: str
     read: Callable[[Sequence[Path], ImportOptions], ImportedRobot]
 

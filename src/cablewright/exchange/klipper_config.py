@@ -18,7 +18,7 @@ from cablewright.exchange.anchors import anchored_robot, require_anchors, spool
 from cablewright.exchange.completion import Point
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
-from cablewright.exchange.translation import ExportedFile, Feature, ImportedRobot, Notes
+from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
 from cablewright.robot import Robot
 from cablewright.validation import shown
@@ -27,14 +27,14 @@ MAX_BYTES: Final = 1 << 20
 LETTERS: Final = "abcdefghijklmnopqrstuvwxyz"
 
 CARRIED: Final = (
-    Feature("stepper_a to stepper_z: anchor_x, anchor_y, anchor_z", "lines.exit_point", "eyelets of a point platform"),
-    Feature("rotation_distance", "lines.winch.drum_radius", "over 2 pi, times the mechanical advantage"),
-    Feature("winch_mechanical_advantage", "lines.advantage", "this and the next in the fork for Hangprinters"),
-    Feature("winch_mover_weight", "platform.mass"),
-    Feature("winch_min_force, winch_max_force", "lines.tension_limits", "of all spans there, of one here"),
-    Feature("winch_spring_constant", "lines.cable.axial_stiffness"),
-    Feature("winch_buildup_factor", "lines.winch.build_up, drum_length"),
-    Feature("winch_guy_wire_lengths", "lines.dead_length"),
+    Mapped("stepper_a to stepper_z: anchor_x, anchor_y, anchor_z", "lines.exit_point", "eyelets of a point platform"),
+    Mapped("rotation_distance", "lines.winch.drum_radius", "over 2 pi, times the mechanical advantage"),
+    Mapped("winch_mechanical_advantage", "lines.advantage", "this and the next in the fork for Hangprinters"),
+    Mapped("winch_mover_weight", "platform.mass"),
+    Mapped("winch_min_force, winch_max_force", "lines.tension_limits", "of all spans there, of one here"),
+    Mapped("winch_spring_constant", "lines.cable.axial_stiffness"),
+    Mapped("winch_buildup_factor", "lines.winch.build_up, drum_length"),
+    Mapped("winch_guy_wire_lengths", "lines.dead_length"),
 )
 
 _SECTION = re.compile(r"\[\s*([^\]]+?)\s*\]\s*(?:[#;].*)?")

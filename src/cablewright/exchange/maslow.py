@@ -13,7 +13,7 @@ from cablewright.csv_input import text_lines
 from cablewright.errors import InputError
 from cablewright.exchange.completion import chosen_cable, frame_of
 from cablewright.exchange.millimetres import from_mm
-from cablewright.exchange.translation import Feature, ImportedRobot, Notes
+from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.robot import Robot
 from cablewright.validation import shown, validated
 
@@ -25,12 +25,12 @@ SLED: Final = 10.0  # kg, assumed
 TILT: Final = 15.0  # degrees from the vertical of a board that leans on a wall, assumed
 
 CARRIED: Final = (
-    Feature(
+    Mapped(
         "Maslow_tlX, tlY, tlZ and so on for tr, bl, br", "lines.exit_point",
         "eyelets; z is out of the board; since 2025 as tlX and so on in kinematics: MaslowKinematics:",
     ),
-    Feature("spoilboardThickness, workThickness", "lines.exit_point", "added to z, as the firmware does"),
-    Feature("Maslow_vertical", "platform.plane, lines.exit_point", "a board that leans 15 degrees, or one that lies"),
+    Mapped("spoilboardThickness, workThickness", "lines.exit_point", "added to z, as the firmware does"),
+    Mapped("Maslow_vertical", "platform.plane, lines.exit_point", "a board that leans 15 degrees, or one that lies"),
 )  # fmt: skip
 
 SECTION: Final = "kinematics.maslowkinematics."
@@ -96,7 +96,7 @@ def _line(name: str, at: tuple[float, ...], cable: dict[str, Any]) -> dict[str, 
 
 
 @dataclass(frozen=True)
-class Entry:
+class YamlEntry:
     """A line ``name: value`` of a YAML file, and where it is."""
 
     name: str
@@ -104,12 +104,12 @@ class Entry:
     place: str
 
 
-def yaml_entries(path: Path) -> dict[str, Entry]:
+def yaml_entries(path: Path) -> dict[str, YamlEntry]:
     """Return the lines ``key: value`` of a YAML file by their path of keys, dotted, in small letters.
 
     Raises `InputError` for a ``Maslow_`` key, or one of its section, that is there twice.
     """
-    found: dict[str, Entry] = {}
+    found: dict[str, YamlEntry] = {}
     within: list[tuple[int, str]] = []
     for number, text in text_lines(path, MAX_BYTES, "file in YAML", indented=True):
         match = _ENTRY.fullmatch(text)
@@ -122,16 +122,16 @@ def yaml_entries(path: Path) -> dict[str, Entry]:
         key = name.lower() if name.lower().startswith(_OLD) else ".".join(each for _, each in within[:MAX_DEPTH])
         if key in found and (key.startswith((_OLD, SECTION))):
             raise InputError(f"{place}: {name} is given twice, also in {found[key].place.rsplit(', ', 1)[1]}")
-        found[key] = Entry(name, value, place)
+        found[key] = YamlEntry(name, value, place)
     return found
 
 
-def is_maslow(entries: Mapping[str, Entry]) -> bool:
+def is_maslow(entries: Mapping[str, YamlEntry]) -> bool:
     """Whether a YAML file has settings of a Maslow."""
     return any(key.startswith((_OLD, SECTION[:-1])) for key in entries)
 
 
-def described(entries: Mapping[str, Entry]) -> str:
+def described(entries: Mapping[str, YamlEntry]) -> str:
     """Return what a YAML file looks like that has no settings of a Maslow."""
     for key, entry in entries.items():
         if key.startswith("kinematics.") and key.count(".") == 1:
@@ -148,7 +148,7 @@ class _Settings:
     """The settings of one of the two layouts; ``used``: keys that were read."""
 
     path: Path
-    entries: Mapping[str, Entry]
+    entries: Mapping[str, YamlEntry]
     is_new: bool
     used: set[str] = field(default_factory=set)
 

@@ -21,10 +21,10 @@ from cablewright.exchange.anchors import anchored_robot, require_anchors, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
 from cablewright.exchange.rrf_spool import dead_length, spool_law
-from cablewright.exchange.translation import ExportedFile, Feature, ImportedRobot, Notes
+from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.drum import Drum
+from cablewright.models.drum import WinchDrum
 from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20
@@ -33,14 +33,14 @@ MOST: Final = 5
 """Anchors of RepRapFirmware 3.6; of more it writes past its arrays."""
 
 CARRIED: Final = (
-    Feature("M669 A B C D I", "lines.exit_point", "eyelets of a point platform"),
-    Feature("M666 R", "lines.winch.drum_radius", "of the cable as it leaves the drum at the origin"),
-    Feature("M666 Q", "lines.winch.build_up, drum_length", "one Q; with a machine file, that of its [winch]"),
-    Feature("M666 U, O", "lines.advantage, cables"),
-    Feature("M666 I, X", "lines.tension_limits", "of all spans there, of one here"),
-    Feature("M666 S", "lines.cable.axial_stiffness"),
-    Feature("M666 Y", "lines.dead_length", "a guy wire"),
-    Feature("M666 W", "platform.mass"),
+    Mapped("M669 A B C D I", "lines.exit_point", "eyelets of a point platform"),
+    Mapped("M666 R", "lines.winch.drum_radius", "of the cable as it leaves the drum at the origin"),
+    Mapped("M666 Q", "lines.winch.build_up, drum_length", "one Q; with a machine file, that of its [winch]"),
+    Mapped("M666 U, O", "lines.advantage, cables"),
+    Mapped("M666 I, X", "lines.tension_limits", "of all spans there, of one here"),
+    Mapped("M666 S", "lines.cable.axial_stiffness"),
+    Mapped("M666 Y", "lines.dead_length", "a guy wire"),
+    Mapped("M666 W", "platform.mass"),
 )
 
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
@@ -163,7 +163,7 @@ def _anchor(path: Path, words: _Words, name: str, last: bool) -> tuple[float, ..
 
 
 def rrf_config(
-    robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None, full_steps: int, positions: Array
+    robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None, full_steps: int, positions: Array
 ) -> ExportedFile:
     """Return the lines of a ``config.g``.
 
@@ -210,7 +210,7 @@ def _shortest(millimetres: float) -> str:
     return to_mm(float(f"{1e-3 * millimetres:.15g}"))
 
 
-def _build_up(robot: Robot, drums: Sequence[Drum], machine: MachineSettings | None) -> float | None:
+def _build_up(robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None) -> float | None:
     """Return by how much the square of the radius grows per length of wound cable, mm; None where lines differ."""
     if machine is None:
         pairs = zip(drums, robot.lines, strict=True)

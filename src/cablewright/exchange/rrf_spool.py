@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.models.drum import Drum
+from cablewright.models.drum import WinchDrum
 from cablewright.robot import Line, Robot
 
 LARGEST: Final = 0.2
@@ -55,7 +55,7 @@ def lengths_at_origin(robot: Robot) -> list[float]:
     return [float(np.hypot.reduce(line.exit_point)) * line.advantage + dead_length(line) for line in robot.lines]
 
 
-def spool_law(robot: Robot, drums: Sequence[Drum], positions: Array, growth: float | None) -> SpoolLaw:
+def spool_law(robot: Robot, drums: Sequence[WinchDrum], positions: Array, growth: float | None) -> SpoolLaw:
     """Return the law of the smallest error along a job.
 
     *positions* (k, 3): of the nozzle, m; *growth*: Q of the robot's own drums, None or 0 for drums without build-up.
@@ -102,7 +102,7 @@ def spool_law(robot: Robot, drums: Sequence[Drum], positions: Array, growth: flo
     return best
 
 
-def _angles(robot: Robot, drums: Sequence[Drum], moved: Array) -> Array:
+def _angles(robot: Robot, drums: Sequence[WinchDrum], moved: Array) -> Array:
     """Return the angles (k, m), rad, of the drums whose lines are *moved* (k, m), mm a span, from the origin."""
     found = []
     for k, (drum, origin) in enumerate(zip(drums, lengths_at_origin(robot), strict=True)):

@@ -9,7 +9,7 @@ from cablewright.robot import Robot
 
 
 @dataclass(frozen=True)
-class Feature:
+class Mapped:
     """One feature of a format. ``theirs``: its place in the other format; ``ours``: in a robot file; ``note``: how."""
 
     theirs: str

@@ -17,7 +17,7 @@ from cablewright.exchange.completion import (
     name_of,
     require_right_handed,
 )
-from cablewright.exchange.translation import Feature, ImportedRobot, Notes
+from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import Element, read_xml
 from cablewright.robot import Robot
 from cablewright.validation import shown, validated
@@ -26,20 +26,18 @@ VERSIONS: Final = ("0.31", "0.32")
 MODULUS: Final = 1.1e11  # Pa: WireLib's default
 
 CARRIED: Final = (
-    Feature("robot.name, description, author", "name, description, source"),
-    Feature("robot.motionpattern", "platform.kind", "3R3T a body, 3T a point; others are refused"),
-    Feature("chain.id", "lines.name"),
-    Feature("chain.base x, y, z", "lines.exit_point"),
-    Feature(
-        "chain.base a13, a23, a33, radius", "lines.sheave", "a swivel about that axis; an eyelet where radius is 0"
-    ),
-    Feature("chain.platform x, y, z", "lines.platform_point"),
-    Feature("platform mass, centerofgravity", "platform.mass, centre_of_mass"),
-    Feature("platform inertiatensor", "platform.inertia, inertia_products", "0.32; 0.31 has only Ixx, which is lost"),
-    Feature("cable elasticity, radius", "cable.young_modulus, diameter", "of the full circle: fill_factor = 1"),
-    Feature("cable weight, breaking_load, minimum_load", "cable.linear_density, breaking_load; tension_limits"),
-    Feature("winch.cable f_max, nr_cables", "lines.tension_limits, cables"),
-    Feature("winch.cable max_velocity, dl_max; winch.drum r_drum", "winch.max_speed, capacity, drum_radius"),
+    Mapped("robot.name, description, author", "name, description, source"),
+    Mapped("robot.motionpattern", "platform.kind", "3R3T a body, 3T a point; others are refused"),
+    Mapped("chain.id", "lines.name"),
+    Mapped("chain.base x, y, z", "lines.exit_point"),
+    Mapped("chain.base a13, a23, a33, radius", "lines.sheave", "a swivel about that axis; an eyelet where radius is 0"),
+    Mapped("chain.platform x, y, z", "lines.platform_point"),
+    Mapped("platform mass, centerofgravity", "platform.mass, centre_of_mass"),
+    Mapped("platform inertiatensor", "platform.inertia, inertia_products", "0.32; 0.31 has only Ixx, which is lost"),
+    Mapped("cable elasticity, radius", "cable.young_modulus, diameter", "of the full circle: fill_factor = 1"),
+    Mapped("cable weight, breaking_load, minimum_load", "cable.linear_density, breaking_load; tension_limits"),
+    Mapped("winch.cable f_max, nr_cables", "lines.tension_limits, cables"),
+    Mapped("winch.cable max_velocity, dl_max; winch.drum r_drum", "winch.max_speed, capacity, drum_radius"),
 )
 
 Axes = tuple[tuple[float, ...], ...]

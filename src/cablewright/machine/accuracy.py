@@ -13,7 +13,7 @@ from cablewright.validation import Description
 _Small = Annotated[Length, Field(gt=0.0, le=1.0)]
 
 
-class Accuracy(Description):
+class MachineAccuracy(Description):
     """Standard deviations, which the estimator of a rigid platform is told.
 
     ``home_length``: m, of each line's length where the machine was homed. ``drum_radius``: share of each winch drum's.

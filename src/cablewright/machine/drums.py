@@ -5,11 +5,11 @@ from __future__ import annotations
 from cablewright.errors import InputError
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.drum import Drum, drum_of
+from cablewright.models.drum import WinchDrum, drum_of
 from cablewright.robot import Robot
 
 
-def drums_of(robot: Robot, machine: MachineSettings | None = None) -> tuple[Drum, ...]:
+def drums_of(robot: Robot, machine: MachineSettings | None = None) -> tuple[WinchDrum, ...]:
     """Return the drum of each line: with coils by the *machine*'s capacity, width and pitch, else as its file gives it.
 
     Raises `InputError` for a line that gives no drum radius, and with a machine no cable diameter.
@@ -21,5 +21,7 @@ def drums_of(robot: Robot, machine: MachineSettings | None = None) -> tuple[Drum
             raise InputError(
                 f"line {line.name!r} gives no winch.drum_radius, which turns of its winch need: give it in [winch]"
             )
-        found.append(bare if machine is None else Drum(bare.radius, coil_of(line, machine.winch), machine.winch.held))
+        found.append(
+            bare if machine is None else WinchDrum(bare.radius, coil_of(line, machine.winch), machine.winch.held)
+        )
     return tuple(found)

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Self
 from pydantic import Field, create_model, model_validator
 
 from cablewright.errors import InputError
-from cablewright.machine.accuracy import Accuracy
+from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.carriers import Body, Drum
-from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
+from cablewright.machine.drives.settings import LOOPBACK, WinchDriveSettings
 from cablewright.machine.quantities import Delay, Factor, Share, Span, Time, Width
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.lidars import LidarName, LidarSettings
@@ -128,7 +128,7 @@ class _BeforeSensors(FileDescription):
     drum: Drum | None = None
     body: Body | None = None
     retraction: RetractionDrive | None = None
-    accuracy: Accuracy | None = None
+    accuracy: MachineAccuracy | None = None
     extrusion: Extrusion | None = None
     winch: WinchSettings
     room: RoomSettings
@@ -159,7 +159,7 @@ class MachineSettings(_WithSensors):
         "faults": "[[simulation.faults]]",
     }
 
-    drives: DriveSettings | None = None
+    drives: WinchDriveSettings | None = None
 
     def sensor(self, kind: Sensor[_SheetT]) -> _SheetT | None:
         """Return the data sheet of a sensor, ``settings.sensor(SWIVELS)``; None: the machine has none."""

@@ -13,7 +13,7 @@ from cablewright.robot import Line
 
 
 @dataclass(frozen=True, eq=False)
-class Drum:
+class WinchDrum:
     """A drum that pays out a line. ``radius``: m, of a drum with one layer; or a ``coil`` of ``held`` m of cable.
 
     The coil has wound what is not in the line; its length and that of the line add up to ``held``. A drum without a
@@ -70,11 +70,11 @@ class Drum:
         return TURN * float(self.radii(np.asarray(length)))
 
 
-def drum_of(line: Line) -> Drum | None:
+def drum_of(line: Line) -> WinchDrum | None:
     """Return the drum of a line as its robot file gives it; None where the radius is not known."""
     winch = line.winch
     if winch.drum_radius is None:
         return None
     if winch.build_up is None or winch.drum_length is None:
-        return Drum(winch.drum_radius)
-    return Drum(winch.drum_radius, build_up=winch.build_up, at=winch.drum_length)
+        return WinchDrum(winch.drum_radius)
+    return WinchDrum(winch.drum_radius, build_up=winch.build_up, at=winch.drum_length)

@@ -40,7 +40,7 @@ class Nearest(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Visits:
+class LayerVisits:
     """v visits of layers in the order of the path, each from its ``begin`` to the next one's. Read-only arrays."""
 
     number: NDArray[np.int32]  # (v,) the layer's number, from 1; 0 before the first
@@ -55,7 +55,7 @@ class Track:
     distance: Array  # (k,) m, strictly increasing from 0
     layer: NDArray[np.int32]  # (k - 1,) of each piece
     laying: Mask  # (k - 1,) whether material is laid along it
-    visits: Visits
+    visits: LayerVisits
     _x: Array
     _y: Array
     _along_x: Array  # (k - 1,) unit vectors in plan view; those of a vertical piece are the previous piece's
@@ -74,7 +74,7 @@ class Track:
         along = _filled(along, upright)
         layer, laying = samples.layer[1:].copy(), samples.extruding[1:].copy()
         first = np.concatenate([[0], np.flatnonzero(np.diff(layer)) + 1])
-        visits = Visits(layer[first], samples.distance[first])
+        visits = LayerVisits(layer[first], samples.distance[first])
         columns = [np.ascontiguousarray(c) for c in (*positions.T[:2], *along.T, np.where(upright, 0.0, level))]
         made: list[NDArray[Any]] = [positions, layer, laying, visits.number, visits.begin, *columns]
         for column in made:

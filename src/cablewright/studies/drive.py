@@ -129,7 +129,7 @@ class Pilot:
 
 
 @dataclass
-class Drive:
+class PilotedDrive:
     """Summary of a drive; `add` adds a step."""
 
     lines: tuple[str, ...]  # names
@@ -206,7 +206,7 @@ def drive(
     seed: int = 0,
     log: LogWriter | None = None,
     progress: Progress | None = None,
-) -> Drive:
+) -> PilotedDrive:
     """Drive *machine* for *duration* (s) along *path* (see `Pilot`) or hold it, and write each step to *log*.
 
     After each round the drum is refilled to its initial level. Raises `InputError` for a duration of less than a step,
@@ -216,7 +216,7 @@ def drive(
     if steps < 1:
         raise InputError(f"duration = {duration:g} s: must be at least one step, {machine.period:g} s")
     pilot = Pilot(machine, path, settings or DriveSettings(), seed)
-    found = Drive(tuple(line.name for line in machine.robot.lines))
+    found = PilotedDrive(tuple(line.name for line in machine.robot.lines))
     rounds = 0
     begin = time.perf_counter()
     for step in range(steps):

@@ -28,7 +28,7 @@ from cablewright.printing.curve import MAX_LENGTH
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
-from cablewright.studies.drive import Drive, DriveSettings, drive, path_length, random_loop
+from cablewright.studies.drive import DriveSettings, PilotedDrive, drive, path_length, random_loop
 
 _DEFAULT = "merlet2023"  # the machine of a robot that has none of its own
 
@@ -66,7 +66,7 @@ class Simulation(Pictured):
     HEADLINES: ClassVar = ("robot", "plant", "duration", "distance", "max_tension")
 
     head: LogHead
-    drive: Drive
+    drive: PilotedDrive
 
 
 def simulate(
@@ -159,7 +159,7 @@ def machine_of(robot: Robot, machine: TwinSettings | str | Path | None) -> TwinS
     return settings
 
 
-def _logged(run: Callable[..., Drive], out: Path, head: LogHead) -> Drive:
+def _logged(run: Callable[..., PilotedDrive], out: Path, head: LogHead) -> PilotedDrive:
     """Run with a log in a temporary file, renamed to *out* at the end. Raises `EnvironmentFault`."""
     part = out.with_name(f"{out.name}.part")
     try:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.apps.report.viewer import script
+from cablewright.apps.report.document import script
 from cablewright.calibration.simulation import aligned
 from cablewright.robot import library_text, load
 

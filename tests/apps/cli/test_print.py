@@ -7,7 +7,7 @@ from importlib.metadata import version
 
 import pytest
 
-from cablewright.apps.report.viewer import script
+from cablewright.apps.report.document import script
 from cablewright.errors import AnswerError
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job

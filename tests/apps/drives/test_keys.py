@@ -13,7 +13,7 @@ import pytest
 EXAMPLE = Path(__file__).parents[3] / "examples" / "virtual-drives.toml"
 WATCH = """
 import sys, time
-from cablewright.apps.cli.drives.keys import button
+from cablewright.apps.cli.drives.terminal import button
 with button() as held:
     print("ready", flush=True)
     end, found = time.monotonic() + 1.0, 0

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.apps.cli.drives import orders
+from cablewright.apps.cli.drives import terminal
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "virtual-drives.toml"
 
@@ -60,7 +60,7 @@ def test_a_terminal_of_another_job_is_the_end_of_the_input(monkeypatch: pytest.M
         buffer = Taken()
 
     monkeypatch.setattr(sys, "stdin", Terminal())
-    lines = orders.TypedLines()
+    lines = terminal.TypedLines()
     lines.begin()
     found: list[str] = []
     while not lines.over():

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
+from cablewright.analyses.accuracy.expected_error import ErrorCause, ExpectedError
 from cablewright.analyses.feasibility import Finding, LineQuantities
 from cablewright.printing.job import load_job
 from cablewright.printing.layers import LayerTable, layer_table
@@ -177,7 +177,7 @@ def first_sample(check: Check, layers: LayerTable) -> tuple[Check, LayerTable]:
 def _expected(robot: Robot, samples) -> ExpectedError:
     """An expected error that grows with the height."""
     rms = 4e-3 + 1e-4 * samples.positions[:, 2]
-    causes = (Cause("exit_point", 0.9, 2e-3), Cause("modulus", 0.1, 6e-3))
+    causes = (ErrorCause("exit_point", 0.9, 2e-3), ErrorCause("modulus", 0.1, 6e-3))
     return ExpectedError(7e-3, int(rms.argmax()), rms, causes, assumed_uncertainty(robot).of(robot), 0.01, 0)
 
 

@@ -16,10 +16,10 @@ from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo
 from cablewright.analyses.sheave_ratio import SheaveRule
 from cablewright.apps import style
 from cablewright.apps.pictures.accuracy import _binned, _worst_of_each, along, contributions, displaced_by, plane
-from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
+from cablewright.apps.pictures.workspace import workspace_errors
 from cablewright.apps.report.accuracy import write, write_place
-from cablewright.apps.report.viewer import script
+from cablewright.apps.report.document import script
 from cablewright.errors import EnvironmentFault
 from cablewright.kernels.layout import Code
 from cablewright.robot import load
@@ -358,7 +358,7 @@ def test_stretches_hold_all_values():
 
 def test_no_workspace_no_picture():
     with style.drawing():
-        assert workspace(studied("helix")) is None
+        assert workspace_errors(studied("helix")) is None
 
 
 def test_surfaces_are_drawn_over_holes():

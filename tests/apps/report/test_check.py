@@ -22,7 +22,7 @@ from apps.report.synthetic import (
     small_job,
 )
 from cablewright.apps.report.check import write
-from cablewright.apps.report.viewer import script
+from cablewright.apps.report.document import script
 from cablewright.errors import EnvironmentFault
 from cablewright.robot import load
 

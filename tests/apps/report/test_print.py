@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from cablewright.apps.pictures.print import states_picture
+from cablewright.apps.report.document import script
 from cablewright.apps.report.print import write
-from cablewright.apps.report.viewer import script
 from cablewright.printing.stl import read_stl
 from cablewright.signals import PrintState
 from cablewright.studies.prints.record import record

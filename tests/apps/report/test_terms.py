@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from cablewright.apps.glossary import GLOSSARY
+from cablewright.apps.report.document import with_terms
 from cablewright.apps.report.page import Html, element
-from cablewright.apps.report.terms import with_terms
 
 
 def test_the_first_use_is_a_link_that_resolves() -> None:

@@ -7,8 +7,7 @@ import pytest
 
 from cablewright import paging
 from cablewright.apps.web import path_scene
-from cablewright.apps.web.levels import LEFT_OUT, levels
-from cablewright.apps.web.packing import packed, unpacked
+from cablewright.apps.web.levels import LEFT_OUT, levels, packed, unpacked
 from cablewright.apps.web.path_scene import PathScene, Quantity
 
 

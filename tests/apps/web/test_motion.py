@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.apps.web.levels import unpacked
 from cablewright.apps.web.log_scene import log_scene
-from cablewright.apps.web.packing import unpacked
 from cablewright.apps.web.print_scene import print_scene
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.control.attitude import Attitude

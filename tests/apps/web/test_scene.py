@@ -10,13 +10,12 @@ import pytest
 from matplotlib.colors import to_hex
 
 from apps.report.synthetic import make_check, ring_robot, small_job
+from cablewright.apps.report.document import script, view, with_terms
 from cablewright.apps.report.show import show_page
-from cablewright.apps.report.terms import with_terms
-from cablewright.apps.report.viewer import script, view
 from cablewright.apps.web.check_scene import check_scene, job_scene
 from cablewright.apps.web.colours import RAMPS
-from cablewright.apps.web.packing import unpacked
-from cablewright.apps.web.path_states import chosen
+from cablewright.apps.web.levels import unpacked
+from cablewright.apps.web.path_scene import chosen
 from cablewright.apps.web.robot_scene import one_state, robot_scene
 from cablewright.apps.web.states import States
 from cablewright.models.rotation import placed

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.apps.web.levels import unpacked
 from cablewright.apps.web.log_scene import log_scene
-from cablewright.apps.web.packing import unpacked
 from cablewright.apps.web.png import _shaded
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead

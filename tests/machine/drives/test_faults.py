@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.interface import RESET
 from cablewright.signals import ORDER_LIFE, Condition, Drives, DriveState, Encoders, SensorFrame, Tensions, WinchMode
@@ -116,7 +116,7 @@ def test_one_frame_of_each_kind_is_lost_late_or_doubled(kind: str, what: str) ->
     """One alone is lived through: the winches go on, and no reading is made up."""
     left = [0]
 
-    def disturb(frame: Frame, now: float) -> tuple[float, ...]:
+    def disturb(frame: CanFrame, now: float) -> tuple[float, ...]:
         if left[0] and frame.id & 0x780 == KINDS[kind]:
             left[0] -= 1
             return {"lost": (), "late": (0.012,), "doubled": (0.0, 0.0)}[what]
@@ -137,7 +137,7 @@ def test_one_frame_of_each_kind_is_lost_late_or_doubled(kind: str, what: str) ->
 def test_frames_that_stay_away_stop_the_machine(kind: str) -> None:
     away = [False]
 
-    def disturb(frame: Frame, now: float) -> tuple[float, ...]:
+    def disturb(frame: CanFrame, now: float) -> tuple[float, ...]:
         return () if away[0] and frame.id & 0x780 == KINDS[kind] else (0.0,)
 
     found = moving(disturb=disturb)
@@ -281,11 +281,11 @@ def test_drives_that_are_not_those_of_the_file_are_refused() -> None:
 
 def test_a_second_master_is_refused_and_one_that_comes_later_stops_the_machine() -> None:
     found = bench()
-    found.port.inject(Frame(o.SYNC))
+    found.port.inject(CanFrame(o.SYNC))
     with pytest.raises(EnvironmentFault, match="another master is on the bus: it sends SYNC"):
         found.machine.open()
     later = moving()
-    later.port.inject(Frame(o.HEARTBEAT + 127, bytes([5])))
+    later.port.inject(CanFrame(o.HEARTBEAT + 127, bytes([5])))
     frame = later.step(WinchMode.VELOCITY, SPEEDS, 2)
     assert "another master: it has the node 127" in causes(frame)
     assert_comes_to_rest(later, 0.5)
@@ -357,7 +357,7 @@ def test_stopping_brakes_by_the_ramps_of_the_drives_and_never_cuts_the_torque() 
     words: list[int] = []
     send = found.port.send
 
-    def watched(frame: Frame) -> None:
+    def watched(frame: CanFrame) -> None:
         if frame.id & 0x780 == o.CONTROL_PDO:
             words.append(int.from_bytes(frame.data[:2], "little"))
         send(frame)

@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.errors import InputError
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.interface import RESET
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
@@ -40,7 +40,7 @@ def sent_in_a_life() -> int:
     found, sent = bench(), [0]
     send = found.port.send
 
-    def counted(frame: Frame) -> None:
+    def counted(frame: CanFrame) -> None:
         sent[0] += 1
         send(frame)
 
@@ -63,7 +63,7 @@ def test_a_host_that_ends_between_any_two_frames_leaves_all_braked(share: float,
     found, left = bench(), [round(share * frames)]
     send, step, pulls = found.port.send, found.rig.plant.step, [0.0]
 
-    def ending(frame: Frame) -> None:
+    def ending(frame: CanFrame) -> None:
         if left[0] <= 0:
             raise GoneError
         left[0] -= 1
@@ -131,7 +131,7 @@ def test_a_command_that_comes_late_after_off_opens_no_brake(late: float) -> None
     """The last commands to move overtake nothing: whenever they come, the next one is off again."""
     after = [False]
 
-    def disturb(frame: Frame, now: float) -> tuple[float, ...]:
+    def disturb(frame: CanFrame, now: float) -> tuple[float, ...]:
         return (0.0, late) if after[0] and frame.id & 0x780 == o.CONTROL_PDO else (0.0,)
 
     found = moving(disturb=disturb)
@@ -183,11 +183,11 @@ def test_two_that_begin_at_the_same_time_both_refuse() -> None:
     send = found.port.send
     asked: list[int] = []
 
-    def both(frame: Frame) -> None:
+    def both(frame: CanFrame) -> None:
         send(frame)
         if frame.id & 0x780 == o.SDO_REQUEST and not asked:
             asked.append(frame.id)
-            found.port.inject(Frame(o.SDO_REQUEST + 2, bytes(8)))
+            found.port.inject(CanFrame(o.SDO_REQUEST + 2, bytes(8)))
 
     found.port.send = both  # type: ignore[method-assign]
     with pytest.raises(Exception, match="another master is on the bus: it sends requests for objects"):

@@ -9,7 +9,7 @@ import pytest
 
 from cablewright.errors import EnvironmentFault
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import BusError, Frame
+from cablewright.machine.drives.bus import BusError, CanFrame
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine
@@ -28,7 +28,7 @@ def words_to(found: Bench) -> list[tuple[int, int, PowerState]]:
     words: list[tuple[int, int, PowerState]] = []
     send = found.port.send
 
-    def watched(frame: Frame) -> None:
+    def watched(frame: CanFrame) -> None:
         if frame.id & 0x780 == o.CONTROL_PDO:
             node = frame.id & 0x7F
             words.append((node, int.from_bytes(frame.data[:2], "little"), found.rig.drives[node - 1].state))
@@ -43,7 +43,7 @@ def preoperational(found: Bench) -> None:
 
 
 def other_master(found: Bench) -> None:
-    found.port.inject(Frame(o.NMT, bytes([o.NMT_PREOPERATIONAL, 0])))
+    found.port.inject(CanFrame(o.NMT, bytes([o.NMT_PREOPERATIONAL, 0])))
 
 
 def deaf(found: Bench) -> None:
@@ -57,7 +57,7 @@ def unsendable(found: Bench) -> None:
     unwatched(found)
     send = found.port.send
 
-    def failing(frame: Frame) -> None:
+    def failing(frame: CanFrame) -> None:
         if frame.id == o.CONTROL_PDO + 1:
             raise BusError("no buffer space")
         send(frame)
@@ -142,7 +142,7 @@ def test_torque_stays_until_the_brake_has_closed(how: str, early: bool) -> None:
     lost = [0]
     advance = found.rig.advance
 
-    def watched(now: float | None = None) -> list[Frame]:
+    def watched(now: float | None = None) -> list[CanFrame]:
         said = advance(now)
         lost[0] += any(not drive.brake_closed and not drive._powered for drive in found.rig.drives)
         return said
@@ -173,7 +173,7 @@ def test_a_drive_that_stops_by_its_own_input_is_ramped_held_and_braked(clears: b
     lost = [0]
     advance = found.rig.advance
 
-    def watched(now: float | None = None) -> list[Frame]:
+    def watched(now: float | None = None) -> list[CanFrame]:
         said = advance(now)
         drive = found.rig.drives[0]
         lost[0] += not drive.brake_closed and not drive._powered
@@ -241,7 +241,7 @@ def test_whatever_happens_while_winches_are_enabled_leaves_all_braked(stage: int
                 drive.hear = lambda *_: None  # type: ignore[method-assign]  # its cable is off
             found.port.down = how == "bus"
             if how == "master":
-                found.port.inject(Frame(o.SYNC))
+                found.port.inject(CanFrame(o.SYNC))
             elif how == "restart":
                 drive.restart()
             elif how == "fault":

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.interface import RESET
 from cablewright.signals import WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked
@@ -20,7 +20,7 @@ class Storm:
     def __init__(self, seed: int, share: float) -> None:
         self.random, self.share, self.on = np.random.default_rng(seed), share, False
 
-    def __call__(self, _frame: Frame, _now: float) -> tuple[float, ...]:
+    def __call__(self, _frame: CanFrame, _now: float) -> tuple[float, ...]:
         if not self.on or self.random.random() > self.share:
             return (0.0,)
         late = float(self.random.exponential(0.02))
@@ -32,7 +32,7 @@ def watch(found: Bench) -> list[str]:
     seen: list[str] = []
     advance = found.rig.advance
 
-    def watched(now: float | None = None) -> list[Frame]:
+    def watched(now: float | None = None) -> list[CanFrame]:
         said = advance(now)
         for name, drive in zip(found.rig.names, found.rig.drives, strict=True):
             if not drive.brake_closed and not drive._powered:
@@ -91,7 +91,7 @@ def test_a_request_that_is_lost_late_or_doubled_enables_all_or_none(kind: int, w
     for which in range(3, 100, 24):
         count = [-1000]
 
-        def disturb(frame: Frame, _now: float, count: list[int] = count, which: int = which) -> tuple[float, ...]:
+        def disturb(frame: CanFrame, _now: float, count: list[int] = count, which: int = which) -> tuple[float, ...]:
             if frame.id != kind + 2:
                 return (0.0,)
             count[0] += 1

@@ -9,7 +9,7 @@ import pytest
 from cablewright.errors import InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.drive_machine import DriveMachine
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.signals import WinchMode
 from virtual_drives import SPEEDS, Bench, bench, moving, virtual_twin
 
@@ -121,7 +121,7 @@ def test_a_drive_without_that_output_stays_off() -> None:
 
 def test_a_valve_of_a_line_without_a_drive_is_refused() -> None:
     table = virtual_twin().owner.drives
-    assert isinstance(table, DriveSettings)
+    assert isinstance(table, WinchDriveSettings)
     with pytest.raises(ValueError, match=r"has no drive in drives\.nodes"):
         virtual_twin(valve={**CLOSES, "line": "east"})
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.objects import Mode
 from cablewright.signals import Command, Inputs, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
@@ -66,7 +66,7 @@ def test_a_speed_limit_goes_after_torque_mode_and_comes_before_it(slow: float) -
     late[0] = slow
     drive, seen, advance = found.rig.drives[1], set[tuple[int, bool]](), found.rig.advance
 
-    def watched(now: float | None = None) -> list[Frame]:
+    def watched(now: float | None = None) -> list[CanFrame]:
         said = advance(now)
         seen.add((drive.dictionary[o.MODE], drive.dictionary[o.MAX_MOTOR_SPEED] > 1000))
         return said
@@ -102,10 +102,10 @@ def test_a_drive_that_does_not_limit_its_speed_under_torque_is_stopped() -> None
 def test_trouble_on_the_bus_is_seen_before_anything_is_enabled() -> None:
     found = moving()
     found.step(WinchMode.OFF, steps=60)
-    found.port.inject(Frame(o.SYNC))
+    found.port.inject(CanFrame(o.SYNC))
     states, advance = set(), found.rig.advance
 
-    def watched(now: float | None = None) -> list[Frame]:
+    def watched(now: float | None = None) -> list[CanFrame]:
         said = advance(now)
         states.update(drive.state.value for drive in found.rig.drives)
         return said
@@ -124,7 +124,7 @@ def test_inputs_that_are_not_known_are_not_those_of_before() -> None:
     """One answer that is lost makes nothing up; after `answer_timeout` all that is not known counts as not safe."""
     away = [0]
 
-    def disturb(frame: Frame, _now: float) -> tuple[float, ...]:
+    def disturb(frame: CanFrame, _now: float) -> tuple[float, ...]:
         if away[0] > 0 and frame.id == o.INPUT_PDO + 2:
             away[0] -= 1
             return ()

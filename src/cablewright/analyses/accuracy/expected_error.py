@@ -71,7 +71,7 @@ REMEDIES: Final = {
 
 
 @dataclass(frozen=True)
-class Cause:
+class ErrorCause:
     """Uncertain numbers of one kind, or the interpolation between samples."""
 
     name: str  # in the registry, without the axis; or `INTERPOLATION`
@@ -99,7 +99,7 @@ class ExpectedError:
     value: float  # m: 95 of 100 machines keep the nozzle this near to all of the path; NaN where it is not stated
     sample: int | None  # with the largest root mean square error
     rms: Array  # (k,) m, root mean square error, to first order; NaN where it is not known or not asked for
-    causes: tuple[Cause, ...]  # largest share first
+    causes: tuple[ErrorCause, ...]  # largest share first
     ranges: tuple[Range, ...]
     curvature: float  # how much larger it is than to first order, as a share; NaN if it is not stated
     unsolved: int  # drawn machines without a sound equilibrium at some sample
@@ -247,7 +247,7 @@ class ExpectedErrorSearch:
                 break
         return largest
 
-    def _causes(self, cells: _Cells, worst: int) -> Iterator[Cause]:
+    def _causes(self, cells: _Cells, worst: int) -> Iterator[ErrorCause]:
         """Yield the causes; *worst* is the cell of the worst sample."""
         by_number = (cells.effects[worst] ** 2).sum(axis=0) * self._mean_square
         fixed = float((cells.offsets[worst] ** 2).sum())
@@ -255,8 +255,8 @@ class ExpectedErrorSearch:
         names = np.array([each.entry.base for each in self._parameters])
         for name in dict.fromkeys(names.tolist()):
             share = float(by_number[names == name].sum()) / total
-            yield Cause(name, share, _error(cells.straight(self._departures, names != name)))
-        yield Cause(INTERPOLATION, fixed / total, _error(cells.straight(self._departures, interpolated=False)))
+            yield ErrorCause(name, share, _error(cells.straight(self._departures, names != name)))
+        yield ErrorCause(INTERPOLATION, fixed / total, _error(cells.straight(self._departures, interpolated=False)))
 
 
 def _error(errors: Array) -> float:

@@ -9,18 +9,19 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
-from skfem import Basis
-from skfem.element import ElementHex2, ElementHexS2
-from skfem.models.elasticity import lame_parameters
 
 from cablewright.analyses.bracket.hexahedra import HexMesh, Index, levels
 from cablewright.analyses.bracket.nested_dissection import dissected
 from cablewright.arrays import Array
 from cablewright.robot.bracket import Material
+
+if TYPE_CHECKING:
+    from skfem import Basis
 
 Traction = Callable[[Array, Array], Array]
 
@@ -50,6 +51,8 @@ class Elastic:
 
     def stiffness(self, cells: Index, shares: Array) -> sp.csc_matrix:
         """Return the stiffness (3 N, 3 N), N/m, of *cells*, weighted by *shares*, without supports."""
+        from skfem.models.elasticity import lame_parameters
+
         basis = self.solid.basis
         lam, mu = lame_parameters(self.material.young_modulus, self.material.poisson_ratio)
         weights = np.asarray(basis.dx)[cells] * shares[:, None]
@@ -130,6 +133,8 @@ class Elastic:
 
     def traction(self, facets: Index, law: Traction) -> Array:
         """Return the load (3 N,) on *facets* of a traction *law* of positions and outward normals, (F, Q, 3), Pa."""
+        from skfem.element import ElementHexS2
+
         # skfem.FacetBasis finds the quadrature points by Newton's method, which fails on bent elements.
         basis, load = self.solid.basis, np.zeros((self.solid.basis.N, 3))
         owners = np.asarray(self.solid.mesh.f2t)[0, facets]
@@ -185,6 +190,8 @@ class Elastic:
 
     def stress_in(self, basis: Basis, moved: Array) -> Array:
         """Return stresses (6, E, Q, k) at the quadrature points of a *basis*, without recovery."""
+        from skfem.models.elasticity import lame_parameters
+
         lam, mu = lame_parameters(self.material.young_modulus, self.material.poisson_ratio)
         at_nodes = moved.reshape(-1, 3, moved.shape[-1])[_nodes(basis)]  # (E, 20, 3, k)
         slopes = np.einsum("eqai,eajk->ijeqk", _gradients(basis), at_nodes, optimize=True)
@@ -197,6 +204,9 @@ class Elastic:
         Stresses of second-order elements are most accurate at those points (Zienkiewicz, Zhu 1992). With *cells*, only
         these elements are averaged; nodes of none of them are 0.
         """
+        from skfem import Basis
+        from skfem.element import ElementHex2, ElementHexS2
+
         best = Basis(self.solid.mesh, ElementHexS2(), intorder=3)
         inner = self.stress_in(best, moved)
         outward = _trilinear(ElementHex2.doflocs) @ np.linalg.inv(_trilinear(np.asarray(best.X).T))  # (27, 8)
@@ -239,6 +249,8 @@ def _nodes(basis: Basis) -> Index:
 
 def _on_face(axis: int, end: float) -> tuple[Array, Array, Array]:
     """Shape functions on a face of the reference cube: values (20, Q), slopes along it (2, 20, Q), weights (Q,)."""
+    from skfem.element import ElementHexS2
+
     points, weights = np.polynomial.legendre.leggauss(3)
     u, v = (each.ravel() for each in np.meshgrid(0.5 + 0.5 * points, 0.5 + 0.5 * points, indexing="ij"))
     along = [k for k in range(3) if k != axis]

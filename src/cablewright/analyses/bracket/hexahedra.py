@@ -9,13 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, MeshHex, MeshHex2
-from skfem.element import ElementHex2, ElementHexS2
 
 from cablewright.arrays import Array, Mask
+
+if TYPE_CHECKING:
+    from skfem import Basis, MeshHex2
 
 Index = NDArray[np.int64]
 
@@ -117,6 +119,9 @@ def ticks(marks: Sequence[float], size: float, times: int, finer: Sequence[float
 
 def build(planes: Sequence[Array], kept: Callable[[Array], Mask], bores: Sequence[Bore]) -> HexMesh:
     """Mesh the cells whose middles (3, E) are *kept*, without the *bores*, between *planes* along x, y and z, m."""
+    from skfem import Basis, MeshHex, MeshHex2
+    from skfem.element import ElementHex2, ElementHexS2
+
     whole = MeshHex.init_tensor(*planes)
     middles = whole.p[:, whole.t].mean(axis=1)
     stays = kept(middles)
@@ -143,6 +148,8 @@ def _serendipity(places: Array, members: Index) -> None:
     scikit-fem stores second-order meshes with 27 nodes; this makes them equal to elements with 20 nodes, which
     reproduce a uniform strain. *members* (27, E): the nodes of each element.
     """
+    from skfem.element import ElementHex2, ElementHexS2
+
     element, inner = ElementHexS2(), ElementHex2.doflocs[20:].T
     shares = np.stack([element.lbasis(inner, a)[0] for a in range(20)])  # (20, 7)
     middles = np.einsum("ap,cae->cpe", shares, places[:, members[:20]])

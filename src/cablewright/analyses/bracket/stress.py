@@ -14,7 +14,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from skfem.models.elasticity import lame_parameters
 
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.loads import UNIVERSAL_JOINT, Loads, facings, frames, joints, loads_at
@@ -434,6 +433,8 @@ def _lever_frame(swing: float, angle: float) -> Array:
 
 def _axle_compliance(bracket: Bracket) -> float:
     """Deflection of the axle per force on the sheave, in the sense of work, m/N: bending and shear of a beam."""
+    from skfem.models.elasticity import lame_parameters
+
     span, width, diameter = bracket.lever.gap + bracket.lever.thickness, bracket.axle.sheave_width, bracket.lever.axle
     _, shear_modulus = lame_parameters(bracket.axle.material.young_modulus, bracket.axle.material.poisson_ratio)
     bending = bracket.axle.material.young_modulus * np.pi * diameter**4 / 64.0

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict, dataclass
-from functools import cached_property
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, Limits, Retraction, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers, pose_of, tension_limits
+from cablewright.apps.cli.parsing import numbers, pose_of, run_path, tension_range
 from cablewright.choices import CompensationName, MethodName
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.spread import Method
-    from cablewright.robot import Robot
-    from cablewright.robot.uncertainty import Range
     from cablewright.studies.accuracy import ManyOptions
-    from cablewright.studies.places import Places
 
 SHAPES = ("at", "helix", "path", "plane", "workspace")
 TAKEN_BY = {
@@ -38,11 +36,9 @@ STEPS = 40
 """Steps along the longest side of the frame where none is given."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Places")
 class PlaceOptions:
     """Where the error is computed: one of a pose, a helix, a path, a plane or the workspace."""
-
-    PANEL: ClassVar = "Places"
 
     at: Annotated[
         str | None,
@@ -94,7 +90,7 @@ class PlaceOptions:
                 raise InputError(f"--{option.replace('_', '-')} does not go with --{given[0]}")
         return given[0]
 
-    def of(self, machine: Robot) -> Places:
+    def of(self, machine: cw.Robot) -> cw.Places:
         """The places of a helix, a plane or the workspace of a robot. Raises `InputError`."""
         from cablewright.studies import places
 
@@ -110,11 +106,9 @@ class PlaceOptions:
         return places.Places.plane(machine, self.plane, self.half_width, step)
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Uncertain parameters")
 class UncertaintyOptions:
     """What is uncertain, and how the spread is found."""
-
-    PANEL: ClassVar = "Uncertain parameters"
 
     modulus_range: Annotated[
         str | None,
@@ -138,7 +132,7 @@ class UncertaintyOptions:
     ] = None
     seed: Seed = 0
 
-    def ranges(self, machine: Robot) -> tuple[Range, ...]:
+    def ranges(self, machine: cw.Robot) -> tuple[cw.Range, ...]:
         """What is uncertain of a robot. Raises `InputError`."""
         from cablewright.robot.uncertainty import load_uncertainty, modulus_ranges
 
@@ -153,37 +147,28 @@ class UncertaintyOptions:
 
     def spread_method(self) -> Method | str:
         """How the spread is found. Raises `InputError`."""
-        from cablewright.analyses.accuracy.spread import MonteCarlo
-
         if self.method == "monte-carlo":
-            return MonteCarlo(100_000 if self.samples is None else self.samples, self.seed)
+            return cw.MonteCarlo(100_000 if self.samples is None else self.samples, self.seed)
         if self.samples is not None:
             raise InputError("--samples goes with --method monte-carlo")
         return self.method
 
 
-@dataclass(frozen=True, kw_only=True)
-class AccuracyCommand:
-    """The error of the commanded lengths, and the largest error while parameters are uncertain.
-
-    A shape writes a run folder with a report; one pose does so where --out is given. With --workers or --cluster a file
-    beside that folder has what is done, until it is there: the same command resumes. The answer is no (exit 1) if the
-    robot can be held at none of the places.
-    """
-
-    EXAMPLE: ClassVar = "accuracy house-printer --at 3,2,1"
-    ANSWERS: ClassVar = ("studies.accuracy_at_pose:AccuracyAtPose", "studies.accuracy:AccuracyStudy")
-
-    robot: RobotOptions
-    places: PlaceOptions
-    uncertain: UncertaintyOptions
+@command(
+    "accuracy house-printer --at 3,2,1", "studies.accuracy_at_pose:AccuracyAtPose", "studies.accuracy:AccuracyStudy"
+)
+def accuracy_command(
+    *,
+    robot: RobotOptions,
+    places: PlaceOptions,
+    uncertain: UncertaintyOptions,
     compensation: Annotated[
         CompensationName,
         typer.Option(
             "--compensation",
             help="Model of the commanded lengths: rigid cables (none), stretch alone, all but sheaves, or everything.",
         ),
-    ] = "none"
+    ] = "none",
     home: Annotated[
         str | None,
         typer.Option(
@@ -191,96 +176,79 @@ class AccuracyCommand:
             metavar="X,Y,Z[,RX,RY,RZ]",
             help="Pose, m and rad, at which the commanded lengths are true; by default at none.",
         ),
-    ] = None
-    tension_limits: Limits = None
+    ] = None,
+    tension_limits: Limits = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Run folder; of a shape by default runs/accuracy-ROBOT-SHAPE.")
-    ] = None
-    executor: ExecutorOptions
-    as_json: AsJson = False
+    ] = None,
+    executor: ExecutorOptions,
+    as_json: AsJson = False,
+) -> int:
+    """The error of the commanded lengths, and the largest error while parameters are uncertain.
 
-    def run(self) -> int:
-        """Find the errors, write the run folder, and print."""
-        from cablewright.apps.report import accuracy as report
-        from cablewright.studies import accuracy, store
-        from cablewright.studies.accuracy_at_pose import AccuracyAtPose
-        from cablewright.studies.accuracy_tables import write_places
+    A shape writes a run folder with a report; one pose does so where --out is given. With --workers or --cluster a file
+    beside that folder has what is done, until it is there: the same command resumes. The answer is no (exit 1) if the
+    robot can be held at none of the places.
+    """
+    from cablewright.studies import accuracy, store
 
-        where, folder, options = self._where(), self._folder(), self.options
-        ranges = self.uncertain.ranges(self.machine)
-        with (
-            nullcontext() if folder is None else store.run_folder(folder) as part,
-            self._working(folder) as question,
-        ):
-            found = accuracy.accuracy(self.machine, where, ranges, **question | {"room": part})
-            if part is not None:
-                self._write_inputs(part)
-                if isinstance(found, AccuracyAtPose):
-                    report.write_place(found, part, options)
-                else:
-                    write_places(found, part)
-                    report.write(found, part, options)
-        if folder is not None:
-            _beside(folder).unlink(missing_ok=True)  # of a run that was interrupted
-        return answer(found, self.as_json, report=None if folder is None else folder / "report.html")
+    machine = robot.loaded(places.retraction)
+    is_pose = places.shape == "at"
+    where: Any = pose_of(places.at, machine) if is_pose else places.path or places.of(machine)
+    folder = out if is_pose else run_path(out, "accuracy", machine.name, places.shape)
+    asked: ManyOptions = {
+        "method": uncertain.spread_method(),
+        "compensation": compensation,
+        "tension_limits": tension_range(tension_limits),
+        "home": numbers(home, "--home"),
+        "seed": uncertain.seed,
+    }
+    ranges = uncertain.ranges(machine)
+    with (
+        nullcontext() if folder is None else store.run_folder(folder) as part,
+        _working(executor, None if is_pose else folder) as who,
+    ):
+        found = accuracy.accuracy(machine, where, ranges, **asked | who | {"room": part})
+        if part is not None:
+            options = {"compensation": compensation, "home": home, "tension_limits": tension_limits}
+            options |= {"load": robot.load, "wrench": robot.wrench} | asdict(places) | asdict(uncertain)
+            _write(found, part, robot.robot, options)
+    if folder is not None:
+        _beside(folder).unlink(missing_ok=True)  # of a run that was interrupted
+    return answer(found, as_json, report=None if folder is None else folder / "report.html")
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """The given options by name, as the manifest and the report have them."""
-        given = asdict(self)
-        for group in ("robot", "places", "uncertain"):
-            given |= given.pop(group)
-        return {key: value for key, value in given.items() if key not in ("robot", "out", "as_json", "executor")}
 
-    @cached_property
-    def machine(self) -> Robot:
-        """The robot as loaded and retracted."""
-        return self.robot.loaded(self.places.retraction)
+@contextmanager
+def _working(executor: ExecutorOptions, folder: Path | None) -> Iterator[ManyOptions]:
+    """Who computes, with its progress; *folder*: the run folder of a shape, None at a pose. Raises `InputError`."""
+    if not executor.asked:
+        with progress(*_KERNELS) as show:
+            yield {"progress": show}
+        return
+    if folder is None:
+        raise InputError("--workers and --cluster: are for a shape; one pose takes no time")
+    kept = _beside(folder)
+    with executor.working(kept, *_KERNELS) as (works, show):
+        yield {"progress": show, "executor": works, "file": kept}
 
-    def _where(self) -> Any:
-        """What `accuracy` takes as places."""
-        if self.places.shape == "at":
-            return pose_of(self.places.at, self.machine)
-        return self.places.path or self.places.of(self.machine)
 
-    def _folder(self) -> Path | None:
-        from cablewright.studies.store import folder_name
+def _write(found: cw.AccuracyAtPose | cw.AccuracyStudy, part: Path, robot: str, options: dict[str, Any]) -> None:
+    """Write manifest, tables and report into the run folder."""
+    from cablewright.apps.report import accuracy as report
+    from cablewright.studies import store
+    from cablewright.studies.accuracy_tables import write_places
 
-        if self.out is not None or self.places.shape == "at":
-            return self.out
-        return Path("runs") / folder_name("accuracy", self.machine.name, self.places.shape)
-
-    @contextmanager
-    def _working(self, folder: Path | None) -> Iterator[ManyOptions]:
-        """What is asked alike at one pose and over a shape, with who computes. Raises `InputError`."""
-        asked: ManyOptions = {
-            "method": self.uncertain.spread_method(),
-            "compensation": self.compensation,
-            "tension_limits": tension_limits(self.tension_limits),
-            "home": numbers(self.home, "--home"),
-            "seed": self.uncertain.seed,
-        }
-        if not self.executor.asked:
-            with progress(*_KERNELS) as show:
-                yield asked | {"progress": show}
-            return
-        if folder is None or self.places.shape == "at":
-            raise InputError("--workers and --cluster: are for a shape; one pose takes no time")
-        kept = _beside(folder)
-        with self.executor.working(kept, *_KERNELS) as (executor, show):
-            yield asked | {"progress": show, "executor": executor, "file": kept}
-
-    def _write_inputs(self, part: Path) -> None:
-        """Write the manifest."""
-        from cablewright.printing.job import load_job
-        from cablewright.studies import store
-
-        inputs = {"robot": store.robot_hash(self.robot.robot)}
-        if self.uncertain.uncertainty is not None:
-            inputs["uncertainty"] = store.file_hash(self.uncertain.uncertainty)
-        if self.places.path is not None:
-            inputs |= store.job_hashes(self.places.path, load_job(self.places.path))
-        store.write_manifest(part, "accuracy", inputs, self.options)
+    inputs = {"robot": store.robot_hash(robot)}
+    if options["uncertainty"] is not None:
+        inputs["uncertainty"] = store.file_hash(options["uncertainty"])
+    if options["path"] is not None:
+        inputs |= store.job_hashes(options["path"], cw.load_job(options["path"]))
+    store.write_manifest(part, "accuracy", inputs, options)
+    if isinstance(found, cw.AccuracyAtPose):
+        report.write_place(found, part, options)
+    else:
+        write_places(found, part)
+        report.write(found, part, options)
 
 
 def _beside(folder: Path) -> Path:

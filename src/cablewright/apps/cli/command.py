@@ -1,73 +1,99 @@
-"""How a command is declared: a frozen dataclass whose fields are arguments, options, or groups of options.
+"""How a command is declared: a function whose parameters are arguments, options, or groups of options.
 
-The docstring of the class is the text below the command's summary in its help; ``EXAMPLE`` is the line there that tests
-run; ``ANSWERS`` names the results that it prints, ``module:class`` below `cablewright`. A field that is itself such a
-dataclass is a group of options; ``PANEL`` is the heading of the group in the help.
+`command` declares its example and the results that it prints. Its docstring is the text below the command's summary in
+the help. A parameter whose type is a class made by `options` is a group of options.
 """
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from inspect import Parameter, Signature
-from typing import Annotated, Any, ClassVar, Protocol, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, TypeVar, dataclass_transform, get_args, get_origin, get_type_hints
 
 import typer
 from typer.core import TyperCommand
 from typer.main import get_command
 
+_Group = TypeVar("_Group")
 
-class Runnable(Protocol):
-    """A command: its fields are what the command line gives."""
-
-    EXAMPLE: ClassVar[str]
-    ANSWERS: ClassVar[tuple[str, ...]]
-
-    def run(self) -> int:
-        """Do it and return the exit code."""
-        ...
+_PANELS: dict[type, str | None] = {}
+"""The heading of each group of options in the help."""
 
 
-def command_of(kind: type[Runnable], name: str, summary: str) -> TyperCommand:
-    """The command that a class declares. Its help is *summary* and the docstring; its epilogue is the example."""
+class DeclaredCommand(NamedTuple):
+    """A command: what runs it and returns the exit code, the example in its help, which tests run, and its results.
+
+    ``answers`` names the classes of the results, ``module:class`` below `cablewright`.
+    """
+
+    run: Callable[..., int]
+    example: str
+    answers: tuple[str, ...]
+
+
+def command(example: str, *answers: str) -> Callable[[Callable[..., int]], DeclaredCommand]:
+    """Declare a function as a command."""
+    return lambda run: DeclaredCommand(run, example, answers)
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def options(panel: str | None = None) -> Callable[[type[_Group]], type[_Group]]:
+    """Declare a class as a group of options; *panel* is the heading of the group in the help."""
+
+    def declare(group: type[_Group]) -> type[_Group]:
+        _PANELS[group] = panel
+        return dataclass(frozen=True, kw_only=True)(group)
+
+    return declare
+
+
+def command_of(declared: DeclaredCommand, name: str, summary: str) -> TyperCommand:
+    """The command of typer. Its help is *summary* and the docstring; its epilogue is the example."""
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    paragraphs = (summary, *inspect.cleandoc(kind.__doc__ or "").split("\n\n"))
+    paragraphs = (summary, *inspect.cleandoc(declared.run.__doc__ or "").split("\n\n"))
     text = "\n\n".join(" ".join(each.split()) for each in paragraphs)
-    app.command(name, help=text, epilog=f"Example:  cablewright {kind.EXAMPLE}")(_callback(kind))
+    app.command(name, help=text, epilog=f"Example:  cablewright {declared.example}")(_callback(declared.run))
     made = get_command(app)
     assert isinstance(made, TyperCommand)
     return made
 
 
-def _callback(kind: type[Runnable]) -> Callable[..., int]:
+def _callback(run: Callable[..., int]) -> Callable[..., int]:
     """A function with one parameter for each option, in groups or not, that runs the command."""
+    hints = get_type_hints(run, include_extras=True)
+    own = {each.name: each for each in inspect.signature(run).parameters.values()}
 
-    def run(**given: Any) -> int:
-        made: Runnable = _made(kind, given)
-        return made.run()
+    def callback(**given: Any) -> int:
+        return run(**{name: _value(name, hints[name], given) for name in own})
 
-    parameters = list(_parameters(kind))
+    parameters = [each for name, one in own.items() for each in _parameters(name, hints[name], one.default)]
     names = [each.name for each in parameters]
-    assert len(set(names)) == len(names), f"{kind.__name__}: two options have one name"
-    run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    run.__annotations__ = {}
-    return run
+    assert len(set(names)) == len(names), f"{run.__name__}: two options have one name"
+    callback.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    callback.__annotations__ = {}
+    return callback
 
 
-def _parameters(kind: type[Any], panel: str | None = None) -> Iterator[Parameter]:
-    hints = get_type_hints(kind, include_extras=True)
-    for field in fields(kind):
-        hint = hints[field.name]
-        if isinstance(hint, type) and is_dataclass(hint):
-            yield from _parameters(hint, getattr(hint, "PANEL", None))
-            continue
-        yield Parameter(field.name, Parameter.KEYWORD_ONLY, default=_default(field), annotation=_in_panel(hint, panel))
+def _parameters(name: str, hint: Any, default: Any, panel: str | None = None) -> Iterator[Parameter]:
+    """An option, or all options of a group."""
+    if not (isinstance(hint, type) and is_dataclass(hint)):
+        yield Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=_in_panel(hint, panel))
+        return
+    hints = get_type_hints(hint, include_extras=True)
+    for field in fields(hint):
+        default = Parameter.empty if field.default is MISSING else field.default
+        yield from _parameters(field.name, hints[field.name], default, _PANELS[hint])
 
 
-def _default(field: Field[Any]) -> Any:
-    return Parameter.empty if field.default is MISSING else field.default
+def _value(name: str, hint: Any, given: Mapping[str, Any]) -> Any:
+    """The value of an option, or a group made of the values of its options."""
+    if not (isinstance(hint, type) and is_dataclass(hint)):
+        return given[name]
+    hints = get_type_hints(hint, include_extras=True)
+    return hint(**{field.name: _value(field.name, hints[field.name], given) for field in fields(hint)})
 
 
 def _in_panel(hint: Any, panel: str | None) -> Any:
@@ -80,14 +106,3 @@ def _in_panel(hint: Any, panel: str | None) -> Any:
     option = copy(option)
     option.rich_help_panel = panel
     return Annotated[kind, option]
-
-
-def _made(kind: type[Any], given: dict[str, Any]) -> Any:
-    """The dataclass with its groups, from the values by name."""
-    hints = get_type_hints(kind, include_extras=True)
-    return kind(
-        **{
-            each.name: _made(hints[each.name], given) if is_dataclass(hints[each.name]) else given[each.name]
-            for each in fields(kind)
-        }
-    )

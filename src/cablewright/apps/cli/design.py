@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, RobotName, Seed
 from cablewright.apps.cli.output import answer, tell
-from cablewright.apps.cli.parsing import named_number
+from cablewright.apps.cli.parsing import named_number, run_path
 from cablewright.choices import CriterionName, InertiaName, OptimiserName
 from cablewright.errors import InputError
-
-if TYPE_CHECKING:
-    from cablewright.studies.design.result import Designed
-    from cablewright.studies.trade import TradeSettings
 
 RESULTS = "results.jsonl"
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Search")
 class SearchOptions:
     """How the search goes."""
-
-    PANEL: ClassVar = "Search"
 
     method: Annotated[
         OptimiserName | None,
@@ -50,35 +45,17 @@ class SearchOptions:
         int, typer.Option("--grid", metavar="N", help="Nodes along each side of the box, for figures of the workspace.")
     ] = 9
 
-    def workspace(self) -> TradeSettings:
+    def workspace(self) -> cw.TradeSettings:
         """How workspaces are found. Raises `InputError`."""
-        from cablewright.studies.trade import TradeSettings
-
-        return TradeSettings(
+        return cw.TradeSettings(
             criterion=self.criterion, count="nodes", grid=self.grid, boundary_grid=self.grid, inertia=self.inertia
         )
 
 
-@dataclass(frozen=True, kw_only=True)
-class DesignCommand:
-    """Candidates are judged at places that stand for the whole part; the limits of the hardware must hold there.
+@options()
+class GoalOptions:
+    """What varies, and what is to be good."""
 
-    The folder --out gets robot.toml, the best candidate or of several objectives the most balanced one, up to two
-    others, a report, and every result: the same command resumes an interrupted search, with any executor. Check the
-    robot with `check` on the whole job. The answer is no (exit 1) if no candidate meets all constraints and limits.
-    """
-
-    EXAMPLE: ClassVar = (
-        "design house-printer examples/helix.toml --vary exit_point.z=8:15 --objective expected_error "
-        "--evaluations 20 --population 10 --out runs/design"
-    )
-    ANSWERS: ClassVar = ("studies.design.result:Designed",)
-
-    robot: RobotName
-    job: Annotated[
-        Path | None,
-        typer.Argument(metavar="[JOB]", help="A job's TOML file, or a G-code file; none for figures of the workspace."),
-    ] = None
     vary: Annotated[
         list[str],
         typer.Option(
@@ -116,65 +93,85 @@ class DesignCommand:
             "--symmetry", metavar="x|y|x,y", help="Mirrors through the frame's middle: what varies at a line, mirrored."
         ),
     ] = None
-    search: SearchOptions
-    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; by default in runs/.")] = None
-    executor: ExecutorOptions
-    as_json: AsJson = False
 
-    def run(self) -> int:
-        """Search, write robots and report, and print."""
-        from cablewright.robot import load
-        from cablewright.studies.design.search import design
-        from cablewright.studies.store import folder_name
+    @property
+    def mirrors(self) -> tuple[str, ...]:
+        """The planes of symmetry."""
+        return () if self.symmetry is None else tuple(each.strip() for each in self.symmetry.split(","))
 
-        robot = load(self.robot)
-        mirrors = () if self.symmetry is None else tuple(each.strip() for each in self.symmetry.split(","))
-        stem = () if self.job is None else (self.job.stem,)
-        folder = self.out or Path("runs") / folder_name("design", robot.name, *stem)
-        _require_own(folder)
-        with self.executor.working(folder) as (executor, show):
-            found = design(
-                robot,
-                self.job,
-                self.vary,
-                self.objective,
-                self.constraint or (),
-                symmetry=mirrors,
-                method=self.search.method,
-                evaluations=self.search.evaluations,
-                population=self.search.population,
-                workspace=self.search.workspace(),
-                prices=self._prices(),
-                seed=self.search.seed,
-                file=folder / RESULTS,
-                executor=executor,
-                progress=show,
-            )
-        return answer(found, self.as_json, **self._written(found, folder))
-
-    def _prices(self) -> dict[str, float] | None:
+    def prices(self) -> dict[str, float] | None:
         """The prices by name; None without one. Raises `InputError`."""
         expected = "expected NAME=VALUE, a name and a number"
         return dict(named_number(text, f"--price = {text!r}: {expected}") for text in self.price or ()) or None
 
-    def _written(self, found: Designed, folder: Path) -> dict[str, object]:
-        """Write the robots and the report; return their files."""
-        from cablewright.apps.report.result import result_page
-        from cablewright.file_output import write_whole
-        from cablewright.robot import library_names, library_text
-        from cablewright.robot.write_back import update
 
-        page = result_page(found, f"Design of {found.what.robot.name}", drawn=bool(found.holding))
-        write_whole(folder / "report.html", page.encode("utf-8"))
-        text = library_text(self.robot) if self.robot in library_names() else Path(self.robot).read_text("utf-8")
-        files = ["robot.toml", *(f"candidate-{k}.toml" for k in range(2, len(found.chosen) + 1))]
-        files = files[: len(found.chosen)]
-        for name, each in zip(files, found.chosen, strict=True):
-            write_whole(folder / name, update(text, found.robot_of(each)).encode("utf-8"))
-        if files:
-            job = "" if self.job is None else f" {self.job}"
-            tell(f"note: judged at {len(found.what.places)} places; cablewright check {folder / 'robot.toml'}{job}")
-        return {"robots": [str(folder / name) for name in files], "report": folder / "report.html"}
+@command(
+    "design house-printer examples/helix.toml --vary exit_point.z=8:15 --objective expected_error "
+    "--evaluations 20 --population 10 --out runs/design",
+    "studies.design.result:Designed",
+)
+def design_command(
+    *,
+    robot: RobotName,
+    job: Annotated[
+        Path | None,
+        typer.Argument(metavar="[JOB]", help="A job's TOML file, or a G-code file; none for figures of the workspace."),
+    ] = None,
+    goal: GoalOptions,
+    search: SearchOptions,
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Folder; by default in runs/.")] = None,
+    executor: ExecutorOptions,
+    as_json: AsJson = False,
+) -> int:
+    """Candidates are judged at places that stand for the whole part; the limits of the hardware must hold there.
+
+    The folder --out gets robot.toml, the best candidate or of several objectives the most balanced one, up to two
+    others, a report, and every result: the same command resumes an interrupted search, with any executor. Check the
+    robot with `check` on the whole job. The answer is no (exit 1) if no candidate meets all constraints and limits.
+    """
+    described = cw.load(robot)
+    stem = () if job is None else (job.stem,)
+    folder = run_path(out, "design", described.name, *stem)
+    _require_own(folder)
+    with executor.working(folder) as (works, show):
+        found = cw.design(
+            described,
+            job,
+            goal.vary,
+            goal.objective,
+            goal.constraint or (),
+            symmetry=goal.mirrors,
+            method=search.method,
+            evaluations=search.evaluations,
+            population=search.population,
+            workspace=search.workspace(),
+            prices=goal.prices(),
+            seed=search.seed,
+            file=folder / RESULTS,
+            executor=works,
+            progress=show,
+        )
+    return answer(found, as_json, **_written(found, folder, robot, job))
+
+
+def _written(found: cw.Designed, folder: Path, robot: str, job: Path | None) -> dict[str, object]:
+    """Write the robots and the report; return their files."""
+    from cablewright.apps.report.result import result_page
+    from cablewright.file_output import write_whole
+    from cablewright.robot import library_text
+    from cablewright.robot.write_back import update
+
+    page = result_page(found, f"Design of {found.what.robot.name}", drawn=bool(found.holding))
+    write_whole(folder / "report.html", page.encode("utf-8"))
+    text = library_text(robot) if robot in cw.library_names() else Path(robot).read_text("utf-8")
+    files = ["robot.toml", *(f"candidate-{k}.toml" for k in range(2, len(found.chosen) + 1))]
+    files = files[: len(found.chosen)]
+    for name, each in zip(files, found.chosen, strict=True):
+        write_whole(folder / name, update(text, found.robot_of(each)).encode("utf-8"))
+    if files:
+        on = "" if job is None else f" {job}"
+        tell(f"note: judged at {len(found.what.places)} places; cablewright check {folder / 'robot.toml'}{on}")
+    return {"robots": [str(folder / name) for name in files], "report": folder / "report.html"}
 
 
 def _require_own(folder: Path) -> None:

@@ -21,69 +21,69 @@ from cablewright.errors import AnswerError, CablewrightError, InputError, one_li
 
 COMMANDS = {
     "Model": {
-        "show": ("show.ShowCommand", "A robot to look at in a browser, alone or with a job, a run or a log."),
-        "inverse": ("statics.InverseCommand", "Lengths and tensions of the lines that hold the platform at a pose."),
-        "forward": ("statics.ForwardCommand", "Pose of the platform for given unstrained lengths."),
+        "show": ("show.show_command", "A robot to look at in a browser, alone or with a job, a run or a log."),
+        "inverse": ("statics.inverse_command", "Lengths and tensions of the lines that hold the platform at a pose."),
+        "forward": ("statics.forward_command", "Pose of the platform for given unstrained lengths."),
         "equilibria": (
-            "equilibria.EquilibriaCommand",
+            "statics.equilibria_command",
             "All equilibria of given unstrained lengths that a search finds.",
         ),
     },
     "Analyse": {
-        "accuracy": ("accuracy.AccuracyCommand", "Position error of the nozzle under uncertain parameters."),
-        "workspace": ("workspace.WorkspaceCommand", "Volume, boundary and slices of the workspace by a criterion."),
-        "retraction": ("retraction.RetractionCommand", "Best retraction length of the end-effector at each height."),
-        "modes": ("modes.ModesCommand", "Stiffness and natural frequencies of the platform on its lines."),
-        "trade": ("trade.TradeCommand", "Workspace against lowest frequency while design parameters vary."),
-        "design": ("design.DesignCommand", "Exits, platform and limits with which a robot serves its part best."),
+        "accuracy": ("accuracy.accuracy_command", "Position error of the nozzle under uncertain parameters."),
+        "workspace": ("workspace.workspace_command", "Volume, boundary and slices of the workspace by a criterion."),
+        "retraction": ("workspace.retraction_command", "Best retraction length of the end-effector at each height."),
+        "modes": ("modes.modes_command", "Stiffness and natural frequencies of the platform on its lines."),
+        "trade": ("trade.trade_command", "Workspace against lowest frequency while design parameters vary."),
+        "design": ("design.design_command", "Exits, platform and limits with which a robot serves its part best."),
         "interference": (
-            "interference.InterferenceCommand",
+            "interference.interference_command",
             "Distances of the lines from each other, platform, frame, part.",
         ),
-        "bracket": ("bracket.BracketCommand", "Stress in the brackets of the sheaves, by finite elements."),
+        "bracket": ("bracket.bracket_command", "Stress in the brackets of the sheaves, by finite elements."),
     },
     "Calibrate": {
         "survey": (
-            "calibration.survey.SurveyCommand",
+            "calibration.room.survey_command",
             "Exit points, sheave axes and walls from a total station's markers.",
         ),
-        "poses": ("calibration.poses.PosesCommand", "Poses to measure for a calibration."),
+        "poses": ("calibration.poses.poses_command", "Poses to measure for a calibration."),
         "calibrate": (
-            "calibration.calibrate.CalibrateCommand",
+            "calibration.calibrate.calibrate_command",
             "Exit points and home lengths from length changes at poses.",
         ),
         "simulate-calibration": (
-            "calibration.calibrate.SimulateCalibrationCommand",
+            "calibration.calibrate.simulate_calibration_command",
             "Simulated measurements to try `calibrate` with.",
         ),
-        "modulus": ("calibration.modulus.ModulusCommand", "Young's modulus of a cable from a tensile test."),
-        "creep": ("calibration.creep.CreepCommand", "Creep and stiffness of a cable from a test that holds a load."),
+        "modulus": ("calibration.tensile.modulus_command", "Young's modulus of a cable from a tensile test."),
+        "creep": ("calibration.tensile.creep_command", "Creep and stiffness of a cable from a test that holds a load."),
         "walls": (
-            "calibration.walls.WallsCommand",
+            "calibration.room.walls_command",
             "Walls in a lidar's scan, and the lidar's place in a surveyed room.",
         ),
     },
     "Print": {
-        "check": ("check.CheckCommand", "Whether a robot can print a job, how far off, and the winch lengths for it."),
-        "print": ("print_job.PrintJobCommand", "Print a job closed-loop, on a simulated machine or on drives."),
-        "campaign": ("campaign.CampaignCommand", "Print a job on many machines that the tolerances allow."),
-        "simulate": ("simulate.SimulateCommand", "Drive a simulated machine along a path and log its sensors."),
-        "drives": ("drives.DrivesCommand", "Winches of a real machine on CANopen drives, or virtual ones."),
-        "serve": ("serve.ServeCommand", "Watch and operate a machine in a browser, simulated or on drives."),
-        "replay": ("replay.ReplayCommand", "Run the estimation on a log and compare it with the truth in it."),
+        "check": ("check.check_command", "Whether a robot can print a job, how far off, and the winch lengths for it."),
+        "print": ("print_job.print_job_command", "Print a job closed-loop, on a simulated machine or on drives."),
+        "campaign": ("campaign.campaign_command", "Print a job on many machines that the tolerances allow."),
+        "simulate": ("simulate.simulate_command", "Drive a simulated machine along a path and log its sensors."),
+        "drives": ("drives.command.drives_command", "Winches of a real machine on CANopen drives, or virtual ones."),
+        "serve": ("serve.serve_command", "Watch and operate a machine in a browser, simulated or on drives."),
+        "replay": ("simulate.replay_command", "Run the estimation on a log and compare it with the truth in it."),
     },
     "Tools": {
-        "robots": ("robots.RobotsCommand", "Robots of the library, or the file of one."),
-        "new": ("robots.NewCommand", "Files of a robot of your own, from its size, layout, mass and cable."),
-        "import": ("exchange.import_robot.ImportCommand", "A robot from a file of another program."),
-        "export": ("exchange.export.ExportCommand", "A robot, and a job, as files of another program."),
-        "machines": ("simulate.MachinesCommand", "Simulated machines of the library, or the file of one."),
-        "schema": ("robots.SchemaCommand", "JSON Schema of robot, job, machine and other files, for editors."),
-        "warm": ("robots.WarmCommand", "Compile kernels now, rather than when a command needs them."),
-        "curves": ("curves.CurvesCommand", "Random closed curves to print, ranked by how well they cover an area."),
+        "robots": ("robots.robots_command", "Robots of the library, or the file of one."),
+        "new": ("robots.new_command", "Files of a robot of your own, from its size, layout, mass and cable."),
+        "import": ("exchange.import_command", "A robot from a file of another program."),
+        "export": ("exchange.export_command", "A robot, and a job, as files of another program."),
+        "machines": ("simulate.machines_command", "Simulated machines of the library, or the file of one."),
+        "schema": ("robots.schema_command", "JSON Schema of robot, job, machine and other files, for editors."),
+        "warm": ("robots.warm_command", "Compile kernels now, rather than when a command needs them."),
+        "curves": ("curves.curves_command", "Random closed curves to print, ranked by how well they cover an area."),
     },
 }
-"""Commands by group: the class that declares each, in a module of `apps.cli`, and what it answers."""
+"""Commands by group: the function that is each, in a module of `apps.cli`, and what it answers."""
 
 INTERRUPTED, BAD_INPUT, ENVIRONMENT = 130, 2, 3
 LOOK_AGAIN = 0.1  # s after an interruption: whether it is handled
@@ -107,8 +107,8 @@ def command(name: str) -> TyperCommand:
     from cablewright.apps.cli.command import command_of
 
     home, summary = next(commands[name] for commands in COMMANDS.values() if name in commands)
-    module, kind = home.rsplit(".", 1)
-    return command_of(getattr(import_module(f"cablewright.apps.cli.{module}"), kind), name, summary)
+    module, function = home.rsplit(".", 1)
+    return command_of(getattr(import_module(f"cablewright.apps.cli.{module}"), function), name, summary)
 
 
 app = typer.Typer(

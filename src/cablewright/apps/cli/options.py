@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import options
 from cablewright.apps.cli.output import progress, tell
-from cablewright.apps.cli.parsing import check_suffix, numbers, rotations, tension_limits
+from cablewright.apps.cli.parsing import check_suffix, numbers, rotations, tension_range
 from cablewright.choices import (
     CountName,
     CriterionName,
@@ -26,9 +27,7 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.progress import Progress
 
 if TYPE_CHECKING:
-    from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.results import Pictured
-    from cablewright.robot import Robot
     from cablewright.studies.executors.executor import Executor
 
 RobotName = Annotated[
@@ -88,6 +87,9 @@ LengthsOrLog = Annotated[
         "--lengths", metavar="L1,..,Lm", help="Unstrained length of each line, m; or a CSV file with rows of them."
     ),
 ]
+Clearance = Annotated[
+    float, typer.Option("--clearance", metavar="D", help="Distance under which a line is too near, m; 0: touching.")
+]
 Limits = Annotated[
     str | None,
     typer.Option("--tension-limits", metavar="MIN,MAX", help="Tension limits of every line, N; else the robot file's."),
@@ -124,11 +126,9 @@ Tensions = Annotated[
 ]
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Robot and load")
 class RobotOptions:
     """The robot and what pulls at its platform."""
-
-    PANEL: ClassVar = "Robot and load"
 
     robot: RobotName
     load: Annotated[
@@ -143,11 +143,9 @@ class RobotOptions:
         ),
     ] = None
 
-    def loaded(self, retraction: float | None = None) -> Robot:
+    def loaded(self, retraction: float | None = None) -> cw.Robot:
         """The robot under its load and wrench, retracted to a length (m) where one is given. Raises `InputError`."""
-        from cablewright.robot import load
-
-        robot = load(self.robot)
+        robot = cw.load(self.robot)
         if self.load is not None:
             robot = robot.under_load(self.load)
         if retraction is not None:
@@ -162,11 +160,9 @@ class RobotOptions:
         return robot.under_wrench((x, y, z), (a, b, c))
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Model of the lines")
 class LawOptions:
     """The physics of the lines."""
-
-    PANEL: ClassVar = "Model of the lines"
 
     cable: Annotated[CableLaw | None, typer.Option("--cable", help="Cable law; by default catenary.")] = None
     sheave: SheaveChoice = None
@@ -174,15 +170,12 @@ class LawOptions:
 
     def laws(self) -> dict[str, Any]:
         """What the verbs of `cablewright` take of a model."""
-        limits = tension_limits(self.tension_limits)
-        return {"cable": self.cable, "sheave": self.sheave, "tension_limits": limits}
+        return {"cable": self.cable, "sheave": self.sheave, "tension_limits": tension_range(self.tension_limits)}
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Workspace")
 class RegionOptions(LawOptions):
     """What has to hold at a place of the workspace, and where places are searched."""
-
-    PANEL: ClassVar = "Workspace"
 
     criterion: Annotated[
         CriterionName | None,
@@ -212,7 +205,7 @@ class RegionOptions(LawOptions):
         return self.laws() | self.places()
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Workspace")
 class OrientedRegionOptions(RegionOptions):
     """The same for any orientation and retraction."""
 
@@ -239,10 +232,8 @@ class OrientedRegionOptions(RegionOptions):
         more = {"orientations": rotations(self.orientations), "retraction": self.retraction_at_heights()}
         return super().places() | more
 
-    def retraction_at_heights(self) -> float | RetractionLaw | None:
+    def retraction_at_heights(self) -> float | cw.RetractionLaw | None:
         """The retraction length, m, or its law. Raises `InputError`."""
-        from cablewright.analyses.workspace.criterion import RetractionLaw
-
         values = numbers(self.retraction_law, "--retraction-law")
         if values is None:
             return self.retraction
@@ -254,14 +245,12 @@ class OrientedRegionOptions(RegionOptions):
             )
         slope, intercept, *clamps = values
         low, high = clamps or (None, None)
-        return RetractionLaw(slope, intercept, low, high, self.point or "nozzle")
+        return cw.RetractionLaw(slope, intercept, low, high, self.point or "nozzle")
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Volume")
 class CountOptions:
     """How a volume is found."""
-
-    PANEL: ClassVar = "Volume"
 
     count: Annotated[
         CountName, typer.Option("--count", help="A volume with an error, or the nodes of a grid that are inside.")
@@ -276,11 +265,9 @@ class CountOptions:
     seed: Seed = 0
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Output")
 class OutputOptions:
     """What is printed and written."""
-
-    PANEL: ClassVar = "Output"
 
     plot: Plot = None
     report: Annotated[
@@ -310,11 +297,9 @@ class OutputOptions:
         return {"plot": drawn} | ({} if self.report is None else {"report": self.report})
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Who computes")
 class ExecutorOptions:
     """Who computes."""
-
-    PANEL: ClassVar = "Who computes"
 
     workers: Annotated[
         int | None,

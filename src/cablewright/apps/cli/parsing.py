@@ -6,12 +6,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import cablewright as cw
 from cablewright.errors import EnvironmentFault, InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.estimation.lidar.room import Laser
     from cablewright.printing.beads import Bead
-    from cablewright.robot import Robot
     from cablewright.units import Dimension
 
 _TOO_FAR = 50.0  # times the size of a robot: in mm most places are farther than that
@@ -35,21 +34,21 @@ def numbers(text: str | None, option: str, count: int | None = None, *, free: bo
     return values
 
 
-def pose_of(text: str | None, robot: Robot) -> list[float] | None:
+def pose_of(text: str | None, robot: cw.Robot) -> list[float] | None:
     """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm."""
     values = numbers(text, "--at", free=True)
     _require_metres(values[:3] if values else [], "--at", robot, 1.0)
     return values
 
 
-def lengths_of(text: str, robot: Robot) -> list[float]:
+def lengths_of(text: str, robot: cw.Robot) -> list[float]:
     """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm."""
     values = numbers(text, "--lengths") or []
     _require_metres(values, "--lengths", robot, max(line.advantage for line in robot.lines))
     return values
 
 
-def _require_metres(values: list[float], option: str, robot: Robot, times: float) -> None:
+def _require_metres(values: list[float], option: str, robot: cw.Robot, times: float) -> None:
     """Raise `InputError` for a length many *times* as large as the *robot*, but not if it is in mm."""
     from cablewright.units import spell_length
 
@@ -72,7 +71,7 @@ def interval(text: str, option: str) -> tuple[float, float]:
     return low, high
 
 
-def tension_limits(text: str | None) -> tuple[float, float] | None:
+def tension_range(text: str | None) -> tuple[float, float] | None:
     """The value of --tension-limits, N. Raises `InputError`."""
     values = numbers(text, "--tension-limits")
     if values is None:
@@ -97,7 +96,7 @@ def quantity(text: str, option: str, dimension: Dimension) -> float:
     return value
 
 
-def bead(text: str | None) -> Bead | None:
+def bead_size(text: str | None) -> Bead | None:
     """The width and height of --bead; a number without a unit is in m. Raises `InputError`."""
     from cablewright.printing.beads import Bead
     from cablewright.units import LENGTH
@@ -134,20 +133,18 @@ def named_number(text: str, refusal: str) -> tuple[str, float]:
     return name, number
 
 
-def lasers(text: str | None) -> tuple[Laser, ...]:
+def lasers(text: str | None) -> tuple[cw.Laser, ...]:
     """Distances to walls of --laser. Raises `InputError`."""
-    from cablewright.estimation.lidar.room import Laser
-
     if text is None:
         return ()
     expected = "WALL=DISTANCE, over 0 and in m, like north=2.345"
     found = named_lengths(text, "--laser", expected)
     if not all(0.0 < distance < math.inf for _, distance in found):
         raise InputError(f"--laser = {text!r}: expected {expected}")
-    return tuple(Laser(*each) for each in found)
+    return tuple(cw.Laser(*each) for each in found)
 
 
-def slack_excess(robot: Robot, text: str) -> dict[str, float]:
+def slack_excess(robot: cw.Robot, text: str) -> dict[str, float]:
     """Excess (m) by line name of --slack; a line is given by its name or its number from 1. Raises `InputError`."""
     by: dict[str, float] = {}
     for given, value in named_lengths(text, "--slack", f"LINE=EXCESS in m, like {robot.lines[0].name}=0.3 or 1=0.3"):
@@ -158,7 +155,7 @@ def slack_excess(robot: Robot, text: str) -> dict[str, float]:
     return by
 
 
-def _line_name(robot: Robot, given: str) -> str:
+def _line_name(robot: cw.Robot, given: str) -> str:
     names = [line.name for line in robot.lines]
     if given in names:
         return given
@@ -167,6 +164,13 @@ def _line_name(robot: Robot, given: str) -> str:
     if not 1 <= int(given) <= len(names):
         raise InputError(f"--slack: no line {given}; the lines of {robot.name!r} are 1 to {len(names)}")
     return names[int(given) - 1]
+
+
+def run_path(out: Path | None, kind: str, *names: str, suffix: str = "") -> Path:
+    """The file or folder of --out, or else one in runs/ that is called by the *kind* of run, *names* and *suffix*."""
+    from cablewright.studies.store import folder_name
+
+    return out or Path("runs") / f"{folder_name(kind, *names)}{suffix}"
 
 
 def check_suffix(file: Path | None, option: str, *suffixes: str) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import fields
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import (
     AsJson,
     Estimator,
@@ -21,48 +23,16 @@ from cablewright.apps.cli.options import (
     Severity,
 )
 from cablewright.apps.cli.output import answer, progress, tell
-from cablewright.apps.cli.parsing import quantity
+from cablewright.apps.cli.parsing import quantity, run_path
 from cablewright.choices import HeightRule, LawName
 from cablewright.errors import InputError
 
 
-@dataclass(frozen=True, kw_only=True)
-class PrintJobCommand:
-    """A machine file that names drives moves a real machine, by orders that are typed: docs/drives.md.
+@options()
+class SimulatedOptions:
+    """How a simulated machine moves, and what happens to it; not for real drives."""
 
-    The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
-
-    A print that was interrupted resumes with --resume and the same options. The answer is no (exit 1) if the machine
-    stops before the end of the job.
-    """
-
-    EXAMPLE: ClassVar = (
-        "print merlet2023 examples/blind-machines.toml --layers 1 --plant quasi-static --out runs/example"
-    )
-    ANSWERS: ClassVar = (
-        "studies.prints.print_job:PrintedJob",
-        "studies.prints.result:StateUse",
-        "studies.prints.print_job:LearntLine",
-    )
-
-    robot: RobotName
-    job: JobFile
-    machine: MachineName = None
-    layers: LayerCount = None
-    estimator: Estimator = None
-    control: Annotated[
-        LawName,
-        typer.Option("--control", help="Control law: of Merlet and Papegay 2023, or by the machine's model."),
-    ] = "model"
-    height: Annotated[
-        HeightRule | None,
-        typer.Option(
-            "--height",
-            help="Height kept over the structure, or that of the job; by default structure if a lidar sees it.",
-        ),
-    ] = None
     plant: Plant = "dynamic"
-    severity: Severity = None
     period: Period = 1.0
     seed: Seed = 0
     intrusions: Annotated[
@@ -99,6 +69,19 @@ class PrintJobCommand:
         bool, typer.Option("--place-tensions", help="Correct what a place leaves open of lengths by measured tensions.")
     ] = False
     real_time: Annotated[bool, typer.Option("--real-time", help="Wait in each step until its time has come.")] = False
+
+    def require_usual(self, machine: str) -> None:
+        """Refuse options of simulations for a *machine* on drives. Raises `InputError`."""
+        for each in fields(self):
+            if getattr(self, each.name) != each.default:
+                option = f"--{each.name.replace('_', '-')}"
+                raise InputError(f"{option}: is for simulated machines; {machine} names real drives")
+
+
+@options()
+class RunOptions:
+    """The run folder, and whether a print in it goes on."""
+
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Run folder; by default runs/print-ROBOT-JOB.")
     ] = None
@@ -106,107 +89,110 @@ class PrintJobCommand:
     restart: Annotated[
         bool, typer.Option("--restart", help="Print again from the beginning in the run folder of the same print.")
     ] = False
-    as_json: AsJson = False
 
-    def run(self) -> int:
-        """Print, write the report, and show the figures."""
-        from cablewright.apps.report import print as report
-        from cablewright.printing.job import load_job
-        from cablewright.robot import load
-        from cablewright.studies.prints.plan import PrintOptions
-        from cablewright.studies.prints.print_job import print_job
-        from cablewright.studies.store import folder_name
-        from cablewright.units import DURATION, LENGTH
 
-        if self.resume and self.restart:
-            raise InputError("print: --resume or --restart, not both")
-        if self._is_real():
-            return self._print_on_drives()
-        name = load_job(self.job).name
-        folder = self.out or Path("runs") / folder_name("print", load(self.robot).name, self.job.stem)
-        options = PrintOptions(
-            self.estimator, self.control, self.height, self.layers, self.plant, self.period, self.seed,
-            self.intrusions, self.severity, place_layers=self.place_layers,
-            place_sigma=quantity(self.place_sigma, "--place-sigma", LENGTH), place_tensions=self.place_tensions,
-            place_every=0.0 if self.place_every is None else quantity(self.place_every, "--place-every", DURATION),
-            place_stops=self.place_stops, place_learn=self.place_learn,
-        )  # fmt: skip
-        try:
-            with progress() as show:
-                found = print_job(
-                    self.robot,
-                    self.job,
-                    folder,
-                    machine=self.machine,
-                    options=options,
-                    resume=self.resume,
-                    restart=self.restart,
-                    real_time=self.real_time,
-                    progress=show,
-                )
-                show("writing report", 0, 1)
-                found = found.with_report(report.write(found.record, folder, name, found.step_times))
-        except KeyboardInterrupt:
-            tell(f"cablewright: interrupted; --out {folder} --resume with the same options resumes the print")
-            raise
-        return answer(found, self.as_json)
+@command(
+    "print merlet2023 examples/blind-machines.toml --layers 1 --plant quasi-static --out runs/example",
+    "studies.prints.print_job:PrintedJob",
+    "studies.prints.result:StateUse",
+    "studies.prints.print_job:LearntLine",
+)
+def print_job_command(
+    *,
+    robot: RobotName,
+    job: JobFile,
+    machine: MachineName = None,
+    layers: LayerCount = None,
+    estimator: Estimator = None,
+    control: Annotated[
+        LawName,
+        typer.Option("--control", help="Control law: of Merlet and Papegay 2023, or by the machine's model."),
+    ] = "model",
+    height: Annotated[
+        HeightRule | None,
+        typer.Option(
+            "--height",
+            help="Height kept over the structure, or that of the job; by default structure if a lidar sees it.",
+        ),
+    ] = None,
+    severity: Severity = None,
+    simulated: SimulatedOptions,
+    run: RunOptions,
+    as_json: AsJson = False,
+) -> int:
+    """A machine file that names drives moves a real machine, by orders that are typed: docs/drives.md.
 
-    def _is_real(self) -> bool:
-        """Whether the machine file names real drives."""
-        from cablewright.machine.files import load_machine
+    The run folder gets the log, the figures (metrics.json), a report and the structure as a mesh.
 
-        return self.machine is not None and load_machine(self.machine).kind != "simulated"
+    A print that was interrupted resumes with --resume and the same options. The answer is no (exit 1) if the machine
+    stops before the end of the job.
+    """
+    from cablewright.apps.report import print as report
+    from cablewright.units import DURATION, LENGTH
 
-    def _print_on_drives(self) -> int:
-        """Print on the drives of the machine file, by orders that a person types."""
-        from cablewright.apps.cli.drives.machine_file import load_real
-        from cablewright.apps.cli.drives.orders import typed_orders
-        from cablewright.apps.report import print as report
-        from cablewright.printing.job import load_job
-        from cablewright.robot import load
-        from cablewright.studies.drives.printing import print_on_drives
-        from cablewright.studies.store import folder_name, job_hashes, robot_hash
-
-        assert self.machine is not None
-        self._require_real()
-        robot, job = load(self.robot), load_job(self.job)
-        folder = self.out or Path("runs") / folder_name("print", robot.name, self.job.stem)
-        inputs = {"robot": robot_hash(self.robot), **job_hashes(self.job, job)}
-        with typed_orders() as operator:
-            found = print_on_drives(
+    if run.resume and run.restart:
+        raise InputError("print: --resume or --restart, not both")
+    if machine is not None and cw.load_machine(machine).kind != "simulated":
+        simulated.require_usual(machine)
+        for option, value, only in (("--estimator", estimator, "encoders"), ("--height", height, "job")):
+            if value not in (None, only):
+                raise InputError(f"{option} = {value}: on real drives it is {only}")
+        return _print_on_drives(robot, job, machine, control, layers, run, as_json)
+    name, folder = cw.load_job(job).name, run_path(run.out, "print", cw.load(robot).name, job.stem)
+    every = 0.0 if simulated.place_every is None else quantity(simulated.place_every, "--place-every", DURATION)
+    options = cw.PrintOptions(
+        estimator, control, height, layers, simulated.plant, simulated.period, simulated.seed, simulated.intrusions,
+        severity, place_layers=simulated.place_layers, place_stops=simulated.place_stops,
+        place_sigma=quantity(simulated.place_sigma, "--place-sigma", LENGTH), place_learn=simulated.place_learn,
+        place_every=every, place_tensions=simulated.place_tensions,
+    )  # fmt: skip
+    try:
+        with progress() as show:
+            found = cw.print_job(
                 robot,
                 job,
                 folder,
-                load_real(self.machine, robot),
-                Path(self.machine).with_suffix(""),
-                operator,
-                inputs=inputs,
-                law=self.control,
-                layers=self.layers,
-                resume=self.resume,
-                restart=self.restart,
-                say=tell,
+                machine=machine,
+                options=options,
+                resume=run.resume,
+                restart=run.restart,
+                real_time=simulated.real_time,
+                progress=show,
             )
-        page = report.write(found.record, folder, job.name, found.step_times)
-        return answer(found.with_report(page), self.as_json)
+            show("writing report", 0, 1)
+            found = found.with_report(report.write(found.record, folder, name, found.step_times))
+    except KeyboardInterrupt:
+        tell(f"cablewright: interrupted; --out {folder} --resume with the same options resumes the print")
+        raise
+    return answer(found, as_json)
 
-    def _require_real(self) -> None:
-        """Refuse options of simulations. Raises `InputError`."""
-        for option, given, usual in (
-            ("--plant", self.plant, "dynamic"),
-            ("--seed", self.seed, 0),
-            ("--period", self.period, 1.0),
-            ("--intrusions", self.intrusions, 0),
-            ("--place-layers", self.place_layers, 0),
-            ("--place-sigma", self.place_sigma, "1 mm"),
-            ("--place-every", self.place_every, None),
-            ("--place-stops", self.place_stops, 1),
-            ("--place-learn", self.place_learn, False),
-            ("--place-tensions", self.place_tensions, False),
-            ("--real-time", self.real_time, False),
-        ):
-            if given != usual:
-                raise InputError(f"{option}: is for simulated machines; {self.machine} names real drives")
-        for option, value, only in (("--estimator", self.estimator, "encoders"), ("--height", self.height, "job")):
-            if value not in (None, only):
-                raise InputError(f"{option} = {value}: on real drives it is {only}")
+
+def _print_on_drives(
+    robot: str, job: Path, machine: str, control: LawName, layers: int | None, run: RunOptions, as_json: bool
+) -> int:
+    """Print on the drives of the machine file, by orders that a person types."""
+    from cablewright.apps.cli.drives.machine_file import load_real
+    from cablewright.apps.cli.drives.terminal import typed_orders
+    from cablewright.apps.report import print as report
+    from cablewright.studies.drives.printing import print_on_drives
+    from cablewright.studies.store import job_hashes, robot_hash
+
+    described, path = cw.load(robot), cw.load_job(job)
+    folder = run_path(run.out, "print", described.name, job.stem)
+    with typed_orders() as operator:
+        found = print_on_drives(
+            described,
+            path,
+            folder,
+            load_real(machine, described),
+            Path(machine).with_suffix(""),
+            operator,
+            inputs={"robot": robot_hash(robot), **job_hashes(job, path)},
+            law=control,
+            layers=layers,
+            resume=run.resume,
+            restart=run.restart,
+            say=tell,
+        )
+    page = report.write(found.record, folder, path.name, found.step_times)
+    return answer(found.with_report(page), as_json)

@@ -8,10 +8,12 @@ import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer, tell_compiling
 from cablewright.apps.cli.parsing import numbers
@@ -19,134 +21,107 @@ from cablewright.choices import CableName, FileKind, LayoutName
 from cablewright.errors import EnvironmentFault, InputError, suggestion
 from cablewright.results import Figure, Result
 
-if TYPE_CHECKING:
-    from cablewright.robot import Robot
 
-
-@dataclass(frozen=True, kw_only=True)
-class RobotsCommand:
-    """Start your own description from one of them: `cablewright robots NAME > mine.toml`."""
-
-    EXAMPLE: ClassVar = "robots merlet2023"
-    ANSWERS: ClassVar = ("apps.cli.robots:RobotList", "apps.cli.robots:LibraryFile")
-
+@command("robots merlet2023", "apps.cli.robots:RobotList", "apps.cli.robots:LibraryFile")
+def robots_command(
+    *,
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="Robot whose file is printed; without it, all are listed.")
-    ] = None
-    as_json: AsJson = False
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Start your own description from one of them: `cablewright robots NAME > mine.toml`."""
+    from cablewright.robot import library_text
 
-    def run(self) -> int:
-        """Print the list, or the file."""
-        from cablewright.robot import library_names, library_text, load
-
-        if self.name is not None:
-            return LibraryFile(self.name, library_text(self.name)).show(self.as_json)
-        return answer(RobotList(tuple(map(load, library_names()))), self.as_json)
+    if name is not None:
+        return LibraryFile(name, library_text(name)).show(as_json)
+    return answer(RobotList(tuple(map(cw.load, cw.library_names()))), as_json)
 
 
-@dataclass(frozen=True, kw_only=True)
-class NewCommand:
-    """Makes a folder with a robot file, a file of a simulated machine and a first part that the robot can print.
-
-    What is not given is asked for on a terminal, and else has its default. All that nobody was asked is assumed, and
-    marked so in the files.
-    """
-
-    EXAMPLE: ClassVar = "new workshop --size 4,4,3 --mass 10 --cable dyneema-2mm"
-    ANSWERS: ClassVar = ("studies.new_robot:NewRobot",)
-
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the robot and of its folder, which is made.")]
+@command("new workshop --size 4,4,3 --mass 10 --cable dyneema-2mm", "studies.new_robot:NewRobot")
+def new_command(
+    *,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the robot and of its folder, which is made.")],
     layout: Annotated[
         LayoutName | None,
         typer.Option("--layout", help="Arrangement of the lines, see docs/robots.md; by default suspended."),
-    ] = None
+    ] = None,
     size: Annotated[
         str | None,
         typer.Option(
             "--size", metavar="X,Y,Z", help="Sides of the frame up to the highest exit points, m; X,Z of a planar one."
         ),
-    ] = None
-    mass: Annotated[float | None, typer.Option("--mass", metavar="KG", help="Mass of the platform, kg.")] = None
+    ] = None,
+    mass: Annotated[float | None, typer.Option("--mass", metavar="KG", help="Mass of the platform, kg.")] = None,
     cable: Annotated[CableName | None, typer.Option("--cable", help="Cable of all lines; by default dyneema-2mm.")] = (
         None
-    )
+    ),
     lines: Annotated[
         int | None, typer.Option("--lines", metavar="N", help="Number of lines; by default that of the layout.")
-    ] = None
-    as_json: AsJson = False
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Makes a folder with a robot file, a file of a simulated machine and a first part that the robot can print.
 
-    def run(self) -> int:
-        """Ask what is missing, write and print."""
-        from cablewright.robot.cable_table import CABLES
-        from cablewright.robot.new_robot import LAYOUTS, Outline
-        from cablewright.studies.new_robot import new_robot
+    What is not given is asked for on a terminal, and else has its default. All that nobody was asked is assumed, and
+    marked so in the files.
+    """
+    from cablewright.robot.cable_table import CABLES
+    from cablewright.robot.new_robot import LAYOUTS, Outline
+    from cablewright.studies.new_robot import new_robot
 
-        people = sys.stdin.isatty() and sys.stderr.isatty() and not self.as_json
+    people = sys.stdin.isatty() and sys.stderr.isatty() and not as_json
 
-        def ask(question: str, default: object, read: Callable[[str], Any]) -> Any:
-            return _asked(question, str(default), read) if people else read(str(default))
+    def ask(question: str, default: object, read: Callable[[str], Any]) -> Any:
+        return _asked(question, str(default), read) if people else read(str(default))
 
-        layout = self.layout or ask(f"layout ({', '.join(LAYOUTS)})", Outline.layout, _one_of(LAYOUTS))
-        form, usual = ("X,Z", Outline.size[::2]) if layout == "planar" else ("X,Y,Z", Outline.size)
+    arranged = layout or ask(f"layout ({', '.join(LAYOUTS)})", Outline.layout, _one_of(LAYOUTS))
+    form, usual = ("X,Z", Outline.size[::2]) if arranged == "planar" else ("X,Y,Z", Outline.size)
 
-        def sides(text: str) -> list[float]:
-            return numbers(text, "--size", form.count(",") + 1) or []
+    def sides(text: str) -> list[float]:
+        return numbers(text, "--size", form.count(",") + 1) or []
 
-        x, *y, z = (
-            ask(f"size {form}, m", ",".join(f"{side:g}" for side in usual), sides)
-            if self.size is None
-            else sides(self.size)
-        )
-        outline = Outline(
-            name=self.name,
-            layout=layout,
-            size=(x, y[0] if y else 0.0, z),
-            mass=ask("mass of the platform, kg", Outline.mass, float) if self.mass is None else self.mass,
-            cable=self.cable or ask(f"cable ({', '.join(CABLES)})", Outline.cable, _one_of(CABLES)),
-            lines=ask("number of lines", LAYOUTS[layout].lines, int) if self.lines is None else self.lines,
-        )
-        return answer(new_robot(outline), self.as_json)
+    x, *y, z = ask(f"size {form}, m", ",".join(f"{side:g}" for side in usual), sides) if size is None else sides(size)
+    outline = Outline(
+        name=name,
+        layout=arranged,
+        size=(x, y[0] if y else 0.0, z),
+        mass=ask("mass of the platform, kg", Outline.mass, float) if mass is None else mass,
+        cable=cable or ask(f"cable ({', '.join(CABLES)})", Outline.cable, _one_of(CABLES)),
+        lines=ask("number of lines", LAYOUTS[arranged].lines, int) if lines is None else lines,
+    )
+    return answer(new_robot(outline), as_json)
 
 
-@dataclass(frozen=True, kw_only=True)
-class SchemaCommand:
+@command("schema job")
+def schema_command(
+    *,
+    kind: Annotated[FileKind, typer.Argument(metavar="[KIND]", help="Kind of the file.")] = "robot",
+) -> int:
     """An editor that knows it completes keys of a file and marks errors."""
+    from cablewright.apps.schemas import json_schema
 
-    EXAMPLE: ClassVar = "schema job"
-    ANSWERS: ClassVar = ()
-
-    kind: Annotated[FileKind, typer.Argument(metavar="[KIND]", help="Kind of the file.")] = "robot"
-
-    def run(self) -> int:
-        """Print it."""
-        from cablewright.apps.schemas import json_schema
-
-        typer.echo(json.dumps(json_schema(self.kind), indent=2))
-        return 0
+    typer.echo(json.dumps(json_schema(kind), indent=2))
+    return 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class WarmCommand:
+@command("warm", "apps.cli.robots:Warmed")
+def warm_command(
+    *,
+    as_json: AsJson = False,
+) -> int:
     """Compiles what most commands need, which the first of them would otherwise wait for, with several processes.
 
     What is kept depends on the version of cablewright, of Python and Numba, and on the processor.
     """
+    from cablewright.apps.compilation import TASKS, prepare
+    from cablewright.kernels.cache import open_folder
 
-    EXAMPLE: ClassVar = "warm"
-    ANSWERS: ClassVar = ("apps.cli.robots:Warmed",)
-
-    as_json: AsJson = False
-
-    def run(self) -> int:
-        """Compile, and print where it is kept."""
-        from cablewright.apps.compilation import TASKS, prepare
-        from cablewright.kernels.cache import open_folder
-
-        begin, folder = time.monotonic(), open_folder()
-        if folder is None or not os.access(folder, os.W_OK):
-            raise EnvironmentFault(f"compiled kernels cannot be kept: {folder or 'no folder'} cannot be written to")
-        prepare(tuple(TASKS), tell_compiling)
-        return answer(Warmed(tuple(TASKS), time.monotonic() - begin, str(folder)), self.as_json)
+    begin, folder = time.monotonic(), open_folder()
+    if folder is None or not os.access(folder, os.W_OK):
+        raise EnvironmentFault(f"compiled kernels cannot be kept: {folder or 'no folder'} cannot be written to")
+    prepare(tuple(TASKS), tell_compiling)
+    return answer(Warmed(tuple(TASKS), time.monotonic() - begin, str(folder)), as_json)
 
 
 @dataclass(frozen=True)
@@ -200,7 +175,7 @@ class RobotList(Result):
         )),
     )  # fmt: skip
 
-    robots: tuple[Robot, ...]
+    robots: tuple[cw.Robot, ...]
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,4 +1,4 @@
-"""`simulate` and `machines`: a machine with real imperfections, driven along a path, and its log."""
+"""`simulate`, `machines` and `replay`: a machine with real imperfections, its log, and estimation on that log again."""
 
 from __future__ import annotations
 
@@ -9,53 +9,50 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, MachineName, OutputOptions, Plant, RobotName, Seed, Severity
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import check_suffix, numbers
+from cablewright.apps.cli.parsing import check_suffix, lasers, numbers
 from cablewright.apps.cli.robots import LibraryFile
+from cablewright.choices import ReplayName
 from cablewright.errors import InputError
 from cablewright.results import Figure, Result
 
 if TYPE_CHECKING:
-    from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
+    from cablewright.machine.simulated.settings import FaultPlan
 
 
-@dataclass(frozen=True, kw_only=True)
-class MachinesCommand:
-    """The file of a machine has its drum, winches, room and sensors, and its simulation; --machine takes one.
-
-    Start your own from one of them, `cablewright machines NAME > mine.toml`, or for your own robot from
-    `cablewright machines --for ROBOT > mine.toml`.
-    """
-
-    EXAMPLE: ClassVar = "machines merlet2023"
-    ANSWERS: ClassVar = ("apps.cli.simulate:MachineList", "apps.cli.robots:LibraryFile")
-
+@command("machines merlet2023", "apps.cli.simulate:MachineList", "apps.cli.robots:LibraryFile")
+def machines_command(
+    *,
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="Machine whose file is printed; without it, all are listed.")
-    ] = None
+    ] = None,
     robot: Annotated[
         str | None,
         typer.Option(
             "--for", metavar="ROBOT", help="Robot for which a machine file is printed, with assumed numbers marked."
         ),
-    ] = None
-    as_json: AsJson = False
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """The file of a machine has its drum, winches, room and sensors, and its simulation; --machine takes one.
 
-    def run(self) -> int:
-        """Print the list, or the file."""
-        from cablewright.machine.files import machine_names, machine_text
-        from cablewright.machine.simulated.machine_file import machine_file
-        from cablewright.robot import load
+    Start your own from one of them, `cablewright machines NAME > mine.toml`, or for your own robot from
+    `cablewright machines --for ROBOT > mine.toml`.
+    """
+    from cablewright.machine.files import machine_text
+    from cablewright.machine.simulated.machine_file import machine_file
 
-        if self.name is not None and self.robot is not None:
-            raise InputError("machines: expected NAME or --for ROBOT, not both")
-        if self.robot is not None:
-            described = load(self.robot)
-            return LibraryFile(described.name, machine_file(described)).show(self.as_json)
-        if self.name is not None:
-            return LibraryFile(self.name, machine_text(self.name)).show(self.as_json)
-        return answer(MachineList(tuple(machine_names())), self.as_json)
+    if name is not None and robot is not None:
+        raise InputError("machines: expected NAME or --for ROBOT, not both")
+    if robot is not None:
+        described = cw.load(robot)
+        return LibraryFile(described.name, machine_file(described)).show(as_json)
+    if name is not None:
+        return LibraryFile(name, machine_text(name)).show(as_json)
+    return answer(MachineList(tuple(cw.machine_names())), as_json)
 
 
 @dataclass(frozen=True, repr=False)
@@ -67,11 +64,9 @@ class MachineList(Result):
     machines: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Path")
 class DriveOptions:
     """Where and how the machine is driven."""
-
-    PANEL: ClassVar = "Path"
 
     loop: Annotated[
         float | None, typer.Option("--loop", metavar="L", help="Length of a random closed path to follow, m.")
@@ -101,11 +96,9 @@ class DriveOptions:
             raise InputError(f"--hold = {self.hold}: expected X,Y,Z, m")
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Faults")
 class FaultOptions:
     """What fails on the way."""
-
-    PANEL: ClassVar = "Faults"
 
     fault: Annotated[
         list[str] | None,
@@ -125,7 +118,7 @@ class FaultOptions:
         ),
     ] = None
 
-    def of(self, settings: TwinSettings) -> TwinSettings:
+    def of(self, settings: cw.TwinSettings) -> cw.TwinSettings:
         """The machine with these faults besides its own. Raises `InputError`."""
         from cablewright.machine.simulated.settings import Link
         from cablewright.validation import validated
@@ -137,25 +130,17 @@ class FaultOptions:
         return settings.with_simulation(faults=faults, wifi=wifi)
 
 
-@dataclass(frozen=True, kw_only=True)
-class SimulateCommand:
-    """The machine is built at random within its tolerances, and its winches are driven by their true lengths.
-
-    So the log shows a machine that moves as intended, for estimators to be tested on. A robot without a machine of its
-    name gets that of merlet2023.
-    """
-
-    EXAMPLE: ClassVar = "simulate merlet2023 --loop 28 --duration 20 --plant quasi-static"
-    ANSWERS: ClassVar = ("studies.simulate:Simulation",)
-
-    robot: RobotName
-    machine: MachineName = None
-    plant: Plant = "dynamic"
-    severity: Severity = None
-    seed: Seed = 0
-    path: DriveOptions
-    faults: FaultOptions
-    out: Annotated[Path | None, typer.Option("--out", metavar="LOG.mcap", help="Write a log of the drive.")] = None
+@command("simulate merlet2023 --loop 28 --duration 20 --plant quasi-static", "studies.simulate:Simulation")
+def simulate_command(
+    *,
+    robot: RobotName,
+    machine: MachineName = None,
+    plant: Plant = "dynamic",
+    severity: Severity = None,
+    seed: Seed = 0,
+    path: DriveOptions,
+    faults: FaultOptions,
+    out: Annotated[Path | None, typer.Option("--out", metavar="LOG.mcap", help="Write a log of the drive.")] = None,
     epoch: Annotated[
         str | None,
         typer.Option(
@@ -164,52 +149,51 @@ class SimulateCommand:
             help="Time 0 of the log: ISO 8601 in UTC, like 2026-05-01T12:00:00Z, or now; by default 1970, so that the "
             "same seed gives the same bytes.",
         ),
-    ] = None
-    output: OutputOptions
+    ] = None,
+    output: OutputOptions,
+) -> int:
+    """The machine is built at random within its tolerances, and its winches are driven by their true lengths.
 
-    def __post_init__(self) -> None:
-        """Refuse a log that is no MCAP file, before any work. Raises `InputError`, `EnvironmentFault`."""
-        check_suffix(self.out, "--out", ".mcap")
+    So the log shows a machine that moves as intended, for estimators to be tested on. A robot without a machine of its
+    name gets that of merlet2023.
+    """
+    from cablewright.studies.simulate import machine_of
 
-    def run(self) -> int:
-        """Drive, draw and print."""
-        from cablewright.robot import load
-        from cablewright.studies.drive import DriveSettings
-        from cablewright.studies.simulate import machine_of, simulate
+    check_suffix(out, "--out", ".mcap")
+    path.require()
+    described = cw.load(robot)
+    with progress() as show:
+        found = cw.simulate(
+            described,
+            faults.of(machine_of(described, machine)),
+            loop=path.loop,
+            hold=numbers(path.hold, "--hold"),
+            height=path.height,
+            duration=path.duration,
+            seed=seed,
+            plant=plant,
+            severity=severity,
+            driving=cw.DriveSettings(speed=path.speed, slack=path.slack, valve=path.valve),
+            log=out,
+            epoch=_began(epoch),
+            progress=show,
+        )
+    return answer(found, output.as_json, out=out, **output.write(found, "Simulated drive"))
 
-        self.path.require()
-        described, path = load(self.robot), self.path
-        with progress() as show:
-            found = simulate(
-                described,
-                self.faults.of(machine_of(described, self.machine)),
-                loop=path.loop,
-                hold=numbers(path.hold, "--hold"),
-                height=path.height,
-                duration=path.duration,
-                seed=self.seed,
-                plant=self.plant,
-                severity=self.severity,
-                driving=DriveSettings(speed=path.speed, slack=path.slack, valve=path.valve),
-                log=self.out,
-                epoch=self.began(),
-                progress=show,
-            )
-        return answer(found, self.output.as_json, out=self.out, **self.output.write(found, "Simulated drive"))
 
-    def began(self) -> datetime | None:
-        """Time 0 of the log. Raises `InputError`."""
-        if self.epoch is None:
-            return None
-        if self.epoch == "now":
-            return datetime.now(UTC).replace(microsecond=0)
-        try:
-            told = datetime.fromisoformat(self.epoch)
-        except ValueError:
-            told = None
-        if told is None or told.utcoffset() != timedelta(0):
-            raise InputError(f"--epoch = {self.epoch!r}: expected `now`, or a time in UTC like 2026-05-01T12:00:00Z")
-        return told
+def _began(epoch: str | None) -> datetime | None:
+    """Time 0 of the log. Raises `InputError`."""
+    if epoch is None:
+        return None
+    if epoch == "now":
+        return datetime.now(UTC).replace(microsecond=0)
+    try:
+        told = datetime.fromisoformat(epoch)
+    except ValueError:
+        told = None
+    if told is None or told.utcoffset() != timedelta(0):
+        raise InputError(f"--epoch = {epoch!r}: expected `now`, or a time in UTC like 2026-05-01T12:00:00Z")
+    return told
 
 
 def _fault(text: str) -> FaultPlan:
@@ -228,3 +212,36 @@ def _fault(text: str) -> FaultPlan:
     if len(parts) > 4:
         table["size"] = (numbers(parts[4], "--fault", 1) or [])[0]
     return validated(FaultPlan, table, f"--fault {text}")
+
+
+@command("replay examples/merlet2023-loop.mcap --estimator both", "studies.replay:Replay", "studies.replay:Replays")
+def replay_command(
+    *,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A machine's MCAP log, or the run folder of a print.")],
+    estimator: Annotated[
+        ReplayName,
+        typer.Option(
+            "--estimator",
+            help="Chain of Merlet and Papegay 2023, Kalman filter of all sensors, or both beside each other.",
+        ),
+    ] = "paper",
+    laser: Annotated[
+        str | None,
+        typer.Option(
+            "--laser", metavar="WALL=D[,..]", help="Distances from B to walls at the start, measured by hand, m."
+        ),
+    ] = None,
+    output: OutputOptions,
+) -> int:
+    """The estimation finds position, slack lines and winch drum radii from the sensors in the log alone.
+
+    A log without the truth gives no errors. The answer is no (exit 1) if no step has a valid estimate.
+    """
+    from cablewright.studies.replay import Replays
+
+    names = ("paper", "filter") if estimator == "both" else (estimator,)
+    measured = lasers(laser)
+    with progress() as show:
+        each = [cw.replay(log, name, lasers=measured, progress=show) for name in names]
+    found = each[0] if len(each) == 1 else Replays(tuple(each))
+    return answer(found, output.as_json, **output.write(found, f"Replay of {log.name}"))

@@ -1,39 +1,41 @@
-"""`inverse` and `forward`: one pose to lengths, one set of lengths to a pose."""
+"""`inverse`, `forward` and `equilibria`: a pose to lengths, and lengths to a pose or to all poses."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated
 
 import typer
 
-from cablewright.apps.cli.options import AsJson, LawOptions, LengthsOrLog, Pose, Retraction, RobotOptions, SheaveChoice
-from cablewright.apps.cli.output import answer, compiling, progress
-from cablewright.apps.cli.parsing import lengths_of, numbers, pose_of, slack_excess
+import cablewright as cw
+from cablewright.apps.cli.command import command
+from cablewright.apps.cli.options import (
+    AsJson,
+    LawOptions,
+    Lengths,
+    LengthsOrLog,
+    Pose,
+    Retraction,
+    RobotOptions,
+    Seed,
+    SheaveChoice,
+)
+from cablewright.apps.cli.output import answer, compiling, progress, tell
+from cablewright.apps.cli.parsing import lengths_of, numbers, pose_of, run_path, slack_excess
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
-
-if TYPE_CHECKING:
-    from cablewright.models.statics import Equilibrium, Model
-    from cablewright.results import Result
-    from cablewright.solvers.pose_box import PoseBox
+from cablewright.results import Result
 
 
-@dataclass(frozen=True, kw_only=True)
-class InverseCommand:
-    """Unless --slack or --all-slack-sets is given, all lines are taut where that is possible within their limits.
-
-    The answer is no (exit 1) if the lines cannot hold the pose, or if a limit of the machine is broken there.
-    """
-
-    EXAMPLE: ClassVar = "inverse merlet2023 --at 0,0,1"
-    ANSWERS: ClassVar = ("studies.one_pose:SolvedPose", "studies.one_pose:SlackSets")
-
-    robot: RobotOptions
-    at: Pose
-    laws: LawOptions
-    retraction: Retraction = None
+@command("inverse merlet2023 --at 0,0,1", "studies.one_pose:SolvedPose", "studies.one_pose:SlackSets")
+def inverse_command(
+    *,
+    robot: RobotOptions,
+    at: Pose,
+    laws: LawOptions,
+    retraction: Retraction = None,
     slack: Annotated[
         str | None,
         typer.Option(
@@ -41,66 +43,58 @@ class InverseCommand:
             metavar="LINE=EXCESS[,LINE=EXCESS]",
             help="Slack lines and by how much, m, each is longer than taut; a line by name, or by number from 1.",
         ),
-    ] = None
+    ] = None,
     all_slack_sets: Annotated[
         bool, typer.Option("--all-slack-sets", help="List every set of lines that can be slack at this pose.")
-    ] = False
-    as_json: AsJson = False
+    ] = False,
+    as_json: AsJson = False,
+) -> int:
+    """Unless --slack or --all-slack-sets is given, all lines are taut where that is possible within their limits.
 
-    def run(self) -> int:
-        """Solve and print."""
-        with compiling("inverse", "residuals"):
-            return answer(self.found(), self.as_json)
-
-    def found(self) -> Result:
-        """The requested solution, judged by all limits of the machine. Raises `InputError`."""
-        from cablewright.models.statics import Model
-        from cablewright.solvers.inverse import solve_inverse
-        from cablewright.solvers.slack import slack_sets, solve_with_slack
-        from cablewright.studies.one_pose import SlackSets, SolvedPose
-
-        model = Model.of(self.robot.loaded(), **self.laws.laws())
-        pose = pose_of(self.at, model.robot) or []
-        if self.slack is not None and self.all_slack_sets:
-            raise InputError("--slack and --all-slack-sets: give one of them")
-        if self.slack is None and not self.all_slack_sets:
-            return SolvedPose.judged(solve_inverse(model, pose, retraction=self.retraction))
-        if self.retraction is not None:
-            model = replace(model, robot=model.robot.retracted(self.retraction))
-        if self.slack is None:
-            return SlackSets(model, tuple(pose), slack_sets(model, pose))
-        return SolvedPose.judged(solve_with_slack(model, pose, slack_excess(model.robot, self.slack)), slack=True)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ForwardCommand:
-    """Lines may be slack. Without --guess the solve needs no start; of several equilibria it finds one.
-
-    --lengths may be a CSV file: a machine's log, or the lengths.csv of a check, solved row by row along the path.
-
-    The answer is no (exit 1) if none is found, a cable would break, or a requested proof fails.
+    The answer is no (exit 1) if the lines cannot hold the pose, or if a limit of the machine is broken there.
     """
+    from cablewright.solvers.inverse import solve_inverse
+    from cablewright.studies.one_pose import SlackSets, SolvedPose
 
-    EXAMPLE: ClassVar = "forward merlet2023 --lengths 10.43,10.43,10.43,10.43 --certify"
-    ANSWERS: ClassVar = ("studies.one_pose:SolvedPose", "exchange.length_log:LoggedPoses")
+    with compiling("inverse", "residuals"):
+        model = cw.Model.of(robot.loaded(), **laws.laws())
+        pose = pose_of(at, model.robot) or []
+        if slack is not None and all_slack_sets:
+            raise InputError("--slack and --all-slack-sets: give one of them")
+        if slack is None and not all_slack_sets:
+            return answer(SolvedPose.judged(solve_inverse(model, pose, retraction=retraction)), as_json)
+        if retraction is not None:
+            model = replace(model, robot=model.robot.retracted(retraction))
+        if slack is None:
+            return answer(SlackSets(model, tuple(pose), cw.slack_sets(model, pose)), as_json)
+        found = cw.solve_with_slack(model, pose, slack_excess(model.robot, slack))
+        return answer(SolvedPose.judged(found, slack=True), as_json)
 
-    robot: RobotOptions
-    lengths: LengthsOrLog
+
+@command(
+    "forward merlet2023 --lengths 10.43,10.43,10.43,10.43 --certify",
+    "studies.one_pose:SolvedPose",
+    "exchange.length_log:LoggedPoses",
+)
+def forward_command(
+    *,
+    robot: RobotOptions,
+    lengths: LengthsOrLog,
     guess: Annotated[
         str | None, typer.Option("--guess", metavar="X,Y,Z[,RX,RY,RZ]", help="Pose to start from, m and rad.")
-    ] = None
+    ] = None,
     cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law; rigid cables have no such solution.")] = (
         CableLaw.CATENARY
-    )
-    sheave: SheaveChoice = None
+    ),
+    sheave: SheaveChoice = None,
     modulus_factors: Annotated[
         str | None,
         typer.Option("--modulus-factors", metavar="F1,..,Fm", help="Factor on the Young's modulus of each line."),
-    ] = None
-    retraction: Retraction = None
+    ] = None,
+    retraction: Retraction = None,
     certify: Annotated[
         bool, typer.Option("--certify", help="Prove that exactly one equilibrium is near, and how near.")
-    ] = False
+    ] = False,
     length_error: Annotated[
         str | None,
         typer.Option(
@@ -108,61 +102,139 @@ class ForwardCommand:
             metavar="D[,..,Dm]",
             help="Error of the lengths, m, for a box that is proved to contain the pose.",
         ),
-    ] = None
+    ] = None,
     budget: Annotated[
         int | None, typer.Option("--budget", help="Max number of parts of the lengths for that box; by default 20000.")
-    ] = None
-    as_json: AsJson = False
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Lines may be slack. Without --guess the solve needs no start; of several equilibria it finds one.
 
-    def run(self) -> int:
-        """Solve and print."""
-        with compiling("forward", "residuals", *(["certify"] if self.certify else [])):
-            return answer(self.found(), self.as_json)
+    --lengths may be a CSV file: a machine's log, or the lengths.csv of a check, solved row by row along the path.
 
-    def found(self) -> Result:
-        """The solution, with the proofs that are requested. Raises `InputError`."""
-        from cablewright.models.statics import Model
-        from cablewright.solvers.certify import certify
-        from cablewright.solvers.forward import solve_forward
-        from cablewright.studies.one_pose import SolvedPose
+    The answer is no (exit 1) if none is found, a cable would break, or a requested proof fails.
+    """
+    from cablewright.solvers.forward import solve_forward
+    from cablewright.studies.one_pose import SolvedPose
 
-        model = Model.of(self.robot.loaded(), cable=self.cable, sheave=self.sheave)
-        if self.lengths.lower().endswith(".csv"):
-            return self._logged(model)
+    with compiling("forward", "residuals", *(["certify"] if certify else [])):
+        model = cw.Model.of(robot.loaded(), cable=cable, sheave=sheave)
+        start = numbers(guess, "--guess")
+        if lengths.lower().endswith(".csv"):
+            single = {
+                f"--modulus-factors = {modulus_factors}": modulus_factors,
+                f"--retraction = {retraction}": retraction,
+                f"--length-error = {length_error}": length_error,
+                "--certify": certify or None,
+            }
+            return answer(_logged(model, Path(lengths), start, single), as_json)
         found = solve_forward(
             model,
-            lengths_of(self.lengths, model.robot),
-            guess=numbers(self.guess, "--guess"),
-            modulus_factors=numbers(self.modulus_factors, "--modulus-factors"),
-            retraction=self.retraction,
+            lengths_of(lengths, model.robot),
+            guess=start,
+            modulus_factors=numbers(modulus_factors, "--modulus-factors"),
+            retraction=retraction,
         )
-        proof = certify(found) if self.certify else None
-        box = self._pose_box(found) if self.length_error is not None and found.ok else None
-        return SolvedPose(found, certificate=proof, pose_box=box)
+        proof = cw.certify(found) if certify else None
+        box = _pose_box(found, length_error, budget) if length_error is not None and found.ok else None
+        return answer(SolvedPose(found, certificate=proof, pose_box=box), as_json)
 
-    def _logged(self, model: Model) -> Result:
-        """Solve a file of lengths."""
-        from cablewright.exchange.length_log import forward_log, read_lengths
 
-        options = {
-            "modulus_factors": self.modulus_factors,
-            "retraction": self.retraction,
-            "length_error": self.length_error,
-        }
-        for name, given in options.items():
-            if given is not None:
-                raise InputError(f"--{name.replace('_', '-')} = {given}: is for one set of lengths, not for a file")
-        if self.certify:
-            raise InputError("--certify: is for one set of lengths, not for a file")
-        model.refuse_rigid()
-        log = read_lengths(Path(self.lengths), model.robot)
-        return forward_log(model, log, numbers(self.guess, "--guess"))
+def _logged(model: cw.Model, file: Path, start: list[float] | None, single: Mapping[str, object]) -> Result:
+    """Solve a file of lengths. Raises `InputError` if an option of a *single* set of lengths, by its text, is given."""
+    from cablewright.exchange.length_log import forward_log, read_lengths
 
-    def _pose_box(self, found: Equilibrium) -> PoseBox:
-        """Where the pose is for all lengths within their error."""
-        from cablewright.solvers.pose_hull import BUDGET, enclose_poses
+    for option, given in single.items():
+        if given is not None:
+            raise InputError(f"{option}: is for one set of lengths, not for a file")
+    model.refuse_rigid()
+    return forward_log(model, read_lengths(file, model.robot), start)
 
-        errors = numbers(self.length_error, "--length-error") or []
-        budget = BUDGET if self.budget is None else self.budget
-        with progress() as show:
-            return enclose_poses(found, errors[0] if len(errors) == 1 else errors, budget=budget, progress=show)
+
+def _pose_box(found: cw.Equilibrium, length_error: str, budget: int | None) -> cw.PoseBox:
+    """Where the pose is for all lengths within their error."""
+    from cablewright.solvers.pose_hull import BUDGET
+
+    errors = numbers(length_error, "--length-error") or []
+    with progress() as show:
+        return cw.enclose_poses(
+            found, errors[0] if len(errors) == 1 else errors, budget=BUDGET if budget is None else budget, progress=show
+        )
+
+
+TIME_LIMIT = 600.0  # s
+
+
+@command("equilibria merlet2023 --lengths 10.1187,9.3676,10.9961,11.3476", "solvers.equilibria:Equilibria")
+def equilibria_command(
+    *,
+    robot: RobotOptions,
+    lengths: Lengths,
+    box: Annotated[
+        str | None,
+        typer.Option(
+            "--box",
+            metavar="X0,X1,Y0,Y1,Z0,Z1",
+            help="Box in which the platform is, m; by default the frame and a quarter of its size beyond each side.",
+        ),
+    ] = None,
+    starts: Annotated[
+        int | None,
+        typer.Option(
+            "--starts",
+            help="Number of random start poses for each pattern of upside-down levers; by default 12 for a point "
+            "platform, 400 for a rigid one.",
+        ),
+    ] = None,
+    seed: Seed = 0,
+    exhaustive: Annotated[
+        bool,
+        typer.Option(
+            "--exhaustive",
+            help="Search the whole box of a point platform for others; loops in dead spans are not covered.",
+        ),
+    ] = False,
+    time_limit: Annotated[
+        float | None,
+        typer.Option("--time-limit", metavar="S", help=f"Time limit of --exhaustive, s; by default {TIME_LIMIT:g}."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            metavar="FILE",
+            help="State of --exhaustive, from which the same command resumes; by default runs/equilibria-ROBOT.state.",
+        ),
+    ] = None,
+    sheave: SheaveChoice = None,
+    retraction: Retraction = None,
+    as_json: AsJson = False,
+) -> int:
+    """Lines may be taut or slack, equilibria stable or not. They are found from many starts.
+
+    The starts may miss some: `complete for` says what is proved.
+
+    The answer is no (exit 1) if none is found, if a line is over its breaking load in every stable one, or if an
+    exhaustive search is not finished.
+    """
+    model = cw.Model.of(robot.loaded(retraction), sheave=sheave)
+    given, within = numbers(lengths, "--lengths") or [], numbers(box, "--box")
+    if not exhaustive and (time_limit is not None or out is not None):
+        raise InputError("--time-limit and --out: only with --exhaustive")
+    found = cw.equilibria(model, given, box=within, starts=starts, seed=seed)
+    return answer(_searched(found, within, out, time_limit) if exhaustive else found, as_json)
+
+
+def _searched(
+    found: cw.Equilibria, box: list[float] | None, out: Path | None, time_limit: float | None
+) -> cw.Equilibria:
+    """With what a search of the whole box adds."""
+    from cablewright.studies.equilibria import search_all
+
+    file = run_path(out, "equilibria", found.solutions.model.robot.name, suffix=".state")
+    limit = TIME_LIMIT if time_limit is None else time_limit
+    with progress() as show:
+        every = search_all(found, box, file, time_limit=limit, progress=show)
+    if not every.finished:
+        tell(f"the search ended after {limit:g} s; {file} keeps its state, and the same command resumes it")
+    return every

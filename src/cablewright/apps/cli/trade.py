@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import (
     CountOptions,
     ExecutorOptions,
@@ -18,22 +19,16 @@ from cablewright.apps.cli.options import (
     Tensions,
 )
 from cablewright.apps.cli.output import answer
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import numbers, run_path
 from cablewright.choices import InertiaName
 from cablewright.errors import InputError
-
-if TYPE_CHECKING:
-    from cablewright.robot.design_variables import Change
-    from cablewright.studies.trade import TradeSettings
 
 MAX_VALUES = 10_000  # values of one parameter
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Frequencies")
 class FrequencyOptions:
     """How the frequencies along the boundary are found."""
-
-    PANEL: ClassVar = "Frequencies"
 
     boundary_grid: Annotated[
         int, typer.Option("--boundary-grid", metavar="N", help="Nodes along each side of the box, for boundaries.")
@@ -46,18 +41,10 @@ class FrequencyOptions:
     ] = "given"
 
 
-@dataclass(frozen=True, kw_only=True)
-class TradeCommand:
-    """Each combination of values gives a robot; its workspace and the modes along the boundary are found.
-
-    A combination is best (not dominated) if no other without colliding sheaves has more volume and a higher lowest
-    frequency. The sweep can be interrupted: the same command resumes it from --out.
-    """
-
-    EXAMPLE: ClassVar = "trade jung2020 --vary exit-distance=0.2,0.3 --count nodes --grid 5 --boundary-grid 5"
-    ANSWERS: ClassVar = ("studies.trade:Trade",)
-
-    robot: RobotOptions
+@command("trade jung2020 --vary exit-distance=0.2,0.3 --count nodes --grid 5 --boundary-grid 5", "studies.trade:Trade")
+def trade_command(
+    *,
+    robot: RobotOptions,
     vary: Annotated[
         list[str],
         typer.Option(
@@ -67,76 +54,75 @@ class TradeCommand:
             "exit-distance, width-x, width-y, width-top-x, width-bottom-x, .., retraction; mass, modulus and others as "
             "in `accuracy`; exit_point.z@LINE for one line; NAME+NAME for two that share the value.",
         ),
-    ]
+    ],
     clearance: Annotated[
         float,
         typer.Option(
             "--sheave-clearance", metavar="D", help="Distance of exit points, m, under which sheaves collide."
         ),
-    ] = 0.1
+    ] = 0.1,
     out: Annotated[
         Path | None,
         typer.Option(
             "--out", metavar="FILE.jsonl", help="Results by combination, to resume from; by default in runs/."
         ),
-    ] = None
-    region: OrientedRegionOptions
-    volume: CountOptions
-    frequencies: FrequencyOptions
-    executor: ExecutorOptions
-    output: OutputOptions
+    ] = None,
+    region: OrientedRegionOptions,
+    volume: CountOptions,
+    frequencies: FrequencyOptions,
+    executor: ExecutorOptions,
+    output: OutputOptions,
+) -> int:
+    """Each combination of values gives a robot; its workspace and the modes along the boundary are found.
 
-    def run(self) -> int:
-        """Sweep, draw and print."""
-        from cablewright.studies.store import folder_name
-        from cablewright.studies.trade import trade
-
-        varied, machine = _varied(self.vary), self.robot.loaded()
-        file = self.out or Path("runs") / f"{folder_name('trade', machine.name)}.jsonl"
-        options = {"file": file, **self.region.laws()}
-        with self.executor.working(file) as (executor, show):
-            found = trade(machine, varied, self.settings(), executor=executor, progress=show, **options)
-        return answer(
-            found,
-            self.output.as_json,
-            file=file,
-            **self.output.write(found, f"Trade of {machine.name}", when=found.status != "empty"),
-        )
-
-    def settings(self) -> TradeSettings:
-        """What is found for each combination. Raises `InputError`."""
-        from cablewright.studies.trade import TradeSettings
-
-        region, volume, frequencies = self.region.places(), self.volume, self.frequencies
-        box, orientations = region["box"], region["orientations"]
-        return TradeSettings(
-            criterion=self.region.criterion_name,
-            count=volume.count,
-            grid=volume.grid,
-            tolerance=volume.tolerance,
-            box=None if box is None else tuple(box),
-            point=region["point"],
-            orientations=None if orientations is None else tuple(map(tuple, orientations)),
-            retraction=region["retraction"],
-            seed=volume.seed,
-            boundary_grid=frequencies.boundary_grid,
-            geometric=frequencies.geometric,
-            holding=frequencies.tensions,
-            clearance=self.clearance,
-            inertia=frequencies.inertia,
-        )
+    A combination is best (not dominated) if no other without colliding sheaves has more volume and a higher lowest
+    frequency. The sweep can be interrupted: the same command resumes it from --out.
+    """
+    varied, machine = _varied(vary), robot.loaded()
+    file = run_path(out, "trade", machine.name, suffix=".jsonl")
+    with executor.working(file) as (works, show):
+        settings = _settings(region, volume, frequencies, clearance)
+        found = cw.trade(machine, varied, settings, file=file, executor=works, progress=show, **region.laws())
+    return answer(
+        found,
+        output.as_json,
+        file=file,
+        **output.write(found, f"Trade of {machine.name}", when=found.status != "empty"),
+    )
 
 
-def _varied(given: list[str]) -> dict[Change, tuple[float, ...]]:
+def _settings(
+    region: OrientedRegionOptions, volume: CountOptions, frequencies: FrequencyOptions, clearance: float
+) -> cw.TradeSettings:
+    """What is found for each combination. Raises `InputError`."""
+    places = region.places()
+    box, orientations = places["box"], places["orientations"]
+    return cw.TradeSettings(
+        criterion=region.criterion_name,
+        count=volume.count,
+        grid=volume.grid,
+        tolerance=volume.tolerance,
+        box=None if box is None else tuple(box),
+        point=places["point"],
+        orientations=None if orientations is None else tuple(map(tuple, orientations)),
+        retraction=places["retraction"],
+        seed=volume.seed,
+        boundary_grid=frequencies.boundary_grid,
+        geometric=frequencies.geometric,
+        holding=frequencies.tensions,
+        clearance=clearance,
+        inertia=frequencies.inertia,
+    )
+
+
+def _varied(given: list[str]) -> dict[cw.Change, tuple[float, ...]]:
     """Parameters and their values. Raises `InputError`."""
-    from cablewright.robot.design_variables import Change
-
-    varied: dict[Change, tuple[float, ...]] = {}
+    varied: dict[cw.Change, tuple[float, ...]] = {}
     for text in given:
         name, equals, values = text.rpartition("=")
         if not equals:
             raise InputError(f"--vary = {text!r}: expected NAME=FROM:TO:N, or NAME=V1,V2,..")
-        change = Change(name)
+        change = cw.Change(name)
         if change in varied:
             raise InputError(f"--vary = {text!r}: {name} is varied more than once")
         varied[change] = _spaced(text, values) if ":" in values else tuple(numbers(values, f"--vary {name}") or ())

@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
+from cablewright.apps.quantities import enlargement
 from cablewright.apps.space_axes import add_faces, add_lines, bounds, frame_points, heights, machine, space
 from cablewright.arrays import Array, Indices
 from cablewright.studies.accuracy import AccuracyStudy
@@ -69,7 +70,7 @@ def displaced_by(study: AccuracyStudy) -> float:
     offsets = np.linalg.norm(study.accuracy.worst_offset, axis=1)
     largest = float(np.nanmax(offsets)) if np.isfinite(offsets).any() else 0.0
     size = float(np.linalg.norm(np.ptp(study.places.positions, axis=0)))
-    return style.enlargement(_DISPLACED * size, largest)
+    return enlargement(_DISPLACED * size, largest)
 
 
 def _components(axes: Axes, study: AccuracyStudy) -> None:
@@ -179,8 +180,9 @@ def contributions(accuracy: Accuracy) -> Figure:
     """Draw how far each uncertain number alone moves the nozzle, most first, with the vertical part within."""
     shown = accuracy.contributions[:_MAX_BARS]
     sizes, vertical = np.array([(each.effect, abs(each.offset[2])) for each in shown]).T * 1e3
-    drawn = style.figure(8.4, 1.3 + 0.27 * len(shown))
-    axes = drawn.add_subplot(xlabel="displacement of the nozzle by half the number's range in mm")
+    drawn, axes = style.axes(
+        8.4, 1.3 + 0.27 * len(shown), xlabel="displacement of the nozzle by half the number's range in mm"
+    )
     rows = np.arange(len(shown))
     axes.barh(rows, sizes, height=0.72, color=style.BLUE)
     axes.barh(rows, vertical, height=0.3, color=style.ORANGE)

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from cablewright.apps import style
+from cablewright.apps.quantities import enlargement
 from cablewright.arrays import Array
 from cablewright.calibration.result import Calibration
 
@@ -22,8 +23,7 @@ _MAX_CELLS: Final = 60
 
 def residuals_picture(found: Calibration) -> Figure:
     """Draw the residual of each length over the poses."""
-    drawn = style.figure(9.0, 3.6)
-    axes = drawn.add_subplot()
+    drawn, axes = style.axes(9.0, 3.6)
     size, unit = (1e6, "µm") if found.rms < 2e-5 else (1e3, "mm")
     pose = np.arange(1, found.problem.poses + 1)
     for i, line in enumerate(found.problem.robot.lines):
@@ -37,8 +37,9 @@ def residuals_picture(found: Calibration) -> Figure:
     out = sorted({each.pose + 1 for each in found.rejected})
     if out:
         axes.plot(out, np.zeros(len(out)), "x", color=style.RED, ms=7, mew=1.6, label="left out", clip_on=False)
-    axes.set(xlabel="pose", ylabel=f"residual in {unit}", xlim=(0, found.problem.poses + 1))
-    axes.set_title("residuals of the lengths")
+    axes.set(
+        xlabel="pose", ylabel=f"residual in {unit}", xlim=(0, found.problem.poses + 1), title="residuals of the lengths"
+    )
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     style.legend_below(drawn, axes, columns=6)
     return drawn
@@ -53,7 +54,7 @@ def exits_picture(found: Calibration) -> Figure | None:
     largest = max(float(np.sqrt(np.linalg.eigvalsh(block).max())) for _, _, block in blocks)
     points = np.array([point for _, point, _ in blocks])
     span = float(np.ptp(points, axis=0).max())
-    times = style.enlargement(_SHARE * span, largest)
+    times = enlargement(_SHARE * span, largest)
     scene = found.problem.robot.scene
     for at, (across, up) in enumerate(((0, 1), (0, 2))):
         axes, plane = drawn.add_subplot(1, 2, at + 1), [across, up]
@@ -65,9 +66,12 @@ def exits_picture(found: Calibration) -> Figure | None:
         for place, names in _together(points[:, (across, up)], [name for name, _, _ in blocks], _CLOSE * span):
             axes.annotate(style.label(", ".join(names), 18), place, xytext=(4, 4), textcoords="offset points")
         axes.plot([], [], color=style.BLUE, label=f"ellipse of one sigma, enlarged {times:g} times")
-        axes.set(xlabel=f"{'xyz'[across]} in m", ylabel=f"{'xyz'[up]} in m")
-        axes.set_title("from above" if up == 1 else "from the side")
-        axes.set_aspect("equal")
+        axes.set(
+            xlabel=f"{'xyz'[across]} in m",
+            ylabel=f"{'xyz'[up]} in m",
+            title="from above" if up == 1 else "from the side",
+            aspect="equal",
+        )
         axes.margins(0.14)
     style.legend_below(drawn, axes, columns=3)
     return drawn
@@ -103,8 +107,7 @@ def correlation_picture(found: Calibration) -> Figure | None:
     sigma = found.sigma[known]
     correlation = found.covariance[np.ix_(known, known)] / np.outer(sigma, sigma)
     side = 2.6 + 0.17 * len(known)
-    drawn = style.figure(side + 1.6, side)
-    axes = drawn.add_subplot()
+    drawn, axes = style.axes(side + 1.6, side)
     image = axes.imshow(correlation, cmap="PuOr", vmin=-1.0, vmax=1.0)
     names = [f"{style.label(found.unknowns[at].label, 34)}  {i}" for i, at in enumerate(known, 1)]
     axes.set_yticks(range(len(names)), names, fontsize=7)

@@ -26,8 +26,7 @@ def curves_picture(found: Curves) -> Figure:
     rows = math.ceil(len(curves) / columns)
     scale = _WIDTH / (columns * (x + gap))  # inches per metre
     pitch = np.array([x + gap, y + gap + _TITLE / scale])
-    drawn = style.figure(_WIDTH, rows * pitch[1] * scale + 0.4)
-    axes = drawn.add_subplot()
+    drawn, axes = style.axes(_WIDTH, rows * pitch[1] * scale + 0.4)
     axes.set_title(f"{len(curves)} closed curves of {required.length:g} m in {x:g} × {y:g} m, the best cover first")
     half, lines = 0.5 * np.array([x, y]), []
     for place, one in enumerate(curves):

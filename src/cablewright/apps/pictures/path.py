@@ -1,4 +1,4 @@
-"""The path in the frame, coloured by how far off the nozzle would be: from above, and from the side."""
+"""The error of the nozzle along the path, from above and from the side, and at each height."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
+from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
-from cablewright.apps.report.digest import Digest
+from cablewright.apps.report.digest import Band, Digest
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
 from cablewright.apps.space_axes import as_seen, box_edges, towards_eye
 from cablewright.arrays import Array
@@ -38,8 +40,7 @@ def error_scale(digest: Digest) -> style.ErrorScale:
 def plan(digest: Digest) -> Figure:
     """Draw the extruded path from above; where layers lie on each other, the largest error."""
     robot, samples = digest.check.robot, digest.check.samples
-    drawn = style.figure(7.4, 6.4)
-    axes = drawn.add_subplot(aspect="equal", xlabel="x in m", ylabel="y in m")
+    drawn, axes = style.axes(7.4, 6.4, aspect="equal", xlabel="x in m", ylabel="y in m")
     low, high = robot.scene.frame_min, robot.scene.frame_max
     style.rectangle(axes, low, high, linewidth=1.4)
     pieces = worst_of_each_place(samples, digest.extruding, digest.check.error_uncompensated, _MAX_PLAN)
@@ -59,8 +60,7 @@ def plan(digest: Digest) -> Figure:
 def side_view(digest: Digest) -> Figure:
     """Draw frame, path, and the lines to the place with the largest error, seen from a corner, without perspective."""
     robot, samples = digest.check.robot, digest.check.samples
-    drawn = style.figure(7.4, 6.4)
-    axes = drawn.add_subplot(aspect="equal")
+    drawn, axes = style.axes(7.4, 6.4, aspect="equal")
     axes.set_axis_off()
     _draw_box(axes, robot)
     pieces = coarse_corners(samples, digest.extruding, _MAX_SIDE, _SIDE_SPAN)
@@ -156,3 +156,49 @@ def _text(axes: Axes, at: ArrayLike, offset: tuple[float, float], text: str, sid
     box = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.75}
     look: dict[str, Any] = {"color": style.INK, "fontsize": 8.5, "zorder": 6, "bbox": box}
     axes.annotate(text, (x, y), xytext=offset, textcoords="offset points", ha=side, **look)
+
+
+_FLOOR: Final = 1e-3  # mm: smaller errors are of the model, not of a machine
+_DOTTED: Final = (0, (1, 1.4))
+
+
+def error_by_height(digest: Digest) -> Figure | None:
+    """Draw errors of what is extruded against height: the uncompensated one plainly, all of them on a log axis.
+
+    Nothing is drawn where nothing is extruded or no error is known.
+    """
+    heights = digest.heights
+    if len(heights.z) == 0:
+        return None
+    drawn, (plain, log) = style.subplots(9.0, 4.0, 1, 2, sharey=True, width_ratios=(1, 1.5))
+    check, without = digest.check, COMPENSATIONS["none"].words
+    kinds = [
+        (without, check.error_uncompensated, style.RED),
+        (COMPENSATIONS["elastic"].words, check.error_elastic_only, style.ORANGE),
+    ]
+    if check.expected is not None and check.expected.sample is not None:
+        kinds.append((f"expected {COMPENSATIONS['full'].words} (rms)", check.expected.rms, style.BLUE))
+    for words, error, colour in kinds:
+        found = Band(*(1e3 * part for part in heights.band(error)))
+        if words == without:
+            _draw(plain, heights.z, found, colour, words)
+            plain.set_title(words)
+        _draw(log, heights.z, Band(*(np.maximum(part, _FLOOR) for part in found)), colour, words)
+    plain.set(xlabel="error in mm", ylabel="height of the nozzle in m")
+    plain.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    log.set(xscale="log", xlim=(_FLOOR / 2, None))
+    style.log_ticks(log.xaxis, *log.get_xlim())
+    log.xaxis.set_major_formatter(lambda value, _: ("≤ " if value < _FLOOR * 1.01 else "") + style.power(value))
+    log.set(xlabel="error in mm, log axis", title="by compensation")
+    log.plot([], [], color=style.GREY, label="median")
+    log.plot([], [], color=style.GREY, linestyle=_DOTTED, linewidth=1.5, label="max")
+    style.legend_below(drawn, log, columns=5)
+    return drawn
+
+
+def _draw(axes: Axes, z: Array, found: Band, colour: str, name: str) -> None:
+    """Draw the median as a line, the max as a dotted one, the band between them; of a single height, rings."""
+    marker = "o" if len(z) == 1 else ""
+    axes.fill_betweenx(z, found.middle, found.high, color=colour, alpha=0.18, linewidth=0)
+    axes.plot(found.middle, z, color=colour, marker=marker, label=name)
+    axes.plot(found.high, z, color=colour, marker=marker, mfc="none", linestyle=_DOTTED, linewidth=1.5)

@@ -10,7 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.apps.over_time import platform_angle
+from cablewright.apps.pictures.simulation import platform_angle
 from cablewright.arrays import Array, Indices
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PathFollowing, PrintRecord
@@ -47,8 +47,14 @@ def path_picture(found: PrintRecord) -> Figure | None:
     everywhere = np.concatenate([places[np.isfinite(values)] for _, places, values, _ in panels])
     wide, deep = np.maximum(np.ptp(everywhere, axis=0), 0.1)
     width = 3.9 if len(panels) == 2 else 6.0
-    drawn = style.figure(width * len(panels) + 0.9, float(np.clip(width * deep / wide, 1.2, 7.0)) + 1.6)
-    axes = drawn.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False).ravel()
+    drawn, axes = style.subplots(
+        width * len(panels) + 0.9,
+        float(np.clip(width * deep / wide, 1.2, 7.0)) + 1.6,
+        1,
+        len(panels),
+        sharex=True,
+        sharey=True,
+    )
     look = {"cmap": style.signed_colours(), "norm": Normalize(-largest, largest), "linewidths": 2.2}
     for each, (title, places, values, worst) in zip(axes, panels, strict=True):
         joined = np.flatnonzero(np.isfinite(values[1:]) & np.isfinite(values[:-1]))
@@ -74,8 +80,7 @@ def errors_picture(found: PrintRecord) -> Figure | None:
     if not len(printed):
         return None
     many = len(printed) > 1
-    drawn = style.figure(9.6, 5.6 if many else 3.4)
-    axes = drawn.subplots(2 if many else 1, 1, squeeze=False).ravel()
+    drawn, axes = style.subplots(9.6, 5.6 if many else 3.4, 2 if many else 1, 1)
     _along(axes[0], found, printed)
     if many:
         _by_layer(axes[1], best, printed)
@@ -133,8 +138,7 @@ def speed_picture(found: PrintRecord) -> Figure | None:
     ]
     if not kinds:
         return None
-    drawn = style.figure(9.6, 3.4)
-    often, over = drawn.subplots(1, 2, width_ratios=(1.0, 1.7))
+    drawn, (often, over) = style.subplots(9.6, 3.4, 1, 2, width_ratios=(1.0, 1.7))
     size, unit = style.time_unit(found.duration)
     for name, colour, own, values in kinds:
         counts = own.speeds.counts
@@ -144,8 +148,12 @@ def speed_picture(found: PrintRecord) -> Figure | None:
     for line in (often.axvline, over.axhline):
         line(nominal, color=style.INK, linewidth=0.8, linestyle=style.DASHED)
     low, high = _reach(kinds[-1][2].speeds)
-    often.set(xlim=(1e2 * low, 1e2 * high), xlabel="speed along the path in cm/s", ylabel="share of the steps in %")
-    often.set_title("distribution; dashed: print speed")
+    often.set(
+        xlim=(1e2 * low, 1e2 * high),
+        xlabel="speed along the path in cm/s",
+        ylabel="share of the steps in %",
+        title="distribution; dashed: print speed",
+    )
     over.set(xlabel=f"time in {unit}", ylabel="speed along the path in cm/s", title="while printing")
     over.legend(loc="lower right", ncols=2)
     over.set_ylim(0.0, max(1.3 * nominal, 1.1e2 * high))
@@ -166,15 +174,13 @@ def drum_picture(found: PrintRecord) -> Figure | None:
     true, estimated = found.rows["true_rotation"], found.rows["rotation"]
     if not np.isfinite(estimated).any():
         return None
-    drawn = style.figure(9.6, 4.8)
-    axes = drawn.subplots(2, 1, sharex=True)
+    drawn, axes = style.subplots(9.6, 4.8, 2, 1, sharex=True)
     size, unit = style.time_unit(found.duration)
     time = found.rows["time"] / size
     platform_angle(axes[0], time, "yaw", true[:, 2], {"estimated": (estimated[:, 2], style.BLUE)})
     tilts = np.hypot(*true[:, :2].T), np.hypot(*estimated[:, :2].T)
     platform_angle(axes[1], time, "tilt", tilts[0], {"estimated": (tilts[1], style.BLUE)})
-    axes[1].set_xlabel(f"time in {unit}")
-    axes[1].set_ylim(bottom=0.0)
+    axes[1].set(xlabel=f"time in {unit}", ylim=(0.0, None))
     return drawn
 
 
@@ -184,8 +190,9 @@ def states_picture(found: PrintRecord) -> Figure | None:
         return None
     states = [state for state in reversed(PrintState) if any(span.state is state for span in found.spans)]
     size, unit = style.time_unit(found.duration)
-    drawn = style.figure(9.6, 2.4 + 0.3 * len(states))
-    axes, progress = drawn.subplots(2, 1, sharex=True, height_ratios=(0.3 * len(states) + 0.3, 1.6))
+    drawn, (axes, progress) = style.subplots(
+        9.6, 2.4 + 0.3 * len(states), 2, 1, sharex=True, height_ratios=(0.3 * len(states) + 0.3, 1.6)
+    )
     shortest = found.duration / size / 800.0  # anything shorter would not be seen
     for row, state in enumerate(states):
         bars = [(s.begin / size, max((s.end - s.begin) / size, shortest)) for s in found.spans if s.state is state]
@@ -201,8 +208,7 @@ def states_picture(found: PrintRecord) -> Figure | None:
 
 def steps_picture(times: Array) -> Figure:
     """Draw the distribution of the computing times of the control steps, *times* (k,), s."""
-    drawn = style.figure(9.6, 3.0)
-    axes = drawn.add_subplot()
+    drawn, axes = style.axes(9.6, 3.0)
     known = 1e3 * times[np.isfinite(times) & (times > 0.0)]
     edges = np.geomspace(max(1e-3, known.min()), 1.001 * known.max(), 80)
     axes.stairs(*np.histogram(known, edges), color=style.BLUE, fill=True)

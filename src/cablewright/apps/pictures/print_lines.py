@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.apps.over_time import line_angle
+from cablewright.apps.pictures.simulation import line_angle
 from cablewright.arrays import Array, Indices
 from cablewright.signals import PrintState
 from cablewright.studies.prints.result import PrintRecord
@@ -25,8 +25,7 @@ def angles_picture(found: PrintRecord) -> Figure | None:
     shares = np.array([line.taut for line in found.lines])
     order = np.argsort(np.where(np.isfinite(shares), shares, 2.0), kind="stable")
     rows = _last_layer(found)
-    drawn = style.figure(9.6, 4.8)
-    axes = drawn.subplots(2, 1, sharex=True)
+    drawn, axes = style.subplots(9.6, 4.8, 2, 1, sharex=True)
     time, unit = _time(found, rows)
     for axis, i in zip(axes, (int(order[-1]), int(order[0])), strict=True):
         line_angle(axis, time, found.lines[i].name, shares[i], measured[rows, i], taut[rows, i])
@@ -110,8 +109,7 @@ def ringing_picture(found: PrintRecord) -> Figure | None:
     ringing = found.vibration
     if not np.isfinite(ringing.frequencies).any():
         return None
-    drawn = style.figure(9.6, 3.6)
-    over, warm = drawn.subplots(1, 2, width_ratios=(1.6, 1.0))
+    drawn, (over, warm) = style.subplots(9.6, 3.6, 1, 2, width_ratios=(1.6, 1.0))
     size, unit = style.time_unit(found.duration)
     for line, colour, own, expected in zip(
         found.lines, style.COLOURS, ringing.frequencies.T, ringing.expected.T, strict=False
@@ -123,8 +121,12 @@ def ringing_picture(found: PrintRecord) -> Figure | None:
         over.plot(ringing.times / size, expected, color=colour, linewidth=0.8, alpha=0.5)
         over.plot(ringing.times[known] / size, own[known], label=style.label(line.name), **dots)
         warm.plot(ringing.temperatures[known], 1e2 * (own / expected - 1.0)[known], **dots)
-    over.set(xlabel=f"time in {unit}", ylabel="frequency in Hz", title="measured; thin: a string with the same tension")
-    over.set_ylim(bottom=0.0)
+    over.set(
+        xlabel=f"time in {unit}",
+        ylabel="frequency in Hz",
+        title="measured; thin: a string with the same tension",
+        ylim=(0.0, None),
+    )
     warm.set(xlabel="room temperature in °C", ylabel="measured minus expected in %", title="against the temperature")
     style.legend_below(drawn, over, columns=len(style.COLOURS))
     return drawn

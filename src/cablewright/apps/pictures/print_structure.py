@@ -30,8 +30,9 @@ def maps_picture(found: PrintRecord) -> Figure | None:
     high = found.track.positions[:, :2].max(axis=0) + _MARGIN
     wide, deep = high - low
     columns = len(known) + (len(known) == 2)
-    drawn = style.figure(3.2 * columns + 0.4, float(np.clip(2.7 * deep / wide, 2.0, 7.0)) + 1.3)
-    axes = drawn.subplots(1, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    drawn, axes = style.subplots(
+        3.2 * columns + 0.4, float(np.clip(2.7 * deep / wide, 2.0, 7.0)) + 1.3, 1, columns, sharex=True, sharey=True
+    )
     top = 1e3 * max(structure.highest, 1e-3)
     for axis, (title, field) in zip(axes, known, strict=False):
         shown = _map(axis, field, 1e3 * field.heights, (0.0, top), style.stress_colours())
@@ -67,8 +68,7 @@ def cuts_picture(found: PrintRecord) -> Figure | None:
     if found.structure is None or not found.structure.sections:
         return None
     cuts = found.structure.sections
-    drawn = style.figure(9.6, 3.2)
-    axes = drawn.subplots(1, len(cuts), sharey=True, sharex=True, squeeze=False).ravel()
+    drawn, axes = style.subplots(9.6, 3.2, 1, len(cuts), sharey=True, sharex=True)
     for axis, cut in zip(axes, cuts, strict=True):
         _draw_cut(axis, cut)
     axes[0].set_ylabel("height in mm")

@@ -41,8 +41,11 @@ def region(found: Region, corners: Array | None = None) -> Figure:
         outline = (found.hull.projections[name] - found.nominal[index]) * 1e3
         some = dots[:: max(1, -(-len(dots) // _MAX_DOTS)), index]
         even = _shadow(axes, outline, some, commanded[index] if near else None)
-        axes.set(xlabel=f"{name[0]} in mm", ylabel=f"{name[1]} in mm")
-        axes.set_title(_VIEWS[name] if even else f"{_VIEWS[name]}; scales differ")
+        axes.set(
+            xlabel=f"{name[0]} in mm",
+            ylabel=f"{name[1]} in mm",
+            title=_VIEWS[name] if even else f"{_VIEWS[name]}; scales differ",
+        )
     handles, names = drawn.axes[-1].get_legend_handles_labels()
     if not near:
         far = quantity(float(np.linalg.norm(commanded)) / 1e3, "m")

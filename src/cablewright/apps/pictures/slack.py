@@ -20,8 +20,7 @@ def let_out_picture(found: Equilibrium, by: Array, name: str) -> Figure:
     *found* is the batch that `let_out` returns. Motion is measured from the position where *by* is nearest to 0; where
     a line is longer than its taut length the picture is shaded and names it.
     """
-    drawn = style.figure(8.0, 6.2)
-    motion, tension = drawn.subplots(2, 1, sharex=True, height_ratios=(1, 1.25))
+    drawn, (motion, tension) = style.subplots(8.0, 6.2, 2, 1, sharex=True, height_ratios=(1, 1.25))
     start = int(np.argmin(np.abs(by)))
     moved = 1e3 * (found.pose[:, :3] - found.pose[start, :3])
     for i, axis in enumerate("xyz"):
@@ -29,8 +28,11 @@ def let_out_picture(found: Equilibrium, by: Array, name: str) -> Figure:
     motion.set_ylabel("motion of the platform in mm")
     for i, line in enumerate(found.model.robot.lines):
         tension.plot(1e3 * by, found.tensions[:, i], label=style.label(line.name), **style.curve(i))
-    tension.set(ylabel="tension at the sheave in N", xlabel=f"length by which {style.label(name)} is let out in mm")
-    tension.set_ylim(bottom=0.0)
+    tension.set(
+        ylabel="tension at the sheave in N",
+        xlabel=f"length by which {style.label(name)} is let out in mm",
+        ylim=(0.0, None),
+    )
     _shade(found, 1e3 * by, (motion, tension))
     for axes in (motion, tension):
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -59,14 +61,16 @@ def angle_over_excess(
 
     *angles* (N,), rad, by the name of their curve; *said* is the excess and angle of one more point, and its name.
     """
-    drawn = style.figure(6.4, 4.2)
-    axes = drawn.subplots()
+    drawn, axes = style.axes(6.4, 4.2)
     for i, (name, angle) in enumerate(angles.items()):
         axes.plot(1e2 * excess, np.degrees(angle), label=style.label(name), **style.curve(i))
     if said is not None:
         axes.plot(1e2 * said[0], np.degrees(said[1]), "x", color=style.INK, markersize=9, label=style.label(said[2]))
-    axes.set(xlabel="excess in cm", ylabel="angle from the taut line in degrees")
-    axes.set_xlim(0.0, 1e2 * float(excess[-1]))
-    axes.set_ylim(bottom=0.0)
+    axes.set(
+        xlabel="excess in cm",
+        ylabel="angle from the taut line in degrees",
+        xlim=(0.0, 1e2 * float(excess[-1])),
+        ylim=(0.0, None),
+    )
     axes.legend(loc="lower right")
     return drawn

@@ -1,8 +1,8 @@
-"""A survey from above: walls, exit points and winch exits with their ellipses; and the residual of each marker."""
+"""Rooms from above: a survey with its ellipses and residuals, and a lidar's scan with the walls in it."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from cablewright.apps import style
 from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
+from cablewright.studies.walls import Walls
 
 _MAGNIFIED: Final = 100.0  # times that the ellipses are enlarged
 _SIGMAS: Final = 2.4477  # of an ellipse that holds 95 %
@@ -19,8 +20,7 @@ _MAX_BARS: Final = 40
 
 def survey_picture(found: Survey) -> Figure:
     """Draw the plan and the residuals of a survey."""
-    drawn = style.figure(9.6, 5.2)
-    room, bars = drawn.subplots(1, 2, width_ratios=(1.15, 1.0))
+    drawn, (room, bars) = style.subplots(9.6, 5.2, 1, 2, width_ratios=(1.15, 1.0))
     _draw_room(room, found)
     _draw_residuals(bars, found)
     style.legend_below(drawn, room, bars, columns=3)
@@ -64,8 +64,7 @@ def _draw_room(axes: Axes, found: Survey) -> None:
     axes.plot(0, 0, "+", color=style.INK, markersize=8, label="origin")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
-    axes.set(xlabel="x in m", ylabel="y in m")
-    axes.set_title("from above")
+    axes.set(xlabel="x in m", ylabel="y in m", title="from above")
 
 
 def _within(point: Array, along: Array, low: Array, high: Array) -> Array:
@@ -95,5 +94,30 @@ def _draw_residuals(axes: Axes, found: Survey) -> None:
     axes.plot(expected, places, "|", color=style.INK, markersize=9, label="expected residual, one sigma")
     axes.set_yticks(places, [style.label(row.point, 14) for row in rows], fontsize=7.5 if len(rows) < 25 else 5.5)
     axes.invert_yaxis()
-    axes.set_xlim(left=0)
-    axes.set_xlabel("distance from the fit in mm")
+    axes.set(xlim=(0, None), xlabel="distance from the fit in mm")
+
+
+_MAX_POINTS: Final = 20_000
+_LABEL_AT: Final = (0.5, 0.3, 0.6, 0.4, 0.7)  # along the wall, so that a window's number is beside its wall's
+
+
+def walls_picture(found: Walls) -> Figure:
+    """Draw a scan and its walls, numbered as in the table."""
+    points, lines = found.points, found.lines
+    drawn, axes = style.axes(7.4, 6.4)
+    shown = points.xy[:: 1 + len(points) // _MAX_POINTS]
+    axes.plot(*shown.T, ".", color=style.GREY, markersize=3, label=f"{len(points)} points used")
+    for i, line in enumerate(lines):
+        colour = style.COLOURS[i % 4]
+        about = f"{i + 1}: {line.distance:.3f} m away, rms {1e3 * line.variance**0.5:.1f} mm, {line.point_count} points"
+        axes.plot(*line.ends.T, color=colour, linewidth=2.0, label=about if i < 12 else None)
+        away = (11 * np.cos(line.angle), 11 * np.sin(line.angle))
+        x, y = line.ends[0] + _LABEL_AT[i % len(_LABEL_AT)] * (line.ends[1] - line.ends[0])
+        look: dict[str, Any] = {"ha": "center", "va": "center", "color": colour, "fontweight": "bold"}
+        axes.annotate(str(i + 1), (x, y), xytext=away, textcoords="offset points", **look)
+    axes.plot(0, 0, "+", color=style.INK, markersize=10, label="lidar")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.06)
+    axes.set(xlabel="x in m, lidar's frame", ylabel="y in m", title="walls in the scan")
+    style.legend_below(drawn, axes, columns=2)
+    return drawn

@@ -1,4 +1,4 @@
-"""A tensile test: force over elongation with the band and the secant, and the cable's tangent modulus by force."""
+"""Tests of a cable: force and modulus of a tensile test, creep and its law of a test that holds a load."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from cablewright.apps import style
 from cablewright.arrays import Array
+from cablewright.calibration.tensile.creep_result import CreepResult
 from cablewright.calibration.tensile.recording import TensileTest
 from cablewright.calibration.tensile.result import PAPER_SPREAD, TensileResult
 
@@ -18,8 +19,7 @@ _MAX_POINTS: Final = 20_000  # of a curve: the picture cannot show more
 
 def tensile_picture(result: TensileResult) -> Figure:
     """Draw the test, the modulus found, and the tangent moduli."""
-    drawn = style.figure(9.0, 4.4)
-    curves, slopes = drawn.subplots(1, 2, sharey=True, width_ratios=(1.25, 1))
+    drawn, (curves, slopes) = style.subplots(9.0, 4.4, 1, 2, sharey=True, width_ratios=(1.25, 1))
     low, high = (load / 1e3 for load in result.loads)
     for axes in (curves, slopes):
         axes.axhspan(low, high, color=style.GREY, alpha=0.13, linewidth=0)
@@ -50,8 +50,7 @@ def _draw_curves(axes: Axes, test: TensileTest, result: TensileResult) -> None:
         "markersize": 4,
     }
     axes.plot(ends * 1e3, np.array(result.loads) / 1e3, label=secant, **look)
-    axes.set(xlabel="elongation in mm", ylabel="force in kN")
-    axes.set_title("force over elongation")
+    axes.set(xlabel="elongation in mm", ylabel="force in kN", title="force over elongation")
 
 
 def _draw_slopes(axes: Axes, result: TensileResult) -> None:
@@ -66,9 +65,11 @@ def _draw_slopes(axes: Axes, result: TensileResult) -> None:
         shade = 1.0 if branch is last[branch.rising] else 0.35
         colour = _colour(branch.rising)
         axes.plot(branch.tangents / 1e9, branch.tangent_forces / 1e3, color=colour, marker="o", ms=3, alpha=shade)
-    axes.set(xlabel="tangent modulus in GPa")
-    axes.set_xlim(left=min(axes.get_xlim()[0], 0.65 * nominal), right=max(axes.get_xlim()[1], 1.35 * nominal))
-    axes.set_title("stiffness by force")
+    axes.set(
+        xlabel="tangent modulus in GPa",
+        xlim=(min(axes.get_xlim()[0], 0.65 * nominal), max(axes.get_xlim()[1], 1.35 * nominal)),
+        title="stiffness by force",
+    )
 
 
 def _curve(axes: Axes, elongation: Array, force: Array, **look: Any) -> None:
@@ -78,3 +79,47 @@ def _curve(axes: Axes, elongation: Array, force: Array, **look: Any) -> None:
 
 def _colour(rising: bool) -> str:
     return style.BLUE if rising else style.ORANGE
+
+
+_FROM: Final = 1.0  # s: what is earlier is stretch rather than creep
+_BAND: Final = 2.0  # sigmas
+_TICKS: Final = {
+    "1 s": 1.0, "10 s": 10.0, "1 min": 60.0, "10 min": 600.0, "1 h": 3600.0, "10 h": 36e3, "4 d": 345.6e3,
+    "40 d": 3.456e6,
+}  # fmt: skip
+
+
+def creep_picture(result: CreepResult) -> Figure:
+    """Draw the strain besides the elastic one by time, and the creep per load."""
+    drawn, (history, law) = style.subplots(9.0, 4.2, 1, 2, width_ratios=(1.25, 1))
+    _draw_history(history, result)
+    _draw_law(law, result)
+    style.legend_below(drawn, history, law, columns=4)
+    return drawn
+
+
+def _draw_history(axes: Axes, result: CreepResult) -> None:
+    """Draw what was measured less stretch and heat, and what the law makes of the forces."""
+    assert result.test.time is not None
+    step = -(-len(result.test.time) // _MAX_POINTS)
+    times, crept = (result.test.time - result.test.time[0])[::step], result.crept()[::step]
+    measured = crept + result.residuals[::step]
+    name = "measured, less stretch and heat"
+    axes.plot(times / 60.0, 1e6 * measured, ".", color=style.GREY, markersize=2, label=name)
+    axes.plot(times / 60.0, 1e6 * crept, color=style.BLUE, label="law found")
+    axes.set(xlabel="time in min", ylabel="strain in µm/m", title="creep in the test")
+
+
+def _draw_law(axes: Axes, result: CreepResult) -> None:
+    """Draw the creep per load by time under a constant one, with two standard deviations."""
+    times = np.geomspace(_FROM, max(result.loaded, 10.0 * _FROM), 200)
+    found = np.array([result.compliance_at(time) for time in times.tolist()])
+    size, sigma = 1e9 * found.T
+    axes.fill_between(times, size - _BAND * sigma, size + _BAND * sigma, color=style.BLUE, alpha=0.2, linewidth=0,
+                      label="two sigmas")  # fmt: skip
+    axes.plot(times, size, color=style.BLUE, linestyle=style.DASHED, label="under a constant load")
+    axes.set_xscale("log")
+    ticks = {name: at for name, at in _TICKS.items() if at <= times[-1]}
+    axes.set_xticks(list(ticks.values()), list(ticks))
+    axes.set_xticks([], minor=True)
+    axes.set(xlabel="time under load", ylabel="creep in µm/m per kN", title="creep per load")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,17 +14,15 @@ from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
 from cablewright.apps.figures import summary
 from cablewright.apps.pictures.accuracy import along, contributions, displaced_by, plane
-from cablewright.apps.pictures.boundary_limits import workspace
 from cablewright.apps.pictures.region import region as region_picture
+from cablewright.apps.pictures.workspace import workspace_errors
 from cablewright.apps.quantities import count, quantity
-from cablewright.apps.report.figures import part_table
-from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, table
+from cablewright.apps.report.document import verdict, view, write_report
+from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import assumptions, list_of, robot_rows
-from cablewright.apps.report.terms import with_terms
-from cablewright.apps.report.viewer import script, stylesheet, view
-from cablewright.apps.web.accuracy_scene import place_scene, study_scene
+from cablewright.apps.report.result import part_table
+from cablewright.apps.web.robot_scene import place_scene, study_scene
 from cablewright.errors import Status
-from cablewright.file_output import write_whole
 from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 
@@ -47,7 +45,7 @@ def write(study: AccuracyStudy, folder: Path, options: Mapping[str, Any] | None 
     """
     drawn = _pictures(study) if _answered(study.accuracy) else {}
     title = f"Accuracy of {study.accuracy.robot.name} {_SHAPES[study.places.shape]}"
-    return _written(folder, title, drawn, lambda pictures: _study_body(study, title, pictures, options or {}))
+    return write_report(folder, title, _study_body(study, title, drawn, options or {}), drawn)
 
 
 def write_place(found: AccuracyAtPose, folder: Path, options: Mapping[str, Any] | None = None) -> Path:
@@ -59,15 +57,7 @@ def write_place(found: AccuracyAtPose, folder: Path, options: Mapping[str, Any] 
             if len(found.region.points):
                 drawn["region"] = style.png(region_picture(found.region))
     title = f"Accuracy of {found.accuracy.robot.name} at one pose"
-    return _written(folder, title, drawn, lambda pictures: _place_body(found, title, pictures, options or {}))
-
-
-def _written(folder: Path, title: str, drawn: Pictures, body: Callable[[Pictures], Iterator[Html]]) -> Path:
-    for name, png in drawn.items():
-        write_whole(folder / f"{name}.png", png)
-    report = folder / "report.html"
-    write_whole(report, page(title, with_terms(body(drawn)), script(), stylesheet()).encode("utf-8"))
-    return report
+    return write_report(folder, title, _place_body(found, title, drawn, options or {}), drawn)
 
 
 def _pictures(study: AccuracyStudy) -> Pictures:
@@ -76,7 +66,7 @@ def _pictures(study: AccuracyStudy) -> Pictures:
         drawn: dict[str, Figure | None] = {"contributions": contributions(study.accuracy)}
         match study.places.shape:
             case "workspace":
-                drawn["workspace"] = workspace(study)
+                drawn["workspace"] = workspace_errors(study)
             case "plane":
                 drawn["plane"] = plane(study)
             case _:
@@ -125,7 +115,9 @@ def _notices(found: Accuracy, notes: tuple[str, ...]) -> Iterator[Html]:
 def _study_verdict(study: AccuracyStudy) -> Html:
     found, spread = study.accuracy, study.accuracy.spread
     if not _answered(found):
-        return _verdict("Nothing can be said", f"At none of {count(len(found.codes))} places is there an answer.", "no")
+        return verdict(
+            "Nothing can be said", f"At none of {count(len(found.codes))} places is there an answer.", kind="no"
+        )
     nominal, deviation = float(np.nanmax(found.nominal_error)), float(np.nanmax(spread.max_deviation))
     largest, smallest = float(np.nanmax(spread.max_error)), float(np.nanmin(spread.max_error))
     where = COMPENSATIONS[found.compensation].words
@@ -139,7 +131,7 @@ def _study_verdict(study: AccuracyStudy) -> Html:
     else:
         rest = quantity(deviation, "m")
         words += f"Full compensation would remove the first; about {rest} would remain until they are known better."
-    return _verdict(f"Up to {quantity(largest, 'm')} off", words)
+    return verdict(f"Up to {quantity(largest, 'm')} off", words)
 
 
 def _size(size: float) -> str:
@@ -154,10 +146,6 @@ def _up_to(size: float) -> str:
 def _numbers(accuracy: Accuracy) -> str:
     k = len(accuracy.ranges)
     return "one parameter is uncertain" if k == 1 else f"{count(k)} parameters are uncertain"
-
-
-def _verdict(word: str, words: str, kind: str = "") -> Html:
-    return element("div", element("strong", word), element("p", words), class_=f"verdict {kind}".strip(), role="status")
 
 
 def _study_pictures(study: AccuracyStudy, pictures: Pictures) -> Iterator[Html]:
@@ -224,7 +212,7 @@ def _place_verdict(found: AccuracyAtPose) -> Html:
     accuracy = found.accuracy
     where = _plain(accuracy.wanted_nozzle[0])
     if not _answered(accuracy):
-        return _verdict("Nothing can be said", f"At {where} m there is no answer.", "no")
+        return verdict("Nothing can be said", f"At {where} m there is no answer.", kind="no")
     largest, nominal = float(accuracy.spread.max_error[0]), float(accuracy.nominal_error[0])
     words = (
         f"At {where} m, {COMPENSATIONS[accuracy.compensation].words}, {accuracy.robot.name} is {_size(nominal)} off "
@@ -237,7 +225,7 @@ def _place_verdict(found: AccuracyAtPose) -> Html:
             words += f" Full compensation removes {removed} of that; {quantity(rest, 'm')} remain."
         else:
             words += f" Full compensation gains nothing here: {quantity(rest, 'm')} would remain."
-    return _verdict(f"Up to {quantity(largest, 'm')} off", words)
+    return verdict(f"Up to {quantity(largest, 'm')} off", words)
 
 
 def _ending(accuracy: Accuracy, places: str, options: Mapping[str, Any]) -> Iterator[Html]:

@@ -33,7 +33,7 @@ CORNERS_THEN_EDGES: Final = _order()
 """The 20 nodes of an element as VTK and CalculiX (C3D20) count them."""
 
 
-def vtu(found: Comparison) -> bytes:
+def vtu_file(found: Comparison) -> bytes:
     """The file: point data `displacement` (m), `von_mises` and `stress` (Pa; xx, yy, zz, yz, xz, xy), cells' `design`.
 
     The universal joint's is design 0 and keeps the bracket's frame; the conventional one, design 1, stands beside it.

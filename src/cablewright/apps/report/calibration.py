@@ -7,13 +7,12 @@ from collections.abc import Iterator
 from cablewright.apps import style
 from cablewright.apps.pictures.calibration import correlation_picture, exits_picture, residuals_picture
 from cablewright.apps.quantities import count, quantity
-from cablewright.apps.report.figures import along_table, key_figures, part_table
-from cablewright.apps.report.page import Html, cards, element, page, picture, section, table
+from cablewright.apps.report.document import document, verdict, view
+from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
-from cablewright.apps.report.terms import with_terms
-from cablewright.apps.report.viewer import script, stylesheet, view
+from cablewright.apps.report.result import along_table, key_figures, part_table
 from cablewright.apps.web.robot_scene import robot_scene
-from cablewright.apps.web.scene import Body, SceneDescription
+from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.calibration.result import Calibration
 
 Pictures = dict[str, bytes]
@@ -22,13 +21,15 @@ Pictures = dict[str, bytes]
 def calibration_page(found: Calibration, data: str) -> str:
     """Return the page as HTML; *data* names the file of the measurements. The same calibration gives the same text."""
     title = f"Calibration of {found.problem.robot.name}"
-    return page(title, with_terms(_body(found, title, data, _pictures(found))), script(), stylesheet())
+    return document(title, _body(found, title, data, _pictures(found)))
 
 
 def _scene(found: Calibration, title: str) -> SceneDescription:
     """The robot that was found, and the poses of the measurements."""
     places = found.poses[:, :3]
-    return robot_scene(found.robot, title).with_bodies(Body("poses that were measured", "--estimate", points=places))
+    return robot_scene(found.robot, title).with_bodies(
+        SceneBody("poses that were measured", "--estimate", points=places)
+    )
 
 
 def _pictures(found: Calibration) -> Pictures:
@@ -47,8 +48,7 @@ def _body(found: Calibration, title: str, data: str, pictures: Pictures) -> Iter
     yield element("h1", title)
     yield _verdict(found)
     yield cards(_figures(found))
-    for note in found.notes:
-        yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
+    yield from map(notice, found.notes)
     if found.status == "ok":
         yield section("What the data leave open", *_open(found))
         yield section("The robot, and where it was measured", view(_scene(found, title)))
@@ -66,16 +66,13 @@ def _verdict(found: Calibration) -> Html:
     }[found.verdict]  # fmt: skip
     told = [each[0].upper() + each[1:] + "." for each in found.reasons]
     if found.verdict == "good":
-        known, fits = (
-            found.exit_sigma,
-            f"lengths of {count(found.problem.poses)} poses fit to {quantity(found.rms, 'm')}",
-        )
+        fits = f"lengths of {count(found.problem.poses)} poses fit to {quantity(found.rms, 'm')}"
+        known = found.exit_sigma
         exits = f"Exit points are known to {quantity(known, 'm')} (one sigma) or better; " if known is not None else ""
         told = [f"{exits}{fits if exits else fits.capitalize()} rms."]
     if found.verdict == "doubtful" and found.accepted:
         told.append("It was accepted as it is.")
-    sentences = (element("p", each) for each in told)
-    return element("div", element("strong", word), *sentences, class_=f"verdict {kind}", role="status")
+    return verdict(word, *told, kind=kind)
 
 
 def _figures(found: Calibration) -> Iterator[tuple[str, str, str]]:

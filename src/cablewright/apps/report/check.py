@@ -10,20 +10,17 @@ import numpy as np
 from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.apps import style
 from cablewright.apps.figures import summary
-from cablewright.apps.pictures.error import error_by_height
 from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
-from cablewright.apps.pictures.path import MAX_NAMES, plan, side_view
+from cablewright.apps.pictures.path import MAX_NAMES, error_by_height, plan, side_view
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.digest import Digest
-from cablewright.apps.report.figures import along_table, part_table
+from cablewright.apps.report.document import verdict, view, write_report
 from cablewright.apps.report.findings import findings_table
-from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section, table
+from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
-from cablewright.apps.report.terms import with_terms
-from cablewright.apps.report.viewer import script, stylesheet, view
+from cablewright.apps.report.result import along_table, part_table
 from cablewright.apps.web.check_scene import check_scene
 from cablewright.errors import Status
-from cablewright.file_output import write_whole
 from cablewright.paging import let_go
 from cablewright.printing.layers import LayerTable
 from cablewright.robot.uncertainty import ASSUMED
@@ -41,12 +38,8 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
     """
     digest = Digest(check, layers)
     pictures = _pictures(digest)
-    for name, png in pictures.items():
-        write_whole(folder / f"{name}.png", png)
     title = f"Check of {check.job.name} on {check.robot.name}"
-    report = folder / "report.html"
-    write_whole(report, page(title, with_terms(_body(digest, title, pictures)), script(), stylesheet()).encode("utf-8"))
-    return report
+    return write_report(folder, title, _body(digest, title, pictures), pictures)
 
 
 def _pictures(digest: Digest) -> Pictures:
@@ -64,7 +57,8 @@ def _pictures(digest: Digest) -> Pictures:
 def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     """Yield the page from the verdict to where everything came from."""
     yield element("h1", title)
-    yield _verdict(digest.check)
+    word, kind = ("Can be printed", "yes") if digest.check.feasible else ("Cannot be printed", "no")
+    yield verdict(word, digest.check.verdict, kind=kind)
     turns = () if digest.check.robot.n == 6 else ("max_turn_uncompensated",)
     yield cards((*each, "") for each in summary(digest.check, "feasible", "verdict", "not_checked", *turns))
     yield from _notices(digest)
@@ -80,12 +74,6 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
     yield section("Winches and sheaves", *_winches(digest, pictures))
     yield section("Inputs", inputs_table(digest))
     yield section("What is assumed", list_of(assumptions(digest.check.robot)))
-
-
-def _verdict(check: Check) -> Html:
-    word = "Can be printed" if check.feasible else "Cannot be printed"
-    kind = "yes" if check.feasible else "no"
-    return element("div", element("strong", word), element("p", check.verdict), class_=f"verdict {kind}", role="status")
 
 
 def _notices(digest: Digest) -> Iterator[Html]:

@@ -22,8 +22,8 @@ from cablewright.apps.pictures.print import (
 from cablewright.apps.pictures.print_lines import angles_picture, coiling_picture, ringing_picture, tensions_picture
 from cablewright.apps.pictures.print_structure import cuts_picture, maps_picture
 from cablewright.apps.quantities import count, duration, quantity
-from cablewright.apps.report.figures import key_figures
-from cablewright.apps.report.page import Html, cards, element, page, picture, section
+from cablewright.apps.report.document import verdict, view, write_report
+from cablewright.apps.report.page import Html, cards, element, notice, picture, section
 from cablewright.apps.report.print_tables import (
     faults_table,
     following_table,
@@ -34,8 +34,7 @@ from cablewright.apps.report.print_tables import (
     structure_table,
 )
 from cablewright.apps.report.provenance import list_of
-from cablewright.apps.report.terms import with_terms
-from cablewright.apps.report.viewer import script, stylesheet, view
+from cablewright.apps.report.result import key_figures
 from cablewright.apps.web.print_scene import print_scene, structure_mesh
 from cablewright.arrays import Array
 from cablewright.file_output import write_whole
@@ -59,17 +58,12 @@ def write(found: PrintRecord, folder: Path, name: str, step_times: Array | None 
     no other file. Raises `EnvironmentFault` where the folder cannot be written.
     """
     pictures = _pictures(found, step_times)
-    for each, png in pictures.items():
-        write_whole(folder / f"{each}.png", png)
     if found.structure is not None and found.structure.best is not None:
         mesh = structure_mesh(found.structure.best, found)
         write_whole(folder / "structure.stl", mesh.stl())
         write_whole(folder / "structure.glb", mesh.glb())
     title = f"Print of {name} on {found.head.robot.name}"
-    report = folder / "report.html"
-    body = with_terms(_body(found, title, name, pictures))
-    write_whole(report, page(title, body, script(), stylesheet()).encode("utf-8"))
-    return report
+    return write_report(folder, title, _body(found, title, name, pictures), pictures)
 
 
 def _pictures(found: PrintRecord, step_times: Array | None) -> Pictures:
@@ -96,8 +90,7 @@ def _body(found: PrintRecord, title: str, name: str, pictures: Pictures) -> Iter
     yield element("h1", title)
     yield _verdict(found)
     yield cards(_cards(found))
-    for note in found.notes:
-        yield element("p", note[0].upper() + note[1:] + ".", class_="notice")
+    yield from map(notice, found.notes)
     scene = print_scene(found, title)
     if scene is not None:
         yield section("The machine along the path", view(scene))
@@ -134,7 +127,7 @@ def _verdict(found: PrintRecord) -> Html:
     else:
         sentence = f"{layers}; the position of the platform is not known."
     word, kind = ("Printed", "yes") if whole else ("Not finished", "no")
-    return element("div", element("strong", word), element("p", sentence), class_=f"verdict {kind}", role="status")
+    return verdict(word, sentence, kind=kind)
 
 
 def _cards(found: PrintRecord) -> list[tuple[str, str, str]]:

@@ -9,9 +9,9 @@ import numpy as np
 
 from cablewright.apps.figures import NONE, Sheet, columns, pairs, table, text
 from cablewright.apps.quantities import count, quantity
-from cablewright.apps.report.figures import sheet_table
 from cablewright.apps.report.page import Html, element
 from cablewright.apps.report.provenance import program
+from cablewright.apps.report.result import sheet_table
 from cablewright.arrays import Array
 from cablewright.results import Figure
 from cablewright.studies.prints.result import LineUse, PathFollowing, PrintRecord, StateUse

@@ -1,22 +1,44 @@
-"""The page of any result: its verdict, its figures, its tables, its picture, and the robot to turn where it has one.
-
-Commands whose answer is one result write it with ``--report``.
-"""
+"""Declared figures as cards and tables, and the page of any result, which commands write with ``--report``."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from cablewright.apps import style
-from cablewright.apps.figures import sheets, summary
+from cablewright.apps.figures import Sheet, along_sheet, part_sheet, sheets, summary, text
 from cablewright.apps.pictures import gallery
-from cablewright.apps.report.figures import sheet_table
-from cablewright.apps.report.page import Html, cards, element, notice, page, picture, section
+from cablewright.apps.report.document import document, verdict, view
+from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
-from cablewright.apps.report.terms import with_terms
-from cablewright.apps.report.viewer import script, stylesheet, view
-from cablewright.apps.web.result_scene import scene_of
+from cablewright.apps.web.robot_scene import scene_of
 from cablewright.results import Pictured, Result
+
+
+def key_figures(
+    found: Result, keys: Iterable[str], notes: Mapping[str, str] | None = None
+) -> Iterator[tuple[str, str, str]]:
+    """Label, value and note of the figures with these *keys*, for `page.cards`."""
+    by_key = {each.key: each for each in found.figures}
+    for key in keys:
+        figure = by_key[key]
+        yield figure.label, text(figure, figure.of(found)), (notes or {}).get(key, "")
+
+
+def part_table(found: Result, key: str) -> Html:
+    """The table of a figure that has parts."""
+    figure = next(each for each in found.figures if each.key == key)
+    return sheet_table(part_sheet(figure, figure.of(found)))
+
+
+def along_table(found: Result, along: str) -> Html:
+    """The table of the figures that run along the same things."""
+    return sheet_table(along_sheet(found, along))
+
+
+def sheet_table(sheet: Sheet) -> Html:
+    """A table of figures; numbers flush right."""
+    return table(sheet.head, sheet.rows, numbers=[k for k, number in enumerate(sheet.numeric) if number])
+
 
 _LONG = 60  # letters of a value that makes no card
 
@@ -27,8 +49,7 @@ def result_page(found: Pictured, title: str, *, drawn: bool = True) -> str:
     if drawn:
         with style.drawing():
             png = style.png(gallery.draw(found))
-    body = with_terms(_body(found, title, png))
-    return page(title, body, script(), stylesheet())
+    return document(title, _body(found, title, png))
 
 
 def _body(found: Pictured, title: str, png: bytes | None) -> Iterator[Html]:
@@ -55,4 +76,4 @@ def _verdict(found: Result) -> Html:
     status = str(getattr(found, "status", "ok"))
     word, kind = ("Done", "yes") if not found.refusal else (status, "no")
     words = found.refusal[:1].upper() + found.refusal[1:] + "." if found.refusal else f"Status: {status}."
-    return element("div", element("strong", word), element("p", words), class_=f"verdict {kind}", role="status")
+    return verdict(word, words, kind=kind)

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cablewright.apps.quantities import quantity
-from cablewright.apps.report.page import Html, element, page, section, table
+from cablewright.apps.report.document import document, view
+from cablewright.apps.report.page import Html, element, section, table
 from cablewright.apps.report.provenance import list_of, robot_rows
-from cablewright.apps.report.terms import with_terms
-from cablewright.apps.report.viewer import script, stylesheet, view
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.robot import Robot
 
 
 def show_page(scene: SceneDescription) -> str:
     """Return the page as HTML. It makes no request; the same scene gives the same text."""
-    return page(scene.title, with_terms(_body(scene)), script(), stylesheet())
+    return document(scene.title, _body(scene))
 
 
 def _body(scene: SceneDescription) -> Iterator[Html]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from cablewright.analyses.line_shapes import polylines
 from cablewright.apps.web.check_scene import extent
+from cablewright.apps.web.levels import packed
 from cablewright.apps.web.motion_scene import drum_of, walls_of
-from cablewright.apps.web.packing import packed
 from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.robot_scene import one_state
 from cablewright.apps.web.scene import STEPS, SceneDescription

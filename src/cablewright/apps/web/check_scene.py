@@ -11,8 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet
 
 from cablewright.apps.quantities import quantity
-from cablewright.apps.web.path_scene import PathScene, Quantity
-from cablewright.apps.web.path_states import states_along
+from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
 from cablewright.arrays import Array
 from cablewright.errors import InputError

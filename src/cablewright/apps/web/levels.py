@@ -1,16 +1,44 @@
-"""Levels of detail of a path: which of its vertices are needed so that nothing is farther from it than a tolerance.
-
-A vertex of one level belongs to all finer ones (Douglas and Peucker 1973, level by level, on all pieces at once).
-"""
+"""Arrays for the viewer: packed into text, and polylines by level of detail."""
 
 from __future__ import annotations
 
-from typing import Final
+import base64
+import zlib
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Indices, Mask
+
+Packed = dict[str, Any]
+"""``type`` (u8, u16, u32 or f32), ``shape``, ``delta``: whether rows are differences from the row before, ``data``."""
+
+_TYPES: Final = {"u8": "<u1", "u16": "<u2", "u32": "<u4", "f32": "<f4"}
+_LEVEL: Final = 6  # of zlib
+
+
+def packed(values: NDArray[Any], kind: str, *, delta: bool = False) -> Packed:
+    """Return *values* as a type of `Packed`; *delta*: as differences, which wrap, for whole numbers that change little.
+
+    Raises `OverflowError` for a whole number that the type does not hold.
+    """
+    given = np.asarray(values)
+    made = given.astype(_TYPES[kind])
+    if kind != "f32" and not np.array_equal(made, given):
+        raise OverflowError(f"numbers that {kind} does not hold")
+    if delta and len(made):
+        made = np.concatenate([made[:1], np.diff(made, axis=0)])  # modulo its size
+    data = base64.b64encode(zlib.compress(made.tobytes(), _LEVEL)).decode("ascii")
+    return {"type": kind, "shape": list(made.shape), "delta": delta, "data": data}
+
+
+def unpacked(given: Packed) -> NDArray[Any]:
+    """Return the array of `packed`."""
+    data = zlib.decompress(base64.b64decode(given["data"]))
+    values = np.frombuffer(data, dtype=_TYPES[given["type"]]).reshape(given["shape"])
+    return np.cumsum(values, axis=0, dtype=values.dtype) if given["delta"] else values
+
 
 LEFT_OUT: Final = 255
 _AT_ONCE: Final = 1 << 16  # points whose distances are in memory

@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.apps.web.motion_scene import Gone, Moments, motion_scene
-from cablewright.apps.web.path_states import chosen
+from cablewright.apps.web.motion_scene import Gone, MotionSteps, motion_scene
+from cablewright.apps.web.path_scene import chosen
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.arrays import Array
 from cablewright.errors import InputError
@@ -74,7 +74,7 @@ def _scene(path: Path, head: LogHead, columns: _Columns, faults: list[str]) -> S
     kept = columns.kept
     at = [kept[int(k)] for k in chosen(len(kept))]
     gone = Gone(rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7].astype(int), rows[:, 8] > 0.5)
-    moments = Moments(
+    moments = MotionSteps(
         time=np.array([each.frame.time for each in at]),
         true=np.array([_pose(each.truth) for each in at]),
         told=np.array([_pose(_valid(each)) for each in at]),
@@ -88,7 +88,7 @@ def _scene(path: Path, head: LogHead, columns: _Columns, faults: list[str]) -> S
     return motion_scene(f"{path.name}: {head.robot.name}", head, gone, moments, faults)
 
 
-def _scans(path: Path, head: LogHead, gone: Gone, moments: Moments) -> tuple[Array, ...] | None:
+def _scans(path: Path, head: LogHead, gone: Gone, moments: MotionSteps) -> tuple[Array, ...] | None:
     """What the lidars saw at the moments, by the truth where the log has it; None of a machine without lidars."""
     if not head.settings.lidars:
         return None

@@ -9,9 +9,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.apps.quantities import enlargement
 from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.path_scene import PathScene, Quantity
-from cablewright.apps.web.scene import Body, SceneDescription
+from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.apps.web.states import States
 from cablewright.arrays import Array, Mask
 from cablewright.machine.log.head import LogHead
@@ -45,7 +46,7 @@ class Gone:
 
 
 @dataclass(frozen=True, eq=False)
-class Moments:
+class MotionSteps:
     """Some of the steps, F, with all that is drawn of them; NaN: not known. Poses are of the platform's origin."""
 
     time: Array  # (F,) s
@@ -58,14 +59,19 @@ class Moments:
 
 
 def motion_scene(
-    title: str, head: LogHead, gone: Gone, moments: Moments, faults: Sequence[str] = (), bodies: Sequence[Body] = ()
+    title: str,
+    head: LogHead,
+    gone: Gone,
+    moments: MotionSteps,
+    faults: Sequence[str] = (),
+    bodies: Sequence[SceneBody] = (),
 ) -> SceneDescription:
     """The scene of a machine in motion; *faults*: of its log, a sentence each; *bodies*: what else stands in it."""
     has_truth = bool(np.isfinite(gone.true).any())
     more = list(bodies)
     if has_truth and np.isfinite(gone.told).any():
         track = gone.told[:: max(1, len(gone.told) // _MOST_OF_A_TRACK)]
-        more.append(Body("path of the estimate", "--estimate", track=track, shown=False))
+        more.append(SceneBody("path of the estimate", "--estimate", track=track, shown=False))
     notes = (_MOTION if has_truth else _GUESSED, *(f"{each[:1].upper()}{each[1:]}." for each in faults))
     return SceneDescription(
         title,
@@ -114,7 +120,7 @@ def drum_of(head: LogHead) -> tuple[float, float] | None:
     return None if drum is None else (drum.radius, drum.valve)
 
 
-def _states(head: LogHead, moments: Moments, time: Array, has_truth: bool) -> States:
+def _states(head: LogHead, moments: MotionSteps, time: Array, has_truth: bool) -> States:
     """The states of the moments whose pose is known."""
     poses, model, width = (moments.true if has_truth else moments.told), Model(head.robot), head.robot.n
     known = np.isfinite(poses).all(axis=1)
@@ -141,8 +147,4 @@ def _enlargement(covariances: Array, size: float) -> float:
     if not len(known):
         return 1.0
     largest = float(np.sqrt(np.median(np.trace(known, axis1=1, axis2=2))))
-    wanted = _ONE_SIGMA_GOAL * size / max(largest, 1e-9)
-    if wanted <= 1.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(wanted))
-    return float(next(step * power for step in (5.0, 2.0, 1.0) if step * power <= wanted))
+    return enlargement(_ONE_SIGMA_GOAL * size, max(largest, 1e-9))

@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.apps.web.motion_scene import Gone, Moments, motion_scene
-from cablewright.apps.web.path_states import chosen
-from cablewright.apps.web.scene import Body, SceneDescription
+from cablewright.apps.web.motion_scene import Gone, MotionSteps, motion_scene
+from cablewright.apps.web.path_scene import chosen
+from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.arrays import Array
 from cablewright.models.rotation import matrices
 from cablewright.printing.heightfield import HeightField
@@ -41,7 +41,7 @@ def print_scene(found: PrintRecord, title: str) -> SceneDescription | None:
     )
     at = chosen(len(rows))
     some, own = rows[at], told[at]
-    moments = Moments(
+    moments = MotionSteps(
         time=some["time"],
         true=_poses(_moved(some["true_position"], some["true_rotation"], to_origin * nozzle), some["true_rotation"]),
         told=_poses(_moved(own, some["rotation"], to_origin * nozzle), some["rotation"]),
@@ -61,7 +61,7 @@ def structure_mesh(field: HeightField, found: PrintRecord) -> TriangleMesh:
     return HeightField(corner, field.cell, part).solid(-_PLATE)
 
 
-def _structure(found: PrintRecord) -> list[Body]:
+def _structure(found: PrintRecord) -> list[SceneBody]:
     """The surface of the structure, where it is higher than the floor; none that is too large for a page."""
     if found.structure is None or found.structure.best is None:
         return []
@@ -69,7 +69,7 @@ def _structure(found: PrintRecord) -> list[Body]:
     above = whole.corners[..., 2].max(axis=1) > 1e-4
     if not 0 < int(above.sum()) <= _MOST_FACES:
         return []
-    return [Body("structure", "--structure", mesh=TriangleMesh.of_corners(whole.corners[above]))]
+    return [SceneBody("structure", "--structure", mesh=TriangleMesh.of_corners(whole.corners[above]))]
 
 
 def _moved(positions: Array, rotations: Array, offset: Array) -> Array:

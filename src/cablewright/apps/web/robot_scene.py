@@ -1,13 +1,30 @@
-"""A robot before any job: its scene at rest, at poses that one chooses by sliders."""
+"""Scenes of a robot in few states: at rest, of a result at a pose, and of accuracy studies at their worst place."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
 import numpy as np
 
-from cablewright.apps.web.scene import SceneDescription
+from cablewright.analyses.interference import Interference
+from cablewright.analyses.modes import Modes
+from cablewright.analyses.workspace.workspace import Workspace
+from cablewright.apps.quantities import quantity
+from cablewright.apps.web.check_scene import extent
+from cablewright.apps.web.log_scene import log_scene
+from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
+from cablewright.apps.web.scene import Mark, SceneBody, SceneDescription
 from cablewright.apps.web.states import States
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.results import Pictured
 from cablewright.robot import Robot
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.accuracy import AccuracyStudy
+from cablewright.studies.accuracy_at_pose import AccuracyAtPose
+from cablewright.studies.interference import JobInterference
+from cablewright.studies.replay import Replay, Replays
 from cablewright.studies.rest_pose import RestPose, rest_pose
 
 
@@ -43,3 +60,53 @@ def _with_dead(robot: Robot, notes: list[str]) -> tuple[str, ...]:
 
 def _sentence(note: str) -> str:
     return f"{note[:1].upper()}{note[1:]}."
+
+
+def scene_of(found: Pictured, title: str) -> SceneDescription | None:
+    """Return the scene of *found*; None where it has no robot."""
+    if isinstance(found, JobInterference) and found.closest is not None:
+        return one_state(found.closest.equilibrium[0], title, "where a line is nearest to something, at rest")
+    if isinstance(found, Interference | Modes) and found.equilibrium.single:
+        return one_state(found.equilibrium, title, "at the pose that was asked for, at rest")
+    if isinstance(found, Replay | Replays):
+        first = found if isinstance(found, Replay) else found.first
+        return log_scene(Path(first.log))
+    robot = found.criterion.model.robot if isinstance(found, Workspace) else getattr(found, "robot", None)
+    if not isinstance(robot, Robot):
+        return None
+    scene = robot_scene(robot, title)
+    if isinstance(found, Workspace) and len(found.mesh.triangles):
+        scene = scene.with_bodies(SceneBody("workspace", "--space", mesh=found.mesh, opacity=0.35))
+    return scene
+
+
+_REST: Final = "Each state of the slider is an equilibrium at rest of the robot as it is described."
+
+
+def study_scene(study: AccuracyStudy, title: str) -> SceneDescription:
+    """A path or helix in the colours of its largest error; of a plane or the workspace the robot at the worst place."""
+    found = study.accuracy
+    places, error = found.wanted_nozzle, found.spread.max_error
+    worst = int(np.nanargmax(error))
+    x, y, z = places[worst].tolist()
+    mark = Mark(f"largest error: {quantity(float(error[worst]), 'm')}", (x, y, z))
+    model = Model(found.robot)
+    if study.places.distance is None:
+        own = one_state(solve_inverse(model, found.wanted[worst]), title, "at the place of the largest error, at rest")
+        return replace(own, worst=mark)
+    quantities = (
+        Quantity.of("max", "largest error", "m", error),
+        Quantity.of("nominal", "nominal error", "m", found.nominal_error),
+        Quantity.of("height", "height", "m", places[:, 2]),
+    )
+    count = len(places)
+    laid, layer = np.ones(count, dtype=bool), np.ones(count, dtype=int)
+    path = PathScene(places, laid, layer, extent(found.robot), quantities, worst=worst)
+    states = states_along(model, found.wanted, worst=worst)
+    return SceneDescription(title, found.robot, states, path, worst=mark, notes=(_REST,))
+
+
+def place_scene(found: AccuracyAtPose, title: str) -> SceneDescription:
+    """The robot at the pose."""
+    own = solve_inverse(Model(found.accuracy.robot), found.accuracy.wanted[0])
+    return one_state(own, title, "at the pose that was asked for, at rest")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.apps.web.colours import RAMPS
-from cablewright.apps.web.packing import Packed, packed
+from cablewright.apps.web.levels import Packed, packed
 from cablewright.apps.web.path_scene import PathScene
 from cablewright.apps.web.states import States
 from cablewright.arrays import Array
@@ -28,7 +28,7 @@ STEPS: Final = 65_535  # of the grid of points, across the largest side
 
 
 @dataclass(frozen=True)
-class Body:
+class SceneBody:
     """A mesh in the scene, a set of points, or a polyline. ``token``: the colour, a variable of viewer.css."""
 
     name: str
@@ -57,12 +57,12 @@ class SceneDescription:
     states: States
     path: PathScene | None = None
     walls: tuple[tuple[str, Array], ...] = ()  # name and corners (4, 3), m
-    bodies: tuple[Body, ...] = ()
+    bodies: tuple[SceneBody, ...] = ()
     worst: Mark | None = None
     drum: tuple[float, float] | None = None  # m: radius and depth of a drum that hangs from a point platform
     notes: tuple[str, ...] = field(default=())
 
-    def with_bodies(self, *bodies: Body) -> SceneDescription:
+    def with_bodies(self, *bodies: SceneBody) -> SceneDescription:
         """The scene and more bodies."""
         return replace(self, bodies=(*self.bodies, *bodies))
 
@@ -171,16 +171,16 @@ def _hull(points: Array) -> dict[str, Any] | None:
     return {"vertices": points.tolist(), "faces": faces}
 
 
-def _mesh(body: Body, mesh: TriangleMesh) -> dict[str, Any]:
+def _mesh(body: SceneBody, mesh: TriangleMesh) -> dict[str, Any]:
     vertices: Packed = packed(mesh.vertices, "f32")
     return _named(body) | {"opacity": body.opacity, "vertices": vertices, "faces": packed(mesh.triangles, "u32")}
 
 
-def _places(body: Body, places: Array) -> dict[str, Any]:
+def _places(body: SceneBody, places: Array) -> dict[str, Any]:
     return _named(body) | {"places": packed(places, "f32")}
 
 
-def _named(body: Body) -> dict[str, Any]:
+def _named(body: SceneBody) -> dict[str, Any]:
     return {"name": body.name, "token": body.token, "shown": body.shown}
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.survey.markers import Markers
-from cablewright.calibration.survey.plan import Feature, SurveyPlan
+from cablewright.calibration.survey.plan import MarkedFeature, SurveyPlan
 from cablewright.calibration.survey.shape_fits import Linear, directions
 from cablewright.errors import InputError
 
@@ -28,7 +28,7 @@ class SurveyFrame:
     floor: str  # what z = 0 is: "floor", "height" or "instrument"
     azimuth: Linear  # (1,) rad, of the x axis in the grid
     offset: Linear  # (3,) m, of the origin in the grid
-    outward: Mapping[Feature, float]  # 1 or -1: sign that makes each wall's fitted normal point out of the room
+    outward: Mapping[MarkedFeature, float]  # 1 or -1: sign that makes each wall's fitted normal point out of the room
 
     @property
     def rotation(self) -> Array:
@@ -47,7 +47,7 @@ class SurveyFrame:
         """Express a height (1,) of the grid in this frame, m."""
         return Linear(level.value - self.offset.value[2:], level.jacobian - self.offset.jacobian[2:])
 
-    def wall(self, feature: Feature, found: Linear) -> tuple[Array, Linear, Linear]:
+    def wall(self, feature: MarkedFeature, found: Linear) -> tuple[Array, Linear, Linear]:
         """Express a wall (azimuth, distance) of the grid in this frame: outward normal, distance, normal's azimuth."""
         sign = self.outward[feature]
         azimuth = found.value[:1] + (0.0 if sign > 0 else math.pi) - self.azimuth.value
@@ -60,9 +60,9 @@ class SurveyFrame:
 
 def frame_of(
     plan: SurveyPlan,
-    walls: Mapping[Feature, Linear],
-    levels: Mapping[Feature, Linear],
-    places: Mapping[Feature, Linear],
+    walls: Mapping[MarkedFeature, Linear],
+    levels: Mapping[MarkedFeature, Linear],
+    places: Mapping[MarkedFeature, Linear],
     markers: Markers,
     file: str,
 ) -> SurveyFrame:
@@ -79,7 +79,7 @@ def frame_of(
     if along == "instrument":
         azimuth = Linear(np.zeros(1), np.zeros((1, 3 * len(markers.all))))
     else:
-        follows = Feature("wall", along)
+        follows = MarkedFeature("wall", along)
         if follows not in walls:
             others = ", ".join(f.name for f in walls) or "none"
             raise InputError(
@@ -97,7 +97,11 @@ def frame_of(
 
 
 def _offset(
-    plan: SurveyPlan, levels: Mapping[Feature, Linear], places: Mapping[Feature, Linear], markers: Markers, file: str
+    plan: SurveyPlan,
+    levels: Mapping[MarkedFeature, Linear],
+    places: Mapping[MarkedFeature, Linear],
+    markers: Markers,
+    file: str,
 ) -> tuple[Linear, str]:
     """Return the origin in the grid, and what z = 0 is."""
     station = np.zeros(3) if markers.station is None else markers.station
@@ -108,7 +112,7 @@ def _offset(
             raise InputError(f"{file}: frame.origin = 'exits', but no exit point is marked")
         value[:2] = np.mean([place.value[:2] for place in exits], axis=0)
         jacobian[:2] = np.mean([place.jacobian[:2] for place in exits], axis=0)
-    level, floor = levels.get(Feature("floor", "")), "instrument"
+    level, floor = levels.get(MarkedFeature("floor", "")), "instrument"
     if level is not None:
         value[2], jacobian[2], floor = level.value[0], level.jacobian[0], "floor"
     elif plan.instrument.height is not None:
@@ -116,7 +120,7 @@ def _offset(
     return Linear(value, jacobian), floor
 
 
-def _check_names(frame: SurveyFrame, walls: Mapping[Feature, Linear], file: str) -> None:
+def _check_names(frame: SurveyFrame, walls: Mapping[MarkedFeature, Linear], file: str) -> None:
     """Raise `InputError` for a wall whose normal is more than 45 degrees off the direction that its name says."""
     for feature, found in walls.items():
         facing = _FACING.get(feature.name)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from cablewright.arrays import Array
-from cablewright.calibration.survey.plan import SCHEME, Feature, Instrument, SurveyPlan, feature_of
+from cablewright.calibration.survey.plan import SCHEME, Instrument, MarkedFeature, SurveyPlan, feature_of
 from cablewright.calibration.survey.shots import FARTHEST, Shot, Shots
 from cablewright.errors import InputError
 
@@ -27,7 +27,7 @@ class SurveyMarker:
     """One marker: the weighted mean of its shots."""
 
     point: str
-    feature: Feature
+    feature: MarkedFeature
     lines: tuple[int, ...]  # of the file, one for each shot
     position: Array  # (3,) m, in the instrument's grid
     covariance: Array  # (3, 3) m^2
@@ -47,13 +47,13 @@ class Markers:
         """(3 N, 3 N) m^2 of all coordinates."""
         return np.asarray(block_diag(*(marker.covariance for marker in self.all)))
 
-    def on(self, feature: Feature) -> list[int]:
+    def on(self, feature: MarkedFeature) -> list[int]:
         """Return the indices of the markers on a feature, in the order of their names: X3-2 before X3-10."""
         found = [i for i, marker in enumerate(self.all) if marker.feature == feature]
         return sorted(found, key=lambda i: (len(self.all[i].point), self.all[i].point))
 
     @property
-    def features(self) -> list[Feature]:
+    def features(self) -> list[MarkedFeature]:
         """The marked features, each once, in the order of the file."""
         return list(dict.fromkeys(marker.feature for marker in self.all))
 
@@ -95,7 +95,9 @@ def _station(shots: Sequence[Shot], instrument: Instrument) -> Array | None:
     return None if instrument.station is None else np.array(instrument.station)
 
 
-def _together(point: str, feature: Feature, shots: list[Shot], instrument: Instrument, origin: str) -> SurveyMarker:
+def _together(
+    point: str, feature: MarkedFeature, shots: list[Shot], instrument: Instrument, origin: str
+) -> SurveyMarker:
     """Return the weighted mean of the shots of one marker; the error of the marker's own place is common to them."""
     places = np.array([shot.position for shot in shots])  # (s, 3)
     own = np.stack([_covariance(shot, instrument, origin) for shot in shots])

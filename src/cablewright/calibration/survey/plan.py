@@ -35,7 +35,7 @@ _LINE_MARK = re.compile(r"([XWAS])([1-9][0-9]?)(?:[-._](\w{1,8}))?", re.IGNORECA
 _WALL_MARK = re.compile(r"(NORTH|EAST|SOUTH|WEST|FLOOR|CEIL(?:ING)?)[-._]?([0-9]{0,4})", re.IGNORECASE)
 
 
-class Feature(NamedTuple):
+class MarkedFeature(NamedTuple):
     """What a marker is on: a kind of feature, and the line's or wall's name ("" for floor and ceiling)."""
 
     kind: Kind
@@ -114,7 +114,7 @@ class SurveyPlan(FileDescription):
                 raise refusal("points", f"{point} = {text[:60]!r}: must be one of {kinds}")
         return self
 
-    def placing(self, feature: Feature) -> Placing:
+    def placing(self, feature: MarkedFeature) -> Placing:
         """Return the placing of the markers of an exit point or a winch."""
         own = self.lines.get(feature.name, LinePlan())
         return own.winch or self.winch if feature.kind == "winch" else own.exit or self.exit
@@ -125,7 +125,7 @@ def load_plan(path: str | Path) -> SurveyPlan:
     return load_model(SurveyPlan, path)
 
 
-def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> Feature | None:
+def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> MarkedFeature | None:
     """Return the feature that a marker is on; None if neither its name nor the plan gives it.
 
     ``lines``: the names of the robot's lines in their order. None without a robot: then a line's name is its number.
@@ -138,16 +138,16 @@ def feature_of(point: str, plan: SurveyPlan, lines: Sequence[str] | None) -> Fea
         number = int(match[2])
         if lines is not None and number > len(lines):
             raise InputError(f"marker {point!r}: line {number}; the robot has {len(lines)} lines")
-        return Feature(_BY_LETTER[match[1].upper()], str(number) if lines is None else lines[number - 1])
+        return MarkedFeature(_BY_LETTER[match[1].upper()], str(number) if lines is None else lines[number - 1])
     if match := _WALL_MARK.fullmatch(point):
         word = match[1].casefold()
         if word == "floor":
-            return Feature("floor", "")
-        return Feature("ceiling", "") if word.startswith("ceil") else Feature("wall", word)
+            return MarkedFeature("floor", "")
+        return MarkedFeature("ceiling", "") if word.startswith("ceil") else MarkedFeature("wall", word)
     return None
 
 
-def _spelled(text: str) -> Feature | Literal["none"] | None:
+def _spelled(text: str) -> MarkedFeature | Literal["none"] | None:
     """Return the feature that the words of a plan name, "none" for no feature; None if they are not understood."""
     word, _, name = " ".join(text.split()).partition(" ")
     if word == "none" and not name:
@@ -155,12 +155,12 @@ def _spelled(text: str) -> Feature | Literal["none"] | None:
     kind = _KINDS.get(word)
     if kind is None or (name == "") != (kind in ("floor", "ceiling")):
         return None
-    return Feature(kind, name)
+    return MarkedFeature(kind, name)
 
 
-def _known(feature: Feature, point: str, lines: Sequence[str] | None) -> Feature:
+def _known(feature: MarkedFeature, point: str, lines: Sequence[str] | None) -> MarkedFeature:
     if feature.kind not in _OF_LINES or lines is None or feature.name in lines:
         return feature
     if feature.name.isdecimal() and 1 <= int(feature.name[:4]) <= len(lines):
-        return Feature(feature.kind, lines[int(feature.name) - 1])
+        return MarkedFeature(feature.kind, lines[int(feature.name) - 1])
     raise UnknownName(f"line (marker {point!r})", feature.name, lines)

@@ -35,7 +35,7 @@ class Exit:
 
 
 @dataclass(frozen=True, eq=False)
-class Axis:
+class SheaveAxis:
     """An axis, the centre of a fitted circle of marks: a sheave's upright ``swivel`` axis, or its own, ``sheave``."""
 
     line: str
@@ -165,7 +165,7 @@ class Survey(Pictured):
     HEADLINES: ClassVar = ("rms", "unit_weight")
 
     exits: tuple[Exit, ...]
-    axes: tuple[Axis, ...]
+    axes: tuple[SheaveAxis, ...]
     walls: tuple[SurveyedWall, ...]
     residuals: tuple[MarkerResidual, ...]
     rms: float  # m, of all residuals that are checked; NaN if none is

@@ -16,8 +16,8 @@ from cablewright.arrays import Array
 from cablewright.calibration.survey import shape_fits
 from cablewright.calibration.survey.frame import SurveyFrame, frame_of
 from cablewright.calibration.survey.markers import Markers, markers_of
-from cablewright.calibration.survey.plan import Feature, Placing, SurveyPlan, load_plan
-from cablewright.calibration.survey.result import Axis, Exit, MarkerResidual, Survey, SurveyedWall
+from cablewright.calibration.survey.plan import MarkedFeature, Placing, SurveyPlan, load_plan
+from cablewright.calibration.survey.result import Exit, MarkerResidual, SheaveAxis, Survey, SurveyedWall
 from cablewright.calibration.survey.shape_fits import Linear, ShapeFit
 from cablewright.calibration.survey.shots import Shots, read_shots
 from cablewright.errors import InputError, UnknownName
@@ -67,7 +67,7 @@ class _Evaluation:
         self.origin, self.plan = shots.origin, plan
         self.markers: Markers = markers_of(shots, plan, lines)
         self.covariance = self.markers.covariance
-        self.fits: dict[Feature, ShapeFit] = {}
+        self.fits: dict[MarkedFeature, ShapeFit] = {}
         self.notes = list(shots.notes)
         self.residuals: dict[str, tuple[float, float]] = {}  # m, of each marker, and its expected size
         self.order = list(lines or ())
@@ -125,7 +125,7 @@ class _Evaluation:
 
     # Fits, in the instrument's grid.
 
-    def _wall(self, feature: Feature) -> Linear:
+    def _wall(self, feature: MarkedFeature) -> Linear:
         which = self._enough(feature, 2, "the line through them is the wall's direction")
         places, covariances = self._places(which)
         apart = math.hypot(*np.ptp(places[:, :2], axis=0))
@@ -141,22 +141,22 @@ class _Evaluation:
         why = f"its markers are {apart:.3g} m apart in plan, its direction is {known}"
         raise InputError(f"{self.origin}: {feature.words}: {why}; {_deg(_MAX_AZIMUTH_SIGMA)} is required")
 
-    def _level(self, feature: Feature) -> Linear:
+    def _level(self, feature: MarkedFeature) -> Linear:
         which = self.markers.on(feature)
         fit = shape_fits.level_plane(*self._places(which))
         self._keep(feature, which, fit)
         return self._linear(fit, which)
 
-    def _swivel(self, feature: Feature) -> Linear:
+    def _swivel(self, feature: MarkedFeature) -> Linear:
         which = self._marks(feature, slice(0, 2))
         return self._circle(feature, which, shape_fits.level_circle(*self._places(which)), slice(0, 2))
 
-    def _sheave(self, feature: Feature) -> tuple[Linear, Array]:
+    def _sheave(self, feature: MarkedFeature) -> tuple[Linear, Array]:
         which = self._marks(feature, slice(0, 3))
         fit, basis = shape_fits.circle(*self._places(which))
         return self._circle(feature, which, fit, slice(0, 3)), basis
 
-    def _marks(self, feature: Feature, axes: slice) -> list[int]:
+    def _marks(self, feature: MarkedFeature, axes: slice) -> list[int]:
         """Return the marks of a circle. Raises `InputError` if they lie on one line in these *axes*."""
         which = self._enough(feature, 3, "a circle needs three")
         places = self._places(which)[0][:, axes]
@@ -165,7 +165,7 @@ class _Evaluation:
             raise self._no_circle(feature, which, "not at all")
         return which
 
-    def _circle(self, feature: Feature, which: list[int], fit: ShapeFit, centre: slice) -> Linear:
+    def _circle(self, feature: MarkedFeature, which: list[int], fit: ShapeFit, centre: slice) -> Linear:
         self._keep(feature, which, fit)
         found = self._linear(fit, which)
         sigma = self._sigma(found[centre])
@@ -173,7 +173,7 @@ class _Evaluation:
             raise self._no_circle(feature, which, f"to {1e3 * sigma:.0f} mm" if fit.converged else "not at all")
         return found
 
-    def _no_circle(self, feature: Feature, which: list[int], known: str) -> InputError:
+    def _no_circle(self, feature: MarkedFeature, which: list[int], known: str) -> InputError:
         where = f"its {len(which)} markers are nearly on one line or in one place"
         return InputError(
             f"{self.origin}: {feature.words}: {where}: the centre of their circle is known {known}, "
@@ -181,27 +181,27 @@ class _Evaluation:
         )
 
     def _exits(
-        self, swivels: Mapping[Feature, Linear], sheaves: Mapping[Feature, tuple[Linear, Array]]
-    ) -> Iterator[tuple[Feature, Linear]]:
+        self, swivels: Mapping[MarkedFeature, Linear], sheaves: Mapping[MarkedFeature, tuple[Linear, Array]]
+    ) -> Iterator[tuple[MarkedFeature, Linear]]:
         """Yield exit points and winch exits."""
         for feature in self.markers.features:
             if feature.kind in ("exit", "winch"):
                 yield feature, self._placed(feature, self.plan.placing(feature))
         for feature, axis in swivels.items():
-            place = Feature("exit", feature.name)
+            place = MarkedFeature("exit", feature.name)
             if place in self.markers.features:
                 both = f"{self._names(place)} and {self._names(feature)}"
                 raise InputError(
                     f"{self.origin}: line {feature.name} has markers of its exit point and of its swivel axis, {both}; "
                     "the exit point is found from one of these: call the others 'none' in a plan"
                 )
-            sheave = sheaves.get(Feature("sheave", feature.name))
+            sheave = sheaves.get(MarkedFeature("sheave", feature.name))
             up = axis[[3]] if sheave is None else sheave[0][[2]]
             drop = self.plan.placing(place).offset[2] if sheave is None else 0.0
             value = np.concatenate([axis.value[:2], up.value + drop])
             yield place, Linear(value, np.concatenate([axis.jacobian[:2], up.jacobian]))
 
-    def _placed(self, feature: Feature, placing: Placing) -> Linear:
+    def _placed(self, feature: MarkedFeature, placing: Placing) -> Linear:
         """Return the point that the markers of *feature* surround: their mean plus the offset of *placing*."""
         which = self.markers.on(feature)
         places, _ = self._places(which)
@@ -243,14 +243,14 @@ class _Evaluation:
 
     # Markers of a feature, and what its fit says of them.
 
-    def _enough(self, feature: Feature, minimum: int, why: str) -> list[int]:
+    def _enough(self, feature: MarkedFeature, minimum: int, why: str) -> list[int]:
         which = self.markers.on(feature)
         if len(which) < minimum:
             got = f"{len(which)} marker{'s' * (len(which) > 1)}, {self._names(feature)}"
             raise InputError(f"{self.origin}: {feature.words}: {got}; {minimum} or more are required: {why}")
         return which
 
-    def _names(self, feature: Feature) -> str:
+    def _names(self, feature: MarkedFeature) -> str:
         names = [self.markers.all[i].point for i in self.markers.on(feature)]
         return ", ".join(names[:4]) + (", .." if len(names) > 4 else "")
 
@@ -266,7 +266,7 @@ class _Evaluation:
     def _sigma(self, found: Linear) -> float:
         return float(found.sigma(self.covariance).max())
 
-    def _keep(self, feature: Feature, which: list[int], fit: ShapeFit) -> None:
+    def _keep(self, feature: MarkedFeature, which: list[int], fit: ShapeFit) -> None:
         self.fits[feature] = fit
         for i, off, allowed in zip(which, fit.residuals, fit.allowed, strict=True):
             checked = fit.surplus > 0 and bool(np.any(allowed > 0))
@@ -275,30 +275,33 @@ class _Evaluation:
 
     # The parts of the result, in its frame.
 
-    def _lines(self, places: Mapping[Feature, Linear]) -> list[str]:
+    def _lines(self, places: Mapping[MarkedFeature, Linear]) -> list[str]:
         names = list(dict.fromkeys(feature.name for feature in places))
         return sorted(names, key=lambda n: (self.order.index(n) if n in self.order else len(n), n))
 
-    def _exit_of(self, line: str, placed: Mapping[Feature, Linear]) -> Exit:
-        both = [placed.get(Feature("exit", line)), placed.get(Feature("winch", line))]
+    def _exit_of(self, line: str, placed: Mapping[MarkedFeature, Linear]) -> Exit:
+        both = [placed.get(MarkedFeature("exit", line)), placed.get(MarkedFeature("winch", line))]
         values = [None if place is None else place.value for place in both]
         sigmas = [None if place is None else place.sigma(self.covariance) for place in both]
         return Exit(line, *values, *sigmas)
 
-    def _joint(self, placed: Mapping[Feature, Linear]) -> Array:
+    def _joint(self, placed: Mapping[MarkedFeature, Linear]) -> Array:
         """Return the covariance of all exit points and winch exits, line by line."""
         parts = [
             placed[f].jacobian
             for line in self._lines(placed)
-            for f in (Feature("exit", line), Feature("winch", line))
+            for f in (MarkedFeature("exit", line), MarkedFeature("winch", line))
             if f in placed
         ]
         jacobian = np.concatenate([np.zeros((0, len(self.covariance))), *parts])
         return np.asarray(jacobian @ self.covariance @ jacobian.T)
 
     def _axes(
-        self, swivels: Mapping[Feature, Linear], sheaves: Mapping[Feature, tuple[Linear, Array]], frame: SurveyFrame
-    ) -> Iterator[Axis]:
+        self,
+        swivels: Mapping[MarkedFeature, Linear],
+        sheaves: Mapping[MarkedFeature, tuple[Linear, Array]],
+        frame: SurveyFrame,
+    ) -> Iterator[SheaveAxis]:
         for feature, found in swivels.items():
             yield self._axis(feature, "swivel", frame.put(found[[0, 1, 3]]), np.array([0.0, 0.0, 1.0]), found[[2]])
         for feature, (found, basis) in sheaves.items():
@@ -306,15 +309,17 @@ class _Evaluation:
             direction *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(direction)
             yield self._axis(feature, "sheave", frame.put(found[:3]), direction, found[[3]])
 
-    def _axis(self, feature: Feature, kind: str, centre: Linear, direction: Array, radius: Linear) -> Axis:
+    def _axis(self, feature: MarkedFeature, kind: str, centre: Linear, direction: Array, radius: Linear) -> SheaveAxis:
         places = self._places(self.markers.on(feature))[0]
         fitted = self.fits[feature].value[[0, 1, 3] if kind == "swivel" else [0, 1, 2]]  # the centre, in the grid
         length, sigma = float(radius.value[0]), self._sigma(radius)
         around = _arc(places - fitted)
-        return Axis(feature.name, kind, centre.value, direction, length, centre.sigma(self.covariance), sigma, around)
+        return SheaveAxis(
+            feature.name, kind, centre.value, direction, length, centre.sigma(self.covariance), sigma, around
+        )
 
     def _walls(
-        self, walls: Mapping[Feature, Linear], levels: Mapping[Feature, Linear], frame: SurveyFrame
+        self, walls: Mapping[MarkedFeature, Linear], levels: Mapping[MarkedFeature, Linear], frame: SurveyFrame
     ) -> Iterator[SurveyedWall]:
         for feature, found in walls.items():
             normal, distance, azimuth = frame.wall(feature, found)
@@ -329,12 +334,12 @@ class _Evaluation:
             sigmas, normal = (0.0, self._sigma(height)), np.array([0.0, 0.0, sign])
             yield SurveyedWall(feature.kind, normal, level, *sigmas, math.nan, math.nan, *self._rms_and_count(feature))
 
-    def _rms_and_count(self, feature: Feature) -> tuple[float, int]:
+    def _rms_and_count(self, feature: MarkedFeature) -> tuple[float, int]:
         fit = self.fits[feature]
         rms = float(np.sqrt(np.mean(fit.residuals**2))) if fit.surplus > 0 else math.nan
         return rms, len(self.markers.on(feature))
 
-    def _lean(self, feature: Feature, azimuth: float, outward: float) -> tuple[float, float]:
+    def _lean(self, feature: MarkedFeature, azimuth: float, outward: float) -> tuple[float, float]:
         """Return the angle by which a wall leans out at its top, rad, and its sigma; NaN if the markers leave it open.
 
         Adds a note where the wall leans by more than three sigma.

@@ -9,7 +9,7 @@ from cablewright.errors import EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.axis import Axis
 from cablewright.machine.drives.cia402 import DISABLE_OPERATION, ENERGISED, PowerState, state_of
-from cablewright.machine.drives.parameters import RAMP_AND_OFF, Parameter, speed_limit
+from cablewright.machine.drives.parameters import RAMP_AND_OFF, ObjectParameter, speed_limit
 from cablewright.machine.drives.transfers import Transfer
 
 _POLL: Final = 0.01  # s
@@ -57,8 +57,8 @@ def _power(carrier: Carrier, axis: Axis) -> PowerState:
 
 
 def read_back(
-    carrier: Carrier, axes: Sequence[Axis], wanted: Callable[[Axis], list[Parameter]]
-) -> dict[str, list[tuple[Parameter, int | None]]]:
+    carrier: Carrier, axes: Sequence[Axis], wanted: Callable[[Axis], list[ObjectParameter]]
+) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
     """What should be written, and what each drive has, by line; None: it has no such object."""
     found = {}
     for axis in axes:

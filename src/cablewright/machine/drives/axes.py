@@ -5,7 +5,7 @@ from __future__ import annotations
 from cablewright.errors import InputError
 from cablewright.machine.drives.axis import Axis
 from cablewright.machine.drives.scale import scales_of
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
 
@@ -19,13 +19,13 @@ def axes_of(robot: Robot, settings: MachineSettings) -> tuple[Axis, ...]:
     )
 
 
-def _valve(settings: DriveSettings, line: str) -> int:
+def _valve(settings: WinchDriveSettings, line: str) -> int:
     """The bit, as a mask, of the outputs of a *line*'s drive that opens the valve; 0: it has none."""
     valve = settings.valve
     return 1 << valve.bit if valve is not None and valve.line == line else 0
 
 
-def require_drives(settings: MachineSettings, robot: Robot) -> DriveSettings:
+def require_drives(settings: MachineSettings, robot: Robot) -> WinchDriveSettings:
     """The drives of a machine of *robot*. Raises `InputError` where it has none, or not one for each line."""
     drives, lines = settings.drives, [line.name for line in robot.lines]
     if drives is None:

@@ -19,7 +19,7 @@ from cablewright.machine.drives.cia402 import (
 )
 from cablewright.machine.drives.faults import fault_line
 from cablewright.machine.drives.objects import Mode
-from cablewright.machine.drives.parameters import Parameter
+from cablewright.machine.drives.parameters import ObjectParameter
 from cablewright.machine.drives.scale import Scale
 from cablewright.machine.drives.transfers import Transfer, Transfers
 
@@ -74,7 +74,7 @@ class Axis:
     pending: int = 0  # PDOs that this cycle has not brought yet, a bit each
     failure: str = ""  # of its parameters
     notes: list[str] = field(default_factory=list)
-    checks: deque[tuple[Parameter, Transfer | None, Transfer]] = field(default_factory=deque)
+    checks: deque[tuple[ObjectParameter, Transfer | None, Transfer]] = field(default_factory=deque)
     _resetting: bool = False
 
     @property
@@ -149,7 +149,7 @@ class Axis:
         outputs = o.OUTPUTS.pack(self.valve if opens else 0) if self.valve else b""
         return control, o.TARGET_TORQUE.pack(torque) + outputs
 
-    def check(self, parameters: list[Parameter], *, write: bool) -> None:
+    def check(self, parameters: list[ObjectParameter], *, write: bool) -> None:
         """Read parameters, after they were written if *write*; what is wrong is the `failure`."""
         for each in parameters:
             written = self.transfers.add(Transfer(each.object, each.value)) if write and not each.given else None
@@ -162,7 +162,7 @@ class Axis:
             self._judge(*self.checks.popleft())
         return bool(self.checks)
 
-    def _judge(self, parameter: Parameter, written: Transfer | None, read: Transfer) -> None:
+    def _judge(self, parameter: ObjectParameter, written: Transfer | None, read: Transfer) -> None:
         what = str(parameter.object)
         if read.absent and parameter.optional:
             self.notes.append(f"has no {what}")

@@ -9,7 +9,7 @@ class BusError(Exception):
     """A frame could not be sent or received: the cable, the adapter or the bus itself."""
 
 
-class Frame(NamedTuple):
+class CanFrame(NamedTuple):
     """A frame of the classic CAN: an identifier of 11 bits and up to 8 bytes."""
 
     id: int
@@ -22,10 +22,10 @@ class Port(Protocol):
     def now(self) -> float:
         """The time, s, by the clock of `receive`."""
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: CanFrame) -> None:
         """Send one frame. Raises `BusError`."""
 
-    def receive(self, until: float) -> Frame | None:
+    def receive(self, until: float) -> CanFrame | None:
         """Return the next frame of others; None: none came until that time. Raises `BusError`."""
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from cablewright.errors import EnvironmentFault
-from cablewright.machine.drives.bus import BusError, Frame
+from cablewright.machine.drives.bus import BusError, CanFrame
 
 
 class CanPort:
@@ -38,7 +38,7 @@ class CanPort:
         """As `Port`."""
         return time.monotonic()
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: CanFrame) -> None:
         """As `Port`."""
         message = self._can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False, check=False)
         try:
@@ -46,7 +46,7 @@ class CanPort:
         except (self._can.CanError, OSError) as error:
             raise BusError(str(error)) from None
 
-    def receive(self, until: float) -> Frame | None:
+    def receive(self, until: float) -> CanFrame | None:
         """As `Port`; frames that CANopen has not are left out, those that tell of an error are errors."""
         while True:
             left = until - time.monotonic()
@@ -61,7 +61,7 @@ class CanPort:
             if message.is_error_frame:
                 raise BusError("the adapter reports an error of the bus")
             if not (message.is_extended_id or message.is_remote_frame or message.is_fd):
-                return Frame(message.arbitration_id, bytes(message.data))
+                return CanFrame(message.arbitration_id, bytes(message.data))
 
     def close(self) -> None:
         """As `Port`."""

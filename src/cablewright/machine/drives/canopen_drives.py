@@ -16,13 +16,13 @@ from cablewright.machine.drives.identity import Identity
 from cablewright.machine.drives.loopback import LoopbackPort
 from cablewright.machine.drives.network import Network
 from cablewright.machine.drives.parameters import (
-    Parameter,
+    ObjectParameter,
     communication,
     disarmed,
     guards,
     shut,
 )
-from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
+from cablewright.machine.drives.settings import LOOPBACK, WinchDriveSettings
 from cablewright.machine.drives.statistics import BusStatistics, cyclic_load
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
@@ -33,7 +33,7 @@ _MAX_LOAD: Final = 0.7
 _SETTLED: Final = 10  # periods for drives to become operational, and to hear heartbeats
 
 
-def open_port(settings: DriveSettings) -> Port:
+def open_port(settings: WinchDriveSettings) -> Port:
     """Open the bus of a machine file. Raises `EnvironmentFault`."""
     if settings.interface == LOOPBACK:
         return LoopbackPort(int(settings.channel))
@@ -107,7 +107,7 @@ class CanopenDrives:
         finally:
             self._leave()
 
-    def read(self) -> dict[str, list[tuple[Parameter, int | None]]]:
+    def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
         """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
         bus = self.connect()
         try:
@@ -115,11 +115,11 @@ class CanopenDrives:
         finally:
             self._leave()
 
-    def parameters(self, axis: Axis) -> list[Parameter]:
+    def parameters(self, axis: Axis) -> list[ObjectParameter]:
         """All that is written into a drive."""
         return self._communication(axis) + self._guards(axis)
 
-    def _communication(self, axis: Axis) -> list[Parameter]:
+    def _communication(self, axis: Axis) -> list[ObjectParameter]:
         return communication(self.settings, self.settings.nodes[axis.name], axis.mapped)
 
     def open(self) -> None:
@@ -141,7 +141,7 @@ class CanopenDrives:
             self._leave()
             raise
 
-    def _guards(self, axis: Axis) -> list[Parameter]:
+    def _guards(self, axis: Axis) -> list[ObjectParameter]:
         own = guards(self.settings, axis.scale, self._machine.winch.counts, self._machine.period)
         return own + shut(axis.valve)
 

@@ -19,7 +19,7 @@ from cablewright.machine.drives.cia402 import IN_FAULT, PowerState, Wish, shown
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.off_watch import OffWatch
 from cablewright.machine.drives.protocol import WinchDrives
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.drives.strays import StrayWatch, slipping
 from cablewright.machine.interface import RESET, Abilities, check_command
 from cablewright.machine.sensors.barrier import BARRIER
@@ -407,7 +407,7 @@ class DriveMachine:
         return found
 
 
-def _sensors(drives: DriveSettings) -> frozenset[str]:
+def _sensors(drives: WinchDriveSettings) -> frozenset[str]:
     bits, found = drives.inputs, {"encoders", "motor_torques", "drives"}
     if bits.barrier is not None:
         found.add("barrier")
@@ -416,7 +416,7 @@ def _sensors(drives: DriveSettings) -> frozenset[str]:
     return frozenset(found)
 
 
-def _require_tensions(settings: MachineSettings, drives: DriveSettings) -> None:
+def _require_tensions(settings: MachineSettings, drives: WinchDriveSettings) -> None:
     """Raise `InputError` where tensions are not read, or the file has sensors that nobody reads."""
     if settings.sensor(MOTOR_TORQUES) is None:
         why = "drives are enabled only where tensions are read; add the table: they tell their torque"

@@ -12,7 +12,7 @@ import time
 from typing import Final
 
 from cablewright.errors import EnvironmentFault
-from cablewright.machine.drives.bus import BusError, Frame
+from cablewright.machine.drives.bus import BusError, CanFrame
 
 _HOME: Final = "127.0.0.1"
 _HELLO: Final = b""  # joins the bus, and is answered by the same
@@ -22,14 +22,14 @@ _ANSWER_TIME: Final = 1.0  # s for the hub to answer
 _STANDARD: Final = 1 << 11  # identifiers
 
 
-def _packed(frame: Frame) -> bytes:
+def _packed(frame: CanFrame) -> bytes:
     return frame.id.to_bytes(2, "little") + frame.data
 
 
-def _unpacked(data: bytes) -> Frame | None:
+def _unpacked(data: bytes) -> CanFrame | None:
     """The frame of a datagram; None for one that is no frame."""
     number = int.from_bytes(data[:2], "little")
-    return Frame(number, data[2:]) if 2 <= len(data) <= 10 and number < _STANDARD else None
+    return CanFrame(number, data[2:]) if 2 <= len(data) <= 10 and number < _STANDARD else None
 
 
 def _waits(end: socket.socket, until: float) -> bool:
@@ -58,14 +58,14 @@ class LoopbackPort:
         """As `Port`."""
         return time.monotonic()
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: CanFrame) -> None:
         """As `Port`."""
         try:
             self._socket.send(_packed(frame))
         except OSError as error:
             raise BusError(f"the virtual drives are gone: {error.strerror}") from None
 
-    def receive(self, until: float) -> Frame | None:
+    def receive(self, until: float) -> CanFrame | None:
         """As `Port`."""
         while True:
             if not _waits(self._socket, until):
@@ -99,11 +99,11 @@ class Hub:
         """As `Port`."""
         return time.monotonic()
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: CanFrame) -> None:
         """As `Port`: to all members."""
         self._tell(_packed(frame), None)
 
-    def receive(self, until: float) -> Frame | None:
+    def receive(self, until: float) -> CanFrame | None:
         """As `Port`; what comes is told to the other members too."""
         while True:
             if not _waits(self._socket, until):

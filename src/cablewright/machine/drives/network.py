@@ -9,9 +9,9 @@ from cablewright.errors import EnvironmentFault
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.asking import require_agreed
 from cablewright.machine.drives.axis import Axis, Setpoint
-from cablewright.machine.drives.bus import BusError, Frame, Port
+from cablewright.machine.drives.bus import BusError, CanFrame, Port
 from cablewright.machine.drives.identity import Asked, Identity
-from cablewright.machine.drives.parameters import Parameter
+from cablewright.machine.drives.parameters import ObjectParameter
 from cablewright.machine.drives.scale import Scale
 from cablewright.machine.drives.sdo import SdoClient
 from cablewright.machine.drives.statistics import BusStatistics
@@ -51,7 +51,7 @@ class Network:
         if self.error:
             raise EnvironmentFault(f"drives: the bus fails: {self.error}")
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: CanFrame) -> None:
         """Send one frame; an error is kept."""
         self.statistics.sent += 1
         self.statistics.count(len(frame.data))
@@ -62,14 +62,14 @@ class Network:
 
     def command_state(self, command: int, node: int = 0) -> None:
         """Send a command of network management; node 0: to all."""
-        self.send(Frame(o.NMT, bytes([command, node])))
+        self.send(CanFrame(o.NMT, bytes([command, node])))
 
     def beat(self) -> None:
         """Send this computer's heartbeat where it is due; by no thread of its own, so that it ends with the loop."""
         now = self.port.now()
         if now - self._beaten >= self._interval - 1e-9:
             self._beaten = now
-            self.send(Frame(o.HEARTBEAT + self.host, bytes([o.OPERATIONAL])))
+            self.send(CanFrame(o.HEARTBEAT + self.host, bytes([o.OPERATIONAL])))
 
     def pump(self, until: float, *, answers: bool = False) -> None:
         """Take frames until that time, s; with *answers* no longer than until all drives have answered the SYNC."""
@@ -98,7 +98,7 @@ class Network:
         for axis, setpoint in zip(self.axes, setpoints, strict=True):
             commands = axis.commands(setpoint, self.port.now(), reset=reset)
             for kind, data in zip((o.CONTROL_PDO, o.TORQUE_PDO), commands, strict=True):
-                self.send(Frame(kind + axis.node, data))
+                self.send(CanFrame(kind + axis.node, data))
         if beats:
             self.beat()
         self.pump(due)
@@ -108,7 +108,7 @@ class Network:
         numbers.late_cycles += now - due > 0.5 * period
         for axis in self.axes:
             axis.begin_cycle()
-        self.send(Frame(o.SYNC))
+        self.send(CanFrame(o.SYNC))
         self.pump(now + _WINDOW * period, answers=True)
         numbers.missed += sum(bool(axis.pending) for axis in self.axes)
         numbers.answer.append(self.port.now() - now)
@@ -169,7 +169,7 @@ class Network:
         while not axis.transfers.idle:
             self.pump(self.port.now() + 0.1 * TIMEOUT)
 
-    def check(self, parameters: dict[str, list[Parameter]], *, write: bool) -> None:
+    def check(self, parameters: dict[str, list[ObjectParameter]], *, write: bool) -> None:
         """Begin to write parameters by line, and to read them back; see `Axis.checking`."""
         for axis in self.axes:
             axis.failure = ""
@@ -195,7 +195,7 @@ class Network:
             if not peer.axis.transfers.idle and (frame := peer.client.due(now)) is not None:
                 self.send(frame)
 
-    def _take(self, frame: Frame) -> None:
+    def _take(self, frame: CanFrame) -> None:
         numbers = self.statistics
         numbers.received += 1
         numbers.count(len(frame.data))

@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 
 from cablewright.machine.drives.axis import FRESH, Axis
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import WinchDriveSettings
 
 
 class OffWatch:
     """A drive that does not obey, or that nobody hears, has to stop by itself: it is then left without heartbeat."""
 
-    def __init__(self, axes: Sequence[Axis], settings: DriveSettings) -> None:
+    def __init__(self, axes: Sequence[Axis], settings: WinchDriveSettings) -> None:
         """*settings*: how long each may take."""
         self._axes, self._own = axes, settings
         self.limit = settings.stop_time(max(axis.scale.speed_of_cable for axis in axes))  # s

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.objects import Object
 from cablewright.machine.drives.scale import Scale
-from cablewright.machine.drives.settings import DriveSettings, NodeSettings
+from cablewright.machine.drives.settings import NodeSettings, WinchDriveSettings
 
 _OFF: Final = 1 << 31  # a PDO that is not in use
 _COB_MASK: Final = _OFF | 0x7FF
@@ -27,7 +27,7 @@ Mapped = tuple[tuple[Object, ...], ...]
 """Objects of each PDO."""
 
 
-class Parameter(NamedTuple):
+class ObjectParameter(NamedTuple):
     """A value of an object. ``mask``: bits of it that count. ``optional``: a drive may lack it.
 
     ``lasts``: whether it still holds once all is written; others are steps on the way. ``given``: by the drive and its
@@ -46,10 +46,10 @@ class Parameter(NamedTuple):
         return not (found ^ self.value) & self.mask
 
 
-def communication(settings: DriveSettings, node: NodeSettings, to_drive: Mapped) -> list[Parameter]:
+def communication(settings: WinchDriveSettings, node: NodeSettings, to_drive: Mapped) -> list[ObjectParameter]:
     """PDOs and heartbeats of a *node*, to be written before it is operational; *to_drive*: what it is sent."""
     consumer = settings.host << 16 | round(1e3 * settings.heartbeat_timeout)
-    found = [Parameter(o.CONSUMER_HEARTBEAT, consumer), Parameter(o.PRODUCER_HEARTBEAT, _DRIVE_HEARTBEAT)]
+    found = [ObjectParameter(o.CONSUMER_HEARTBEAT, consumer), ObjectParameter(o.PRODUCER_HEARTBEAT, _DRIVE_HEARTBEAT)]
     to_drives, from_drives = (o.CONTROL_PDO, o.TORQUE_PDO), (o.STATE_PDO, o.LOAD_PDO, o.INPUT_PDO)
     for k, (cob, mapped) in enumerate(zip(to_drives, to_drive, strict=True)):
         timeout = round(1e3 * settings.command_timeout)
@@ -61,27 +61,27 @@ def communication(settings: DriveSettings, node: NodeSettings, to_drive: Mapped)
 
 def _pdo(
     at: int, mapping_at: int, cob: int, mapped: tuple[Object, ...], kind: int, timeout: int | None
-) -> list[Parameter]:
+) -> list[ObjectParameter]:
     def entry(index: int, sub: int, size: int, name: str) -> Object:
         return Object(index, sub, size, signed=False, name=name)
 
     identifier = entry(at, 1, 4, "identifier of a PDO")
-    found = [Parameter(identifier, _OFF | cob, _COB_MASK, lasts=False)]
-    found.append(Parameter(entry(at, 2, 1, "transmission type"), kind))
+    found = [ObjectParameter(identifier, _OFF | cob, _COB_MASK, lasts=False)]
+    found.append(ObjectParameter(entry(at, 2, 1, "transmission type"), kind))
     if timeout is not None:
-        found.append(Parameter(entry(at, 5, 2, "command timeout"), timeout, optional=True))
-    return [*found, *mapping(mapping_at, mapped), Parameter(identifier, cob, _COB_MASK)]
+        found.append(ObjectParameter(entry(at, 5, 2, "command timeout"), timeout, optional=True))
+    return [*found, *mapping(mapping_at, mapped), ObjectParameter(identifier, cob, _COB_MASK)]
 
 
-def mapping(at: int, mapped: tuple[Object, ...]) -> list[Parameter]:
+def mapping(at: int, mapped: tuple[Object, ...]) -> list[ObjectParameter]:
     """What a PDO with that mapping object carries."""
     number = Object(at, 0, 1, signed=False, name="number of mapped objects")
     entries = [Object(at, 1 + j, 4, signed=False, name="mapped object") for j in range(len(mapped))]
-    found = [Parameter(entry, each.mapping) for entry, each in zip(entries, mapped, strict=True)]
-    return [Parameter(number, 0, lasts=False), *found, Parameter(number, len(mapped))]
+    found = [ObjectParameter(entry, each.mapping) for entry, each in zip(entries, mapped, strict=True)]
+    return [ObjectParameter(number, 0, lasts=False), *found, ObjectParameter(number, len(mapped))]
 
 
-def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) -> list[Parameter]:
+def guards(settings: WinchDriveSettings, scale: Scale, counts: int, period: float) -> list[ObjectParameter]:
     """What a drive watches by itself, its units, and how it stops: written and read back at each enable.
 
     *counts*: of the encoder, for one turn of the motor. *period*: s, of the cycle.
@@ -90,39 +90,39 @@ def guards(settings: DriveSettings, scale: Scale, counts: int, period: float) ->
     deceleration = round(settings.deceleration / scale.radii[0] * turn)
     window = round(settings.following_error / scale.radii[1] * abs(scale.counts))
     return [
-        Parameter(o.COUNTS, counts, optional=True, given=True),
-        Parameter(o.COUNTS_TURNS, 1, optional=True, given=True),
-        Parameter(o.GEAR_MOTOR, 1, optional=True),  # units are the motor's; the gear is reckoned with here
-        Parameter(o.GEAR_SHAFT, 1, optional=True),
-        Parameter(o.POLARITY, 0, optional=True),  # as is the direction
-        Parameter(o.PERIOD, round(1e3 * period), optional=True),
-        Parameter(o.PERIOD_INDEX, -3, mask=0xFF, optional=True),
-        Parameter(o.ABORT_OPTION, _SIGNAL_FAULT),
-        Parameter(o.QUICK_STOP_OPTION, _RAMP_AND_HOLD),
-        Parameter(o.SHUTDOWN_OPTION, RAMP_AND_OFF, optional=True),
-        Parameter(o.DISABLE_OPTION, RAMP_AND_OFF),
-        Parameter(o.HALT_OPTION, _RAMP, optional=True),
-        Parameter(o.FAULT_OPTION, _RAMP),
-        Parameter(o.FOLLOWING_WINDOW, window),
-        Parameter(o.FOLLOWING_TIME, round(1e3 * settings.following_time)),
-        Parameter(o.MAX_TORQUE, int(scale.max_torque * abs(scale.torque))),
-        Parameter(o.MAX_PROFILE_VELOCITY, math.ceil(scale.max_speed * turn), optional=True),
-        Parameter(o.DECELERATION, deceleration),
-        Parameter(o.STOP_DECELERATION, deceleration),
+        ObjectParameter(o.COUNTS, counts, optional=True, given=True),
+        ObjectParameter(o.COUNTS_TURNS, 1, optional=True, given=True),
+        ObjectParameter(o.GEAR_MOTOR, 1, optional=True),  # units are the motor's; the gear is reckoned with here
+        ObjectParameter(o.GEAR_SHAFT, 1, optional=True),
+        ObjectParameter(o.POLARITY, 0, optional=True),  # as is the direction
+        ObjectParameter(o.PERIOD, round(1e3 * period), optional=True),
+        ObjectParameter(o.PERIOD_INDEX, -3, mask=0xFF, optional=True),
+        ObjectParameter(o.ABORT_OPTION, _SIGNAL_FAULT),
+        ObjectParameter(o.QUICK_STOP_OPTION, _RAMP_AND_HOLD),
+        ObjectParameter(o.SHUTDOWN_OPTION, RAMP_AND_OFF, optional=True),
+        ObjectParameter(o.DISABLE_OPTION, RAMP_AND_OFF),
+        ObjectParameter(o.HALT_OPTION, _RAMP, optional=True),
+        ObjectParameter(o.FAULT_OPTION, _RAMP),
+        ObjectParameter(o.FOLLOWING_WINDOW, window),
+        ObjectParameter(o.FOLLOWING_TIME, round(1e3 * settings.following_time)),
+        ObjectParameter(o.MAX_TORQUE, int(scale.max_torque * abs(scale.torque))),
+        ObjectParameter(o.MAX_PROFILE_VELOCITY, math.ceil(scale.max_speed * turn), optional=True),
+        ObjectParameter(o.DECELERATION, deceleration),
+        ObjectParameter(o.STOP_DECELERATION, deceleration),
         speed_limit(scale, scale.max_speed),
     ]
 
 
-def speed_limit(scale: Scale, speed: float) -> Parameter:
+def speed_limit(scale: Scale, speed: float) -> ObjectParameter:
     """The largest speed of the motor, for one of the drum of *speed*, rad/s."""
-    return Parameter(o.MAX_MOTOR_SPEED, math.ceil(speed * scale.ratio * _MOTOR_TURN))
+    return ObjectParameter(o.MAX_MOTOR_SPEED, math.ceil(speed * scale.ratio * _MOTOR_TURN))
 
 
-def shut(valve: int) -> list[Parameter]:
+def shut(valve: int) -> list[ObjectParameter]:
     """The output of the valve, shut, and alone under command; *valve*: its bit, as a mask, 0: none."""
-    return [Parameter(o.OUTPUTS, 0, mask=valve), Parameter(o.OUTPUT_MASK, valve)] if valve else []
+    return [ObjectParameter(o.OUTPUTS, 0, mask=valve), ObjectParameter(o.OUTPUT_MASK, valve)] if valve else []
 
 
-def disarmed() -> Parameter:
+def disarmed() -> ObjectParameter:
     """The end of the watch over this computer's heartbeat, of a drive that is off."""
-    return Parameter(o.CONSUMER_HEARTBEAT, 0)
+    return ObjectParameter(o.CONSUMER_HEARTBEAT, 0)

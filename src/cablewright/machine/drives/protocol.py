@@ -7,7 +7,7 @@ from typing import Protocol
 
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.identity import Identity
-from cablewright.machine.drives.parameters import Parameter
+from cablewright.machine.drives.parameters import ObjectParameter
 from cablewright.machine.drives.statistics import BusStatistics
 
 
@@ -17,7 +17,7 @@ class WinchDrives(Protocol):
     def scan(self) -> tuple[Identity, ...]:
         """Who is on the bus, of this machine or not; no parameter is written. Raises `EnvironmentFault`."""
 
-    def read(self) -> dict[str, list[tuple[Parameter, int | None]]]:
+    def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
         """What should be written, and what each drive has, by line; None: it has no such object. Raises as `open`."""
 
     @property

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.objects import SDO_REQUEST
 from cablewright.machine.drives.transfers import TIMEOUT, Transfer, Transfers, text_of
 
@@ -25,7 +25,7 @@ class SdoClient:
         self._now: Transfer | None = None
         self._since, self._text, self._toggle = math.nan, b"", 0
 
-    def due(self, now: float) -> Frame | None:
+    def due(self, now: float) -> CanFrame | None:
         """The frame to send at *now*, s, if any. A drive that does not answer in time fails the transfer."""
         if self._now is not None and self._now is not self.transfers.first:
             self._now = None  # nobody wants it any more
@@ -42,7 +42,7 @@ class SdoClient:
         command = 0x23 | (4 - kind.size) << 2
         return self._request(bytes([command]) + address + kind.pack(transfer.value).ljust(4, b"\0"))
 
-    def take(self, data: bytes, now: float) -> Frame | None:
+    def take(self, data: bytes, now: float) -> CanFrame | None:
         """Take a frame of the node's answers; return a further one to send, if any."""
         transfer = self._now
         if len(data) != 8 or transfer is None or transfer is not self.transfers.first:
@@ -61,11 +61,11 @@ class SdoClient:
             return self._segment(data, now)
         return None
 
-    def _request(self, data: bytes) -> Frame:
+    def _request(self, data: bytes) -> CanFrame:
         self.sent += 1
-        return Frame(SDO_REQUEST + self.node, data)
+        return CanFrame(SDO_REQUEST + self.node, data)
 
-    def _uploaded(self, transfer: Transfer, data: bytes, now: float) -> Frame | None:
+    def _uploaded(self, transfer: Transfer, data: bytes, now: float) -> CanFrame | None:
         if not data[0] & 2:  # in segments
             if transfer.object.size:
                 return self._end(failure="answers with a text")
@@ -80,20 +80,20 @@ class SdoClient:
         transfer.result = transfer.object.unpack(data[4:])
         return self._end()
 
-    def _segment(self, data: bytes, now: float) -> Frame | None:
+    def _segment(self, data: bytes, now: float) -> CanFrame | None:
         self._text += data[1 : 8 - (data[0] >> 1 & 7)]
         if data[0] & 1 or len(self._text) > _MAX_TEXT:
             return self._end()
         self._since, self._toggle = now, self._toggle ^ 0x10
         return self._request(bytes([0x60 | self._toggle]) + bytes(7))
 
-    def _aborted(self, data: bytes) -> Frame | None:
+    def _aborted(self, data: bytes) -> CanFrame | None:
         transfer, self._now = self._now, None
         assert transfer is not None
         self.transfers.abort(transfer, int.from_bytes(data[4:8], "little"))
         return None
 
-    def _end(self, failure: str = "") -> Frame | None:
+    def _end(self, failure: str = "") -> CanFrame | None:
         transfer, self._now = self._now, None
         assert transfer is not None
         transfer.text = text_of(self._text)

@@ -61,7 +61,7 @@ class ValveSettings(Description):
     closes_alone: Annotated[bool, Field(strict=True)]
 
 
-class DriveSettings(Description):
+class WinchDriveSettings(Description):
     """Drives of profile CiA 402 on CANopen or EtherCAT, one for each line, each of which closes its own brake.
 
     ``interface``, ``channel``, ``bitrate``: of python-can; the interface ``loopback`` is that of virtual drives, its

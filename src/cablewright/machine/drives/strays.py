@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.objects import Mode
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.settings import WinchDriveSettings
 
 _HALF: Final = 1 << 31  # of a drive's counter
 _FORGETTING: Final = 0.1  # m of commanded way within which a deviation is forgotten
@@ -25,7 +25,7 @@ class StrayWatch:
     while a winch is held: a creep is seen however slow it is. Under torque it is the way beyond the speed limit.
     """
 
-    def __init__(self, settings: DriveSettings) -> None:
+    def __init__(self, settings: WinchDriveSettings) -> None:
         """*settings*: limits."""
         self._own = settings
         self._before: tuple[float, NDArray[np.int64]] | None = None  # s, counts

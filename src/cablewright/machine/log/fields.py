@@ -30,7 +30,7 @@ def array_schema(of: Any) -> dict[str, Any]:
     return {"type": "array", "items": of}
 
 
-class Kind(NamedTuple):
+class FieldKind(NamedTuple):
     """A kind of value. ``read`` takes what JSON holds, None for a missing key; it raises `ValueError`, a sentence.
 
     ``write`` returns None for a value that leaves its key out.
@@ -41,7 +41,7 @@ class Kind(NamedTuple):
     write: Callable[[Any], Any] = lambda value: value
 
 
-def read_object(kinds: Mapping[str, Kind], values: Any) -> dict[str, Any]:
+def read_object(kinds: Mapping[str, FieldKind], values: Any) -> dict[str, Any]:
     """Return the values of a JSON object by key. Raises `ValueError`, which names the key."""
     if not isinstance(values, dict):
         raise ValueError("an object is expected")
@@ -86,7 +86,7 @@ def _fitting(text: str, letters: int) -> str:
     return text[:letters].encode("utf-8", "replace").decode()
 
 
-def _choice(choices: type[StrEnum], what: str) -> Kind:
+def _choice(choices: type[StrEnum], what: str) -> FieldKind:
     """Return the kind of one of the *choices*, by its value."""
 
     def read(value: Any) -> Any:
@@ -94,16 +94,16 @@ def _choice(choices: type[StrEnum], what: str) -> Kind:
             raise ValueError(f"unknown {what} {value[:60]!r}")
         return choices(value)
 
-    return Kind({"type": "string"}, read)
+    return FieldKind({"type": "string"}, read)
 
 
-def _tuple_of(kind: Kind, what: str, *, optional: bool = False) -> Kind:
+def _tuple_of(kind: FieldKind, what: str, *, optional: bool = False) -> FieldKind:
     """Return the kind of a tuple of values of one *kind*; an *optional* empty one is left out."""
 
     def read(values: Any) -> tuple[Any, ...]:
         return () if optional and values is None else tuple(map(kind.read, _list(values, (str, bool), what)))
 
-    return Kind(array_schema(kind.schema), read, lambda values: list(values) if values or not optional else None)
+    return FieldKind(array_schema(kind.schema), read, lambda values: list(values) if values or not optional else None)
 
 
 def _arguments(value: Any) -> dict[str, tuple[float, ...]]:
@@ -174,58 +174,62 @@ def _listed(values: Any) -> Any:
     return np.asarray(values).tolist()
 
 
-def _vector(names: str) -> Kind:
+def _vector(names: str) -> FieldKind:
     """Return the kind of a vector that is an object, with a number under each letter of *names*."""
     kinds = dict.fromkeys(names, NUMBER)
-    return Kind(
+    return FieldKind(
         object_schema(**dict.fromkeys(names, NUMBER.schema)),
         lambda value: frozen(list(read_object(kinds, value).values())),
         lambda values: dict(zip(names, _listed(values), strict=True)),
     )
 
 
-NUMBER: Final = Kind({"type": "number"}, _number)
-NUMBER_OR_NAN: Final = Kind({"type": ["number", "null"]}, lambda value: math.nan if value is None else _number(value))
+NUMBER: Final = FieldKind({"type": "number"}, _number)
+NUMBER_OR_NAN: Final = FieldKind(
+    {"type": ["number", "null"]}, lambda value: math.nan if value is None else _number(value)
+)
 NUMBER_OR_NOTHING: Final = NUMBER_OR_NAN._replace(write=lambda value: None if math.isnan(value) else value)
 """NaN is left out."""
-WHOLE_NUMBER: Final = Kind({"type": "integer"}, _of(int, "a whole number"))
-FLAG: Final = Kind({"type": "boolean"}, _of(bool, "true or false"))
-TEXT: Final = Kind({"type": "string"}, _text, lambda text: _fitting(text, _MAX_TEXT))
+WHOLE_NUMBER: Final = FieldKind({"type": "integer"}, _of(int, "a whole number"))
+FLAG: Final = FieldKind({"type": "boolean"}, _of(bool, "true or false"))
+TEXT: Final = FieldKind({"type": "string"}, _text, lambda text: _fitting(text, _MAX_TEXT))
 """Texts that come from anywhere are cut, and written without what no JSON holds."""
 STATE: Final = _choice(PrintState, "state")
 ORDER: Final = _choice(OrderKind, "order")
-ARGUMENTS: Final = Kind(
+ARGUMENTS: Final = FieldKind(
     {"type": "object"}, _arguments, lambda values: {TEXT.write(key): list(each) for key, each in values.items()}
 )
-NUMBERS_BY_NAME: Final = Kind({"type": "object"}, _numbers_by_name, lambda values: dict(values) or None)
+NUMBERS_BY_NAME: Final = FieldKind({"type": "object"}, _numbers_by_name, lambda values: dict(values) or None)
 MODES: Final = _tuple_of(_choice(WinchMode, "winch mode"), "winch modes", optional=True)
 DRIVE_STATES: Final = _tuple_of(_choice(DriveState, "state of a drive"), "states of drives")
-NUMBERS: Final = Kind(array_schema(NUMBER.schema), _numbers, _listed)
-NUMBERS_OR_NAN: Final = Kind(array_schema(NUMBER_OR_NAN.schema), _numbers_or_nan, _listed)
-NUMBERS_OR_NONE: Final = Kind(
+NUMBERS: Final = FieldKind(array_schema(NUMBER.schema), _numbers, _listed)
+NUMBERS_OR_NAN: Final = FieldKind(array_schema(NUMBER_OR_NAN.schema), _numbers_or_nan, _listed)
+NUMBERS_OR_NONE: Final = FieldKind(
     NUMBERS_OR_NAN.schema,
     lambda value: None if value is None else _numbers_or_nan(value),
     lambda values: None if values is None else _listed(values),
 )
 TEXTS: Final = _tuple_of(TEXT, "texts")._replace(write=lambda texts: [_fitting(text, _MAX_TEXT) for text in texts])
 CLOSED: Final = _tuple_of(FLAG, "true or false")
-PLACE: Final = Kind(NUMBERS.schema, _place, _listed)
-COUNTS: Final = Kind(array_schema(WHOLE_NUMBER.schema), _counts, _listed)
-FLAGS: Final = Kind(
+PLACE: Final = FieldKind(NUMBERS.schema, _place, _listed)
+COUNTS: Final = FieldKind(array_schema(WHOLE_NUMBER.schema), _counts, _listed)
+FLAGS: Final = FieldKind(
     array_schema(FLAG.schema), lambda value: np.array(_list(value, (bool,), "true or false"), dtype=np.bool_), _listed
 )
 XYZ: Final = _vector("xyz")
 XYZW: Final = _vector("xyzw")
-COVARIANCE: Final = Kind(NUMBERS.schema, _covariance, lambda matrix: [] if matrix is None else matrix.ravel().tolist())
+COVARIANCE: Final = FieldKind(
+    NUMBERS.schema, _covariance, lambda matrix: [] if matrix is None else matrix.ravel().tolist()
+)
 """(9, 9) of an estimate, row by row; None: an empty list."""
 
 _FAULT: Final = {"source": TEXT, "since": NUMBER, "sentence": TEXT}
-FAULTS: Final = Kind(
+FAULTS: Final = FieldKind(
     array_schema(object_schema(**{key: kind.schema for key, kind in _FAULT.items()})),
     lambda value: tuple(Fault(**read_object(_FAULT, each)) for each in _list(value, (dict,), "faults")),
     lambda faults: [{"source": f.source, "since": max(f.since, 0.0), "sentence": f.sentence} for f in faults],
 )
-NOTICES: Final = Kind(
+NOTICES: Final = FieldKind(
     array_schema(object_schema(condition=TEXT.schema, whose=TEXT.schema)),
     lambda value: tuple(map(_notice, _list(value, (dict,), "notices"))),
     lambda notices: [{"condition": n.condition.name, "whose": _fitting(n.subject, _MAX_SUBJECT)} for n in notices],

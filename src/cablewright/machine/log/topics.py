@@ -39,7 +39,7 @@ from cablewright.machine.log.fields import (
     WHOLE_NUMBER,
     XYZ,
     XYZW,
-    Kind,
+    FieldKind,
     array_schema,
     object_schema,
 )
@@ -71,13 +71,17 @@ class Topic(NamedTuple):
     schema: str  # name
     content: dict[str, Any]  # JSON schema
     signal: type[Signal | SensorFrame]
-    kinds: Mapping[str, Kind]
+    kinds: Mapping[str, FieldKind]
     renamed: Mapping[str, str] = {}  # attributes whose name differs from the key
     source: str = ""  # of a reading
 
 
 def _plain(
-    topic: str, schema: str, signal: type[Signal], kinds: Mapping[str, Kind], renamed: Mapping[str, str] | None = None
+    topic: str,
+    schema: str,
+    signal: type[Signal],
+    kinds: Mapping[str, FieldKind],
+    renamed: Mapping[str, str] | None = None,
 ) -> Topic:
     """Return the topic of a signal whose message holds its attributes alone, and its time.
 
@@ -124,7 +128,7 @@ _JOINTS: Final = object_schema(
 _SCAN_KINDS: Final = {"ranges": NUMBERS, **dict.fromkeys(("time", "ray_period", "start_angle", "angle_step"), NUMBER)}
 _SCAN_NAMES: Final = {"time": "begin", "ray_period": "period", "start_angle": "first_angle"}
 
-_FOREIGN: Final[Mapping[type, tuple[str, dict[str, Any], Mapping[str, Kind], Mapping[str, str]]]] = {
+_FOREIGN: Final[Mapping[type, tuple[str, dict[str, Any], Mapping[str, FieldKind], Mapping[str, str]]]] = {
     Scan: ("foxglove.LaserScan", _SCAN, _SCAN_KINDS, _SCAN_NAMES),
     Inertial: (
         "sensor_msgs/Imu",
@@ -136,7 +140,7 @@ _FOREIGN: Final[Mapping[type, tuple[str, dict[str, Any], Mapping[str, Kind], Map
 }
 """Readings whose messages are of other programs' schemas: name, schema, kinds and renamed attributes."""
 
-_KINDS: Final[Mapping[object, Kind]] = {
+_KINDS: Final[Mapping[object, FieldKind]] = {
     float: NUMBER,
     Annotated[float, OR_NAN]: NUMBER_OR_NAN,
     bool: FLAG,
@@ -148,7 +152,7 @@ _KINDS: Final[Mapping[object, Kind]] = {
 """Kinds of values by the types of a reading's fields."""
 
 
-def _kinds_of(reading: type[Reading]) -> dict[str, Kind]:
+def _kinds_of(reading: type[Reading]) -> dict[str, FieldKind]:
     """The kinds of a reading's fields but its source, in their order."""
     plain, marked = get_type_hints(reading), get_type_hints(reading, include_extras=True)
     names = [field.name for field in fields(reading) if field.name != "source"]

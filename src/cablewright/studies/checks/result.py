@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
-from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
+from cablewright.analyses.accuracy.expected_error import ErrorCause, ExpectedError
 from cablewright.analyses.feasibility import EXPECTED_ERROR, INTERPOLATION, Finding
 from cablewright.analyses.interference import Contact
 from cablewright.analyses.job_distances import Clearances
@@ -104,7 +104,7 @@ class Check(Result):
                "the path, with full compensation; null where it was not checked.", "expected.value", digits=3,
                shown="mm"),
         Figure("expected_error_by", "", "Share of each cause.", "expected.causes", "expected error by cause",
-               parts=Cause.FIGURES),
+               parts=ErrorCause.FIGURES),
         Figure("max_expected_error", "m", "Expected error that the job allows.", "allowed_error",
                "allowed expected error", digits=3, shown="mm"),
         Figure("bead_width", "m", "Width of a strand in the middle of what is laid.", "beads.typical.width", digits=3,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError
-from cablewright.models.drum import Drum
+from cablewright.models.drum import WinchDrum
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
@@ -52,7 +52,7 @@ class WinchPath:
 def winch_path(
     model: Model,
     job: Job,
-    drums: Sequence[Drum],
+    drums: Sequence[WinchDrum],
     *,
     layers: tuple[int, int] | None = None,
     tolerance: float = TOLERANCE,

@@ -16,9 +16,9 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.control import beam, guard, guide, height, manual, supervisor, velocity
-from cablewright.control.beam import Beam, BeamSettings, BeamState
+from cablewright.control.beam import BeamMotion, BeamSettings, BeamState
 from cablewright.control.clock import FrameClock
-from cablewright.control.guard import Cause, GuardSettings, GuardState
+from cablewright.control.guard import GuardSettings, GuardState, StopCause
 from cablewright.control.guide import GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings, ManualState
@@ -247,7 +247,7 @@ class Printer:
         """Whether the estimator still looks for what made it stop the machine."""
         return self._learning is not None and self._learning.searches
 
-    def _cause(self, frame: SensorFrame, state: PrintState) -> Cause | None:
+    def _cause(self, frame: SensorFrame, state: PrintState) -> StopCause | None:
         """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
         lowest = state is PrintState.PRINTING
         found = guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions, lowest=lowest)
@@ -255,7 +255,7 @@ class Printer:
         if danger != self._danger:
             supervisor.explain(self.supervisor, self._danger, danger)
             self._danger = danger
-        return found or (Cause(danger, StopKind.HOLD) if danger else None)
+        return found or (StopCause(danger, StopKind.HOLD) if danger else None)
 
     def _begin_stop(self, previous: PrintState, verdict: Verdict, command: Command) -> None:
         """Begin a stop of the winches, make one more urgent, or end it where the state lets them move."""
@@ -333,7 +333,7 @@ class Printer:
         opening = target.path_speed / self.plan.path.print_speed if target.extruding and verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0), outputs=outputs)
 
-    def _retract(self, target: Target, dt: float) -> Beam | None:
+    def _retract(self, target: Target, dt: float) -> BeamMotion | None:
         """The motion of the beam in the next step; None of a platform that does not retract."""
         if self.plan.beam is None or self._beam is None:
             return None

@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, Limits, RobotName, Seed
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import quantity, tension_limits
+from cablewright.apps.cli.parsing import quantity, tension_range
 from cablewright.errors import InputError
 from cablewright.file_output import write_whole
 from cablewright.models.fidelity import CableLaw
 from cablewright.units import LENGTH
 
-if TYPE_CHECKING:
-    from cablewright.calibration.plan import CalibrationPlan
-    from cablewright.calibration.result import Calibration
-    from cablewright.robot import Robot
 
-
-@dataclass(frozen=True, kw_only=True)
+@options("Check")
 class CheckOptions:
     """Whether anything moved since a calibration."""
-
-    PANEL: ClassVar = "Check"
 
     check: Annotated[
         bool,
@@ -53,11 +48,9 @@ class CheckOptions:
     ] = False
 
 
-@dataclass(frozen=True, kw_only=True)
+@options("Guide")
 class GuideOptions:
     """Which poses to measure next."""
-
-    PANEL: ClassVar = "Guide"
 
     guide: Annotated[
         bool,
@@ -74,23 +67,10 @@ class GuideOptions:
     ] = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class CalibrateCommand:
-    """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
+@options()
+class FitOptions:
+    """The data, and what is fitted to them."""
 
-    The verdict is good, doubtful or bad. A doubtful one is a no (exit 1) unless it is accepted, a bad one always is.
-    With a no, no robot is written. Beside a robot that is written stands its record, FILE.calibration.toml: date, data
-    and sigmas, with which later data (--check) and calibrations are compared.
-    """
-
-    EXAMPLE: ClassVar = "calibrate wang2021 examples/calibration.csv --accept"
-    ANSWERS: ClassVar = (
-        "calibration.result:Calibration",
-        "calibration.drift.drift:Drift",
-        "calibration.guidance.guide:Guidance",
-    )
-
-    robot: RobotName
     data: Annotated[
         Path,
         typer.Argument(metavar="DATA.csv", help="CSV file with columns dl_1 .. dl_m: length changes since home, m."),
@@ -118,135 +98,16 @@ class CalibrateCommand:
             "--need", metavar="L", help="Standard deviation of exit points that printing needs: m, or like '2 mm'."
         ),
     ] = "2 mm"
-    accept: Annotated[
-        bool, typer.Option("--accept", help="Take a doubtful answer as it is: write it, exit code 0.")
-    ] = False
-    since: CheckOptions
-    guidance: GuideOptions
-    seed: Seed = 0
-    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the calibrated robot.")] = None
-    report: Annotated[
-        Path | None,
-        typer.Option("--report", metavar="FILE.html", help="Write the report; by default beside --out, if given."),
-    ] = None
-    as_json: AsJson = False
 
-    def run(self) -> int:
-        """Calibrate, write the robot, its record and the report, and print; or check."""
-        from cablewright.calibration.drift.record import record_of, record_path, record_text
-        from cablewright.robot import file_text, load, update
-
-        machine = load(self.robot)
-        if self.since.check and self.guidance.guide:
-            raise InputError("--check and --guide: give one of them")
-        if self.since.check:
-            return self._check(machine)
-        if self.guidance.guide:
-            return self._guide(machine)
-        page = self.report or (None if self.out is None else self.out.with_suffix(".html"))
-        if self.out is not None and page is not None and page.resolve() == self.out.resolve():
-            raise InputError(f"--out {self.out}: is the file of the report too; give a robot's, as FILE.toml")
-        found = self._compared(self._found(machine))
-        out = self.out if found.ok else None
-        page = self.report or (None if out is None else out.with_suffix(".html"))
-        text = None if out is None else update(file_text(self.robot), found.robot)
-        record = None if out is None else record_text(record_of(found, self.data, datetime.now(UTC)))
-        if page is not None:
-            from cablewright.apps.report.calibration import calibration_page
-
-            write_whole(page, calibration_page(found, self.data.name).encode())
-        beside = None if out is None else record_path(out)
-        if out is not None and text is not None and beside is not None and record is not None:
-            write_whole(out, text.encode())
-            write_whole(beside, record.encode())
-        return answer(found, self.as_json, out=out, record=beside, report=page)
-
-    def _found(self, machine: Robot) -> Calibration:
-        """The calibration."""
-        from cablewright.calibration.solve import calibrate
-
-        with progress() as show:
-            found = calibrate(
-                machine,
-                self.data,
-                self._plan(),
-                seed=self.seed,
-                rough=self.rough,
-                cable=self.cable,
-                outliers=not self.keep_all,
-                need=quantity(self.need, "--need", LENGTH),
-                progress=show,
-            )
-        return replace(found, accepted=self.accept)
-
-    def _record(self) -> Path | None:
-        """The record of the last calibration: that named, or else that beside the robot's file, if it is there."""
-        from cablewright.calibration.drift.record import record_path
-
-        beside = record_path(self.robot)
-        is_file = Path(self.robot).suffix == ".toml" and beside.is_file()  # not of a robot of the library
-        return self.since.last or (beside if is_file else None)
-
-    def _compared(self, found: Calibration) -> Calibration:
-        """The same, compared with the last calibration, if there is one."""
-        from cablewright.calibration.drift.comparison import compared
-        from cablewright.calibration.drift.record import load_record
-
-        file = self._record()
-        if file is None or found.verdict == "bad" or found.posterior.redundancy < 1:
-            return found
-        record = load_record(file)
-        told = f"{record.date.isoformat(timespec='minutes')}, {record.data}"
-        return replace(found, last=told, moved=compared(found, record))
-
-    def _check(self, machine: Robot) -> int:
-        """Whether anything moved since the last calibration."""
-        from cablewright.calibration.drift.drift import check_drift
-
-        record = self._record()
-        if record is None:
-            raise InputError(
-                f"--check: there is no record of a calibration beside {self.robot}; name it with --last, or calibrate "
-                "with --out"
-            )
-        since = self.since
-        found = check_drift(machine, self.data, record, false_alarm=since.false_alarm, new_home=since.new_home)
-        return answer(found, self.as_json)
-
-    def _guide(self, machine: Robot) -> int:
-        """Which poses to measure next."""
-        from cablewright.calibration.data import write_measured
-        from cablewright.calibration.guidance.guide import guide
-
-        given = self.guidance
-        if self.out is not None or self.report is not None:
-            raise InputError("--guide: writes no robot and no report; leave --out and --report away")
-        with progress() as show:
-            found = guide(
-                machine,
-                self.data if self.data.exists() else None,
-                self._plan(),
-                count=given.count,
-                need=quantity(self.need, "--need", LENGTH),
-                rough=self.rough,
-                tension_limits=tension_limits(given.limits),
-                seed=self.seed,
-                progress=show,
-            )
-        if given.next_out is not None and found.next_poses:
-            comments = (f"poses to measure next of {machine.name}; counts are as far as it is known",)
-            write_whole(given.next_out, write_measured(found.to_measure, machine, comments).encode())
-        return answer(found, self.as_json, next_out=given.next_out if found.next_poses else None)
-
-    def _plan(self) -> CalibrationPlan:
+    def planned(self) -> cw.CalibrationPlan:
         """The plan of --plan, or the TOML file beside the data; --datum takes the place of theirs."""
-        from cablewright.calibration.plan import CalibrationPlan, load_plan
+        from cablewright.calibration.plan import load_plan
         from cablewright.toml_input import read_table
 
         file, beside = self.plan, self.data.with_suffix(".toml")
         if file is None and beside != self.data and beside.is_file() and "lines" not in read_table(beside)[0]:
             file = beside  # not a robot's file of the same name
-        plan = CalibrationPlan() if file is None else load_plan(file)
+        plan = cw.CalibrationPlan() if file is None else load_plan(file)
         if self.datum is None:
             return plan
         parts = tuple(part.strip() for part in self.datum.split(","))
@@ -254,12 +115,139 @@ class CalibrateCommand:
             raise InputError(f"--datum = {self.datum!r}: {file} has datum = {list(plan.datum)}; give one of them")
         return plan.model_copy(update={"datum": parts})
 
+    def needed(self) -> float:
+        """The standard deviation of exit points that printing needs, m. Raises `InputError`."""
+        return quantity(self.need, "--need", LENGTH)
 
-@dataclass(frozen=True, kw_only=True)
+
+@command(
+    "calibrate wang2021 examples/calibration.csv --accept",
+    "calibration.result:Calibration",
+    "calibration.drift.drift:Drift",
+    "calibration.guidance.guide:Guidance",
+)
+def calibrate_command(
+    *,
+    robot: RobotName,
+    fit: FitOptions,
+    accept: Annotated[
+        bool, typer.Option("--accept", help="Take a doubtful answer as it is: write it, exit code 0.")
+    ] = False,
+    since: CheckOptions,
+    guidance: GuideOptions,
+    seed: Seed = 0,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE.toml", help="Write the calibrated robot.")] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option("--report", metavar="FILE.html", help="Write the report; by default beside --out, if given."),
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Finds exit points, home lengths and what else the plan names, with sigmas, and says what the data leave open.
+
+    The verdict is good, doubtful or bad. A doubtful one is a no (exit 1) unless it is accepted, a bad one always is.
+    With a no, no robot is written. Beside a robot that is written stands its record, FILE.calibration.toml: date, data
+    and sigmas, with which later data (--check) and calibrations are compared.
+    """
+    from cablewright.calibration.drift.record import record_of, record_path, record_text
+    from cablewright.robot import file_text, update
+
+    machine = cw.load(robot)
+    if since.check and guidance.guide:
+        raise InputError("--check and --guide: give one of them")
+    if since.check:
+        last = _record(robot, since.last)
+        if last is None:
+            beside = f"there is no record of a calibration beside {robot}"
+            raise InputError(f"--check: {beside}; name it with --last, or calibrate with --out")
+        drift = cw.check_drift(machine, fit.data, last, false_alarm=since.false_alarm, new_home=since.new_home)
+        return answer(drift, as_json)
+    if guidance.guide:
+        if out is not None or report is not None:
+            raise InputError("--guide: writes no robot and no report; leave --out and --report away")
+        return _guide(machine, fit, guidance, seed, as_json)
+    page = report or (None if out is None else out.with_suffix(".html"))
+    if out is not None and page is not None and page.resolve() == out.resolve():
+        raise InputError(f"--out {out}: is the file of the report too; give a robot's, as FILE.toml")
+    found = _compared(replace(_found(machine, fit, seed), accepted=accept), _record(robot, since.last))
+    out = out if found.ok else None
+    page = report or (None if out is None else out.with_suffix(".html"))
+    record = None if out is None else record_path(out)
+    texts: dict[Path, str] = {}
+    if page is not None:
+        from cablewright.apps.report.calibration import calibration_page
+
+        texts[page] = calibration_page(found, fit.data.name)
+    if out is not None and record is not None:
+        texts[out] = update(file_text(robot), found.robot)
+        texts[record] = record_text(record_of(found, fit.data, datetime.now(UTC)))
+    for file, text in texts.items():
+        write_whole(file, text.encode())
+    return answer(found, as_json, out=out, record=record, report=page)
+
+
+def _found(machine: cw.Robot, fit: FitOptions, seed: int) -> cw.Calibration:
+    """The calibration."""
+    with progress() as show:
+        return cw.calibrate(
+            machine,
+            fit.data,
+            fit.planned(),
+            seed=seed,
+            rough=fit.rough,
+            cable=fit.cable,
+            outliers=not fit.keep_all,
+            need=fit.needed(),
+            progress=show,
+        )
+
+
+def _record(robot: str, last: Path | None) -> Path | None:
+    """The record of the last calibration: that named, or else that beside the robot's file, if it is there."""
+    from cablewright.calibration.drift.record import record_path
+
+    beside = record_path(robot)
+    is_file = Path(robot).suffix == ".toml" and beside.is_file()  # not of a robot of the library
+    return last or (beside if is_file else None)
+
+
+def _compared(found: cw.Calibration, file: Path | None) -> cw.Calibration:
+    """The same, compared with the last calibration, if there is a record of one."""
+    from cablewright.calibration.drift.comparison import compared
+    from cablewright.calibration.drift.record import load_record
+
+    if file is None or found.verdict == "bad" or found.posterior.redundancy < 1:
+        return found
+    record = load_record(file)
+    told = f"{record.date.isoformat(timespec='minutes')}, {record.data}"
+    return replace(found, last=told, moved=compared(found, record))
+
+
+def _guide(machine: cw.Robot, fit: FitOptions, given: GuideOptions, seed: int, as_json: bool) -> int:
+    """Which poses to measure next."""
+    from cablewright.calibration.data import write_measured
+
+    with progress() as show:
+        found = cw.guide(
+            machine,
+            fit.data if fit.data.exists() else None,
+            fit.planned(),
+            count=given.count,
+            need=fit.needed(),
+            rough=fit.rough,
+            tension_limits=tension_range(given.limits),
+            seed=seed,
+            progress=show,
+        )
+    if given.next_out is not None and found.next_poses:
+        comments = (f"poses to measure next of {machine.name}; counts are as far as it is known",)
+        write_whole(given.next_out, write_measured(found.to_measure, machine, comments).encode())
+    return answer(found, as_json, next_out=given.next_out if found.next_poses else None)
+
+
+@options("Noise")
 class NoiseOptions:
     """Standard deviations of what is simulated."""
-
-    PANEL: ClassVar = "Noise"
 
     noise: Annotated[float, typer.Option("--noise", help="Standard deviation of the encoders, m.")]
     guess: Annotated[
@@ -283,48 +271,44 @@ class NoiseOptions:
     ] = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class SimulateCalibrationCommand:
-    """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
-
-    EXAMPLE: ClassVar = "simulate-calibration wang2021 --poses 14 --noise 1e-4 --out runs/simulated.csv"
-    ANSWERS: ClassVar = ("calibration.simulation:SimulatedCalibration",)
-
-    robot: RobotName
-    poses: Annotated[int, typer.Option("--poses", help="Number of poses; the first is home.")]
-    out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="CSV file to write.")]
-    seed: Seed = 0
-    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law of the lines.")] = CableLaw.RIGID
-    noises: NoiseOptions
+@command(
+    "simulate-calibration wang2021 --poses 14 --noise 1e-4 --out runs/simulated.csv",
+    "calibration.simulation:SimulatedCalibration",
+)
+def simulate_calibration_command(
+    *,
+    robot: RobotName,
+    poses: Annotated[int, typer.Option("--poses", help="Number of poses; the first is home.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE.csv", help="CSV file to write.")],
+    seed: Seed = 0,
+    cable: Annotated[CableLaw, typer.Option("--cable", help="Cable law of the lines.")] = CableLaw.RIGID,
+    noises: NoiseOptions,
     truth: Annotated[
         Path | None,
         typer.Option("--truth", metavar="FILE.json", help="Write the true poses and home lengths as JSON."),
-    ] = None
-    as_json: AsJson = False
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
+    from cablewright.calibration.data import write_measured
 
-    def run(self) -> int:
-        """Simulate the measurements, write and print them."""
-        from cablewright.calibration.data import write_measured
-        from cablewright.calibration.simulation import SensorNoise, simulate_calibration
-        from cablewright.robot import load
-
-        machine, given = load(self.robot), self.noises
-        sensors = SensorNoise(
-            given.tension_noise, given.swivel_noise, given.tilt_noise, given.pose_noise, given.yaw_noise
-        )
-        made = simulate_calibration(
-            machine, self.poses, given.noise, seed=self.seed, guess=given.guess, cable=self.cable, sensors=sensors
-        )
-        lines = "" if self.cable == "rigid" else f", {self.cable} lines"
-        guesses = f"x,y,z are guesses within {given.guess:g} m of the poses, not data"
-        comments = (
-            f"simulated: {self.poses} poses of {machine.name}{lines}, encoder noise {given.noise:g} m",
-            f"seed {self.seed}",
-            guesses if given.pose_noise is None else "poses are measured",
-            *(f"{what} noise {value:g}, SI" for what, value in vars(sensors).items() if value is not None),
-        )
-        write_whole(self.out, write_measured(made.measured, machine, comments).encode(), parents=True)
-        if self.truth is not None:
-            true = {"schema": 1, "poses": made.poses.tolist(), "home_lengths": made.home_lengths.tolist()}
-            write_whole(self.truth, (json.dumps(true) + "\n").encode())
-        return answer(made, self.as_json, out=self.out)
+    machine, given = cw.load(robot), noises
+    sensors = cw.SensorNoise(
+        given.tension_noise, given.swivel_noise, given.tilt_noise, given.pose_noise, given.yaw_noise
+    )
+    made = cw.simulate_calibration(
+        machine, poses, given.noise, seed=seed, guess=given.guess, cable=cable, sensors=sensors
+    )
+    lines = "" if cable == "rigid" else f", {cable} lines"
+    guesses = f"x,y,z are guesses within {given.guess:g} m of the poses, not data"
+    comments = (
+        f"simulated: {poses} poses of {machine.name}{lines}, encoder noise {given.noise:g} m",
+        f"seed {seed}",
+        guesses if given.pose_noise is None else "poses are measured",
+        *(f"{what} noise {value:g}, SI" for what, value in vars(sensors).items() if value is not None),
+    )
+    write_whole(out, write_measured(made.measured, machine, comments).encode(), parents=True)
+    if truth is not None:
+        true = {"schema": 1, "poses": made.poses.tolist(), "home_lengths": made.home_lengths.tolist()}
+        write_whole(truth, (json.dumps(true) + "\n").encode())
+    return answer(made, as_json, out=out)

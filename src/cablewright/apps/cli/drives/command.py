@@ -3,55 +3,30 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import typer
 
-from cablewright.apps.cli.drives.keys import Button, button
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.drives.machine_file import load_real
+from cablewright.apps.cli.drives.terminal import Button, button
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer, tell
 from cablewright.apps.cli.parsing import numbers
 from cablewright.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.machine.settings import MachineSettings
-    from cablewright.robot import Robot
     from cablewright.studies.drives.actions import OpenPort
 
 Action = Literal["scan", "show", "write", "enable", "release", "jog", "tension", "home"]
 
 
-@dataclass(frozen=True, kw_only=True)
-class DrivesCommand:
-    """No performance level is claimed: the hard-wired emergency stop is the builder's. Winches of the machine move.
+@options()
+class ActionOptions:
+    """What single actions need."""
 
-    Whoever types `enable`, `jog`, `tension` or `home` resets the drives and enables all winches; they are braked when
-    the command ends, Ctrl-C included. Counts and lengths are kept beside FILE, in .counts.json and .lengths.json.
-
-    `jog` runs while a key is held: of one winch with --line, of the platform with --velocity; q ends it.
-    """
-
-    EXAMPLE: ClassVar = "drives scan merlet2023 --machine examples/virtual-drives.toml --try"
-    ANSWERS: ClassVar = (
-        "studies.drives.answers:BusScan",
-        "studies.drives.answers:DriveValues",
-        "studies.drives.answers:DriveSession",
-    )
-
-    action: Annotated[
-        Action | None,
-        typer.Argument(metavar="ACTION", help="One of scan, show, write, enable, release, jog, tension, home."),
-    ] = None
-    robot: Annotated[
-        str | None,
-        typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `cablewright robots` lists."),
-    ] = None
-    machine: Annotated[
-        str | None, typer.Option("--machine", metavar="FILE", help="Machine file of a machine on drives.")
-    ] = None
     place: Annotated[
         str | None, typer.Option("--place", metavar="X,Y,Z", help="Where you measured the platform, m, for home.")
     ] = None
@@ -66,69 +41,14 @@ class DrivesCommand:
         float | None,
         typer.Option("--seconds", metavar="T", help="Time for which enable holds the winches, s; else until Ctrl-C."),
     ] = None
-    tried: Annotated[
-        bool,
-        typer.Option("--try", help="Do it on virtual drives in this process, in virtual time; nothing is kept."),
-    ] = False
-    virtual: Annotated[
-        Path | None,
-        typer.Option("--virtual", metavar="FILE", help="Be the drives of a machine file on this computer instead."),
-    ] = None
-    at: Annotated[
-        str | None, typer.Option("--at", metavar="X,Y,Z", help="Where the platform of virtual drives begins, m.")
-    ] = None
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0
-    as_json: AsJson = False
 
-    def run(self) -> int:
-        """Do it, and answer."""
-        if self.virtual is not None:
-            if self.action is not None:
-                raise InputError("drives: --virtual, or an action, not both")
-            return self._be_virtual(self.virtual)
-        if self.action is None or self.robot is None or self.machine is None:
-            raise InputError(f"drives: expected ACTION ROBOT --machine FILE; actions: {', '.join(get_args(Action))}")
-        from cablewright.machine.files import load_machine
-        from cablewright.robot import load
-
-        robot = load(self.robot)
-        reads = self.action in ("scan", "show")
-        settings = load_machine(self.machine) if reads else load_real(self.machine, robot)
-        if not self.tried:
-            return answer(self._done(robot, settings, Path(self.machine).with_suffix(""), None), self.as_json)
-        from tempfile import TemporaryDirectory
-
-        port = self._tried(robot)
-        with TemporaryDirectory() as folder:
-            return answer(self._done(robot, settings, Path(folder) / "machine", port), self.as_json)
-
-    def _tried(self, robot: Robot) -> OpenPort:
-        """A bus with virtual drives in this process. Raises `InputError`."""
-        from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
-        from cablewright.machine.simulated.settings import load_twin
-
-        assert self.machine is not None
-        if load_twin(self.machine).owner.kind != "canopen":
-            raise InputError(f"drives {self.action}: --try is for CAN; virtual EtherCAT drives need --virtual")
-        if self.action == "jog" or (self.action == "enable" and self.seconds is None):
-            raise InputError(f"drives {self.action}: --try has no person who ends it")
-        port = VirtualPort(VirtualRig(robot, load_twin(self.machine), self._start(robot), seed=self.seed))
-        return lambda: port
-
-    def _start(self, robot: Robot) -> Any:
-        """Where the platform of virtual drives begins, (3,) m."""
-        from cablewright.studies.drives.session import still_path
-
-        given = numbers(self.at, "--at", 3)
-        return still_path(robot, None).track.at(0.0).position if given is None else given
-
-    def _done(self, robot: Robot, settings: MachineSettings, state: Path, port: OpenPort) -> Any:
-        """The answer of the action."""
+    def done(self, action: Action, robot: cw.Robot, settings: cw.MachineSettings, state: Path, port: OpenPort) -> Any:
+        """The answer of the *action*. Raises `InputError`."""
         import numpy as np
 
         from cablewright.studies.drives import actions
 
-        match self.action:
+        match action:
             case "scan":
                 return actions.scan(robot, settings, port)
             case "show":
@@ -145,11 +65,11 @@ class DrivesCommand:
             case "enable":
                 hold = float("inf") if self.seconds is None else self.seconds
                 return actions.enable(robot, settings, state, hold, port)
-            case _:
+            case "jog":
                 with button() as held:
                     return self._jogged(robot, settings, state, held)
 
-    def _jogged(self, robot: Robot, settings: MachineSettings, state: Path, held: Button) -> Any:
+    def _jogged(self, robot: cw.Robot, settings: cw.MachineSettings, state: Path, held: Button) -> Any:
         from cablewright.studies.drives import actions
 
         if (self.line is None) == (self.velocity is None):
@@ -159,37 +79,115 @@ class DrivesCommand:
         velocity = numbers(self.velocity, "--velocity", 3) or []
         return actions.jog_platform(robot, settings, state, velocity, held.held, held.ended)
 
-    def _be_virtual(self, file: Path) -> int:
-        """Simulate the drives, and a person beside them, until interrupted. Raises `InputError`, `EnvironmentFault`."""
-        from cablewright.apps.cli.drives.orders import REFILL, person_beside
-        from cablewright.machine.drives.loopback import Hub
-        from cablewright.machine.drives.virtual.ethercat_ring import VirtualRing, run_ring
-        from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
-        from cablewright.machine.simulated.settings import load_twin
-        from cablewright.robot import load
 
-        twin = load_twin(file)
-        name, drives = self.robot or twin.owner.robot, twin.owner.drives
-        if name is None:
-            raise InputError(f"{file}: robot: is missing: virtual drives need one behind them")
-        if drives is None or (twin.owner.kind == "canopen" and drives.interface != "loopback"):
-            raise InputError(f'{file}: drives.interface: must be "loopback" for virtual drives')
-        if not drives.channel:
-            raise InputError(f"{file}: drives.channel: is missing: the interface at which virtual drives answer")
-        robot = load(name)
-        rig = VirtualRig(robot, twin, self._start(robot), seed=self.seed)
-        rig.warm()
-        where = ", ".join(f"{x:.3f}" for x in rig.plant.truth.position)
-        bus = "EtherCAT" if twin.owner.kind == "ethercat" else "the bus loopback"
+@command(
+    "drives scan merlet2023 --machine examples/virtual-drives.toml --try",
+    "studies.drives.answers:BusScan",
+    "studies.drives.answers:DriveValues",
+    "studies.drives.answers:DriveSession",
+)
+def drives_command(
+    *,
+    action: Annotated[
+        Action | None,
+        typer.Argument(metavar="ACTION", help="One of scan, show, write, enable, release, jog, tension, home."),
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Argument(metavar="ROBOT", help="A robot's TOML file, or a name that `cablewright robots` lists."),
+    ] = None,
+    machine: Annotated[
+        str | None, typer.Option("--machine", metavar="FILE", help="Machine file of a machine on drives.")
+    ] = None,
+    given: ActionOptions,
+    tried: Annotated[
+        bool,
+        typer.Option("--try", help="Do it on virtual drives in this process, in virtual time; nothing is kept."),
+    ] = False,
+    virtual: Annotated[
+        Path | None,
+        typer.Option("--virtual", metavar="FILE", help="Be the drives of a machine file on this computer instead."),
+    ] = None,
+    at: Annotated[
+        str | None, typer.Option("--at", metavar="X,Y,Z", help="Where the platform of virtual drives begins, m.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0,
+    as_json: AsJson = False,
+) -> int:
+    """No performance level is claimed: the hard-wired emergency stop is the builder's. Winches of the machine move.
 
-        def ready() -> None:
-            tell(f"virtual drives of {twin.owner.name} at {where} m on {bus} {drives.channel}; Ctrl-C ends them")
-            tell(f"{REFILL}, typed here, fills the drum")
+    Whoever types `enable`, `jog`, `tension` or `home` resets the drives and enables all winches; they are braked when
+    the command ends, Ctrl-C included. Counts and lengths are kept beside FILE, in .counts.json and .lengths.json.
 
-        if twin.owner.kind == "ethercat":
-            run_ring(VirtualRing(rig), drives.channel, person_beside(rig), ready)
-            return 0
-        with closing(Hub(int(drives.channel))) as hub:
-            ready()
-            run_rig(rig, hub, person_beside(rig))
+    `jog` runs while a key is held: of one winch with --line, of the platform with --velocity; q ends it.
+    """
+    from tempfile import TemporaryDirectory
+
+    if virtual is not None:
+        if action is not None:
+            raise InputError("drives: --virtual, or an action, not both")
+        return _be_virtual(virtual, robot, at, seed)
+    if action is None or robot is None or machine is None:
+        raise InputError(f"drives: expected ACTION ROBOT --machine FILE; actions: {', '.join(get_args(Action))}")
+    described = cw.load(robot)
+    settings = cw.load_machine(machine) if action in ("scan", "show") else load_real(machine, described)
+    if not tried:
+        return answer(given.done(action, described, settings, Path(machine).with_suffix(""), None), as_json)
+    if action == "jog" or (action == "enable" and given.seconds is None):
+        raise InputError(f"drives {action}: --try has no person who ends it")
+    port = _virtual_bus(action, described, machine, at, seed)
+    with TemporaryDirectory() as folder:
+        return answer(given.done(action, described, settings, Path(folder) / "machine", port), as_json)
+
+
+def _virtual_bus(action: Action, robot: cw.Robot, machine: str, at: str | None, seed: int) -> OpenPort:
+    """A bus with virtual drives in this process. Raises `InputError`."""
+    from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
+
+    twin = cw.load_twin(machine)
+    if twin.owner.kind != "canopen":
+        raise InputError(f"drives {action}: --try is for CAN; virtual EtherCAT drives need --virtual")
+    port = VirtualPort(VirtualRig(robot, twin, _start(robot, at), seed=seed))
+    return lambda: port
+
+
+def _start(robot: cw.Robot, at: str | None) -> Any:
+    """Where the platform of virtual drives begins, (3,) m."""
+    from cablewright.studies.drives.session import still_path
+
+    given = numbers(at, "--at", 3)
+    return still_path(robot, None).track.at(0.0).position if given is None else given
+
+
+def _be_virtual(file: Path, robot: str | None, at: str | None, seed: int) -> int:
+    """Simulate the drives, and a person beside them, until interrupted. Raises `InputError`, `EnvironmentFault`."""
+    from cablewright.apps.cli.drives.terminal import REFILL, person_beside
+    from cablewright.machine.drives.loopback import Hub
+    from cablewright.machine.drives.virtual.ethercat_ring import VirtualRing, run_ring
+    from cablewright.machine.drives.virtual.rig import VirtualRig, run_rig
+
+    twin = cw.load_twin(file)
+    name, drives = robot or twin.owner.robot, twin.owner.drives
+    if name is None:
+        raise InputError(f"{file}: robot: is missing: virtual drives need one behind them")
+    if drives is None or (twin.owner.kind == "canopen" and drives.interface != "loopback"):
+        raise InputError(f'{file}: drives.interface: must be "loopback" for virtual drives')
+    if not drives.channel:
+        raise InputError(f"{file}: drives.channel: is missing: the interface at which virtual drives answer")
+    described = cw.load(name)
+    rig = VirtualRig(described, twin, _start(described, at), seed=seed)
+    rig.warm()
+    where = ", ".join(f"{x:.3f}" for x in rig.plant.truth.position)
+    bus = "EtherCAT" if twin.owner.kind == "ethercat" else "the bus loopback"
+
+    def ready() -> None:
+        tell(f"virtual drives of {twin.owner.name} at {where} m on {bus} {drives.channel}; Ctrl-C ends them")
+        tell(f"{REFILL}, typed here, fills the drum")
+
+    if twin.owner.kind == "ethercat":
+        run_ring(VirtualRing(rig), drives.channel, person_beside(rig), ready)
         return 0
+    with closing(Hub(int(drives.channel))) as hub:
+        ready()
+        run_rig(rig, hub, person_beside(rig))
+    return 0

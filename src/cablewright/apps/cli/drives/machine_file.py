@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from cablewright.machine.settings import MachineSettings
-    from cablewright.robot import Robot
+import cablewright as cw
 
 
-def load_real(file: str, robot: Robot) -> MachineSettings:
+def load_real(file: str, robot: cw.Robot) -> cw.MachineSettings:
     """The machine of a file, whose limits the robot bears. Raises `InputError`, which names file, key and value."""
     from cablewright.machine.drives.axes import require_drives
     from cablewright.machine.drives.limits import require_limits
-    from cablewright.machine.files import load_machine
     from cablewright.machine.settings import require_robot
 
-    settings = load_machine(file)
+    settings = cw.load_machine(file)
     require_robot(settings, robot.name)
     require_drives(settings, robot)
     require_limits(robot, settings, file)

@@ -21,7 +21,7 @@ from cablewright.machine.drives.ethercat.registers import armed, process_data, w
 from cablewright.machine.drives.ethercat.ring import ERROR, OP, PREOP, SAFEOP, STATES, Ring
 from cablewright.machine.drives.identity import Asked, Identity
 from cablewright.machine.drives.network import LISTEN
-from cablewright.machine.drives.parameters import Parameter, guards, shut
+from cablewright.machine.drives.parameters import ObjectParameter, guards, shut
 from cablewright.machine.drives.statistics import BusStatistics
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
@@ -109,7 +109,7 @@ class EthercatDrives:
         finally:
             self._leave()
 
-    def read(self) -> dict[str, list[tuple[Parameter, int | None]]]:
+    def read(self) -> dict[str, list[tuple[ObjectParameter, int | None]]]:
         """As `WinchDrives`; devices are brought to pre-operational, which stops drives."""
         mailbox = self.connect()
         try:
@@ -117,11 +117,11 @@ class EthercatDrives:
         finally:
             self._leave()
 
-    def _parameters(self, axis: Axis) -> list[Parameter]:
+    def _parameters(self, axis: Axis) -> list[ObjectParameter]:
         """All that is written into a drive."""
         return process_data(axis.mapped) + self._guards(axis)
 
-    def _guards(self, axis: Axis) -> list[Parameter]:
+    def _guards(self, axis: Axis) -> list[ObjectParameter]:
         own = guards(self.settings, axis.scale, self._machine.winch.counts, self._machine.period)
         return watchdog(self.settings) + own + shut(axis.valve)
 
@@ -145,7 +145,7 @@ class EthercatDrives:
             self._leave()
             raise
 
-    def _agree(self, axis: Axis, parameters: list[Parameter]) -> None:
+    def _agree(self, axis: Axis, parameters: list[ObjectParameter]) -> None:
         """Write parameters and read them back. Raises `InputError`."""
         axis.failure = ""
         axis.check(parameters, write=True)

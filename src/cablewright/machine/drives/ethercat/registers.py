@@ -11,8 +11,8 @@ from typing import Final
 from cablewright.errors import InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.objects import Object
-from cablewright.machine.drives.parameters import Mapped, Parameter, mapping
-from cablewright.machine.drives.settings import DriveSettings
+from cablewright.machine.drives.parameters import Mapped, ObjectParameter, mapping
+from cablewright.machine.drives.settings import WinchDriveSettings
 
 FIRST_OBJECT: Final = 0x1000
 """Below it are registers."""
@@ -35,29 +35,29 @@ _UNIT: Final = 100e-6  # s
 _ARMED: Final = 1 << 6  # of the sync manager's control byte: writing it is what the watchdog waits for
 
 
-def process_data(to_drive: Mapped) -> list[Parameter]:
+def process_data(to_drive: Mapped) -> list[ObjectParameter]:
     """The PDOs of a drive and that its sync managers carry them, to be written before it is safe-operational."""
     found = []
     for assign, first, mapped in ((OUTPUT_ASSIGN, OUTPUT_PDO, to_drive), (INPUT_ASSIGN, INPUT_PDO, o.FROM_DRIVES)):
         number = Object(assign, 0, 1, signed=False, name="number of assigned PDOs")
-        found.append(Parameter(number, 0, lasts=False))
+        found.append(ObjectParameter(number, 0, lasts=False))
         for k, objects in enumerate(mapped):
             found += mapping(first + k, objects)
         entries = [Object(assign, 1 + k, 2, signed=False, name="assigned PDO") for k in range(len(mapped))]
-        found += [Parameter(entry, first + k) for k, entry in enumerate(entries)]
-        found.append(Parameter(number, len(mapped)))
+        found += [ObjectParameter(entry, first + k) for k, entry in enumerate(entries)]
+        found.append(ObjectParameter(number, len(mapped)))
     return found
 
 
-def watchdog(settings: DriveSettings) -> list[Parameter]:
+def watchdog(settings: WinchDriveSettings) -> list[ObjectParameter]:
     """The time after which a drive whose master has gone stops by itself. Raises `InputError` for one too long."""
     ticks = round(settings.command_timeout / _UNIT)
     if ticks > 0xFFFF:
         why = f"a watchdog of EtherCAT has {0xFFFF * _UNIT:g} s at most"
         raise InputError(f"drives.command_timeout = {settings.command_timeout:g} s: {why}")
-    return [Parameter(WATCHDOG_DIVIDER, _DIVIDER), Parameter(WATCHDOG_TIME, ticks)]
+    return [ObjectParameter(WATCHDOG_DIVIDER, _DIVIDER), ObjectParameter(WATCHDOG_TIME, ticks)]
 
 
-def armed() -> Parameter:
+def armed() -> ObjectParameter:
     """That the outputs set that watchdog back, and nothing else; the master's set-up has written it."""
-    return Parameter(OUTPUT_CONTROL, _ARMED, mask=_ARMED, given=True)
+    return ObjectParameter(OUTPUT_CONTROL, _ARMED, mask=_ARMED, given=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.objects import SDO_ANSWER, Object
 
 _READ_ONLY, _ABSENT, _LENGTH, _STATE = 0x06010002, 0x06020000, 0x06070010, 0x08000022
@@ -15,7 +15,7 @@ _UNKNOWN: Final = 0x05040001
 
 
 @dataclass
-class Entry:
+class ObjectEntry:
     """A value in the dictionary, as its bytes."""
 
     data: bytes
@@ -27,7 +27,7 @@ class Dictionary:
     """Objects by index and subindex. ``operational``: whether PDOs must not be changed now."""
 
     node: int
-    entries: dict[tuple[int, int], Entry]
+    entries: dict[tuple[int, int], ObjectEntry]
     operational: Callable[[], bool]
     stubborn: set[tuple[int, int]] = field(default_factory=set)  # keep their values, and say that they were written
     _text: bytes = b""
@@ -40,14 +40,14 @@ class Dictionary:
     def __setitem__(self, kind: Object, value: int) -> None:
         self.entries[kind.index, kind.sub].data = kind.pack(value)
 
-    def mapped(self, mapping: int) -> list[Entry]:
+    def mapped(self, mapping: int) -> list[ObjectEntry]:
         """The entries that the PDO of a *mapping*, 0x1600 and on, carries; of what does not exist none."""
         number = self.entries[mapping, 0].data[0]
         places = [int.from_bytes(self.entries[mapping, 1 + k].data, "little") for k in range(number)]
         found = [self.entries.get((place >> 16, place >> 8 & 0xFF)) for place in places]
         return [each for each in found if each is not None]
 
-    def answer(self, request: bytes) -> Frame | None:
+    def answer(self, request: bytes) -> CanFrame | None:
         """The answer to a request of a client."""
         if len(request) != 8:
             return None
@@ -66,7 +66,7 @@ class Dictionary:
         rest, self._text = self._text, b""
         return rest
 
-    def _read(self, key: tuple[int, int], address: bytes) -> Frame:
+    def _read(self, key: tuple[int, int], address: bytes) -> CanFrame:
         entry = self.entries.get(key)
         if entry is None:
             return self._abort(address, _ABSENT)
@@ -76,7 +76,7 @@ class Dictionary:
             return self._frame(bytes([0x41]) + address + size.to_bytes(4, "little"))
         return self._frame(bytes([0x43 | (4 - size) << 2]) + address + entry.data.ljust(4, b"\0"))
 
-    def _write(self, key: tuple[int, int], address: bytes, request: bytes) -> Frame:
+    def _write(self, key: tuple[int, int], address: bytes, request: bytes) -> CanFrame:
         entry = self.entries.get(key)
         if entry is None:
             return self._abort(address, _ABSENT)
@@ -91,19 +91,19 @@ class Dictionary:
             entry.data = request[4 : 4 + size]
         return self._frame(bytes([0x60]) + address + bytes(4))
 
-    def _segment(self, toggle: int) -> Frame:
+    def _segment(self, toggle: int) -> CanFrame:
         part, self._text = self._text[:7], self._text[7:]
         last = 0 if self._text else 1
         return self._frame(bytes([toggle | (7 - len(part)) << 1 | last]) + part.ljust(7, b"\0"))
 
-    def _abort(self, address: bytes, code: int) -> Frame:
+    def _abort(self, address: bytes, code: int) -> CanFrame:
         return self._frame(bytes([0x80]) + address + code.to_bytes(4, "little"))
 
-    def _frame(self, data: bytes) -> Frame:
-        return Frame(SDO_ANSWER + self.node, data)
+    def _frame(self, data: bytes) -> CanFrame:
+        return CanFrame(SDO_ANSWER + self.node, data)
 
 
-def entries_of(serial: int, rated_torque: float, counts: int) -> dict[tuple[int, int], Entry]:
+def entries_of(serial: int, rated_torque: float, counts: int) -> dict[tuple[int, int], ObjectEntry]:
     """The dictionary of a servo drive as it leaves its factory. *rated_torque*: N m; *counts*: a turn of the motor."""
     fixed = {
         o.DEVICE_TYPE: 0x00020000 | o.PROFILE,
@@ -131,14 +131,14 @@ def entries_of(serial: int, rated_torque: float, counts: int) -> dict[tuple[int,
         **dict.fromkeys((o.OUTPUTS, o.OUTPUT_MASK), 0),
         **dict.fromkeys((o.PERIOD, o.PERIOD_INDEX), 0),
     }
-    found = {(each.index, each.sub): Entry(each.pack(value), writable=False) for each, value in fixed.items()}
-    found |= {(each.index, each.sub): Entry(each.pack(value)) for each, value in own.items()}
-    found[o.DEVICE_NAME.index, 0] = Entry(b"cablewright virtual drive", writable=False)
+    found = {(each.index, each.sub): ObjectEntry(each.pack(value), writable=False) for each, value in fixed.items()}
+    found |= {(each.index, each.sub): ObjectEntry(each.pack(value)) for each, value in own.items()}
+    found[o.DEVICE_NAME.index, 0] = ObjectEntry(b"cablewright virtual drive", writable=False)
     for base, mapping, number in ((0x1400, 0x1600, len(o.TO_DRIVES)), (0x1800, 0x1A00, len(o.FROM_DRIVES))):
         for k in range(number):
             sizes = {1: 4, 2: 1, 5: 2}
-            found |= {(base + k, sub): Entry(bytes(size)) for sub, size in sizes.items()}
+            found |= {(base + k, sub): ObjectEntry(bytes(size)) for sub, size in sizes.items()}
             found[base + k, 1].data = (1 << 31).to_bytes(4, "little")
-            found[mapping + k, 0] = Entry(bytes(1))
-            found |= {(mapping + k, sub): Entry(bytes(4)) for sub in range(1, 5)}
+            found[mapping + k, 0] = ObjectEntry(bytes(1))
+            found |= {(mapping + k, sub): ObjectEntry(bytes(4)) for sub in range(1, 5)}
     return found

@@ -9,7 +9,7 @@ from typing import Final
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.cia402 import ENERGISED
 from cablewright.machine.drives.virtual import slave_memory as m
-from cablewright.machine.drives.virtual.dictionary import Dictionary, Entry
+from cablewright.machine.drives.virtual.dictionary import Dictionary, ObjectEntry
 from cablewright.machine.drives.virtual.slave_memory import MemoryWindow, SlaveMemory
 from cablewright.machine.drives.virtual.virtual_drive import NO_COMMAND, VirtualDrive
 
@@ -170,10 +170,10 @@ class EthercatSlave:
 def add_assignment(dictionary: Dictionary) -> None:
     """Add what an EtherCAT drive has besides: types of its sync managers, and their PDOs."""
     entries = dictionary.entries
-    entries[0x1C00, 0] = Entry(bytes([4]), writable=False)
+    entries[0x1C00, 0] = ObjectEntry(bytes([4]), writable=False)
     for k in range(4):
-        entries[0x1C00, 1 + k] = Entry(bytes([1 + k]), writable=False)
+        entries[0x1C00, 1 + k] = ObjectEntry(bytes([1 + k]), writable=False)
     for assign, _, number in _ASSIGNED:
-        entries[assign, 0] = Entry(bytes(1))
+        entries[assign, 0] = ObjectEntry(bytes(1))
         for k in range(number):
-            entries[assign, 1 + k] = Entry(bytes(2))
+            entries[assign, 1 + k] = ObjectEntry(bytes(2))

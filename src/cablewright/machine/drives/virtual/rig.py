@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
 from cablewright.machine.drives.axes import require_drives
-from cablewright.machine.drives.bus import BusError, Frame, Port
+from cablewright.machine.drives.bus import BusError, CanFrame, Port
 from cablewright.machine.drives.objects import SYNC
 from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
 from cablewright.machine.simulated.settings import TwinSettings
@@ -29,7 +29,7 @@ MADE_UP: Final = 0.5
 
 _YIELD: Final = 0.2  # share of a line's stiffness by which a motor under torque gives way in a step
 
-Disturb = Callable[[Frame, float], tuple[float, ...]]
+Disturb = Callable[[CanFrame, float], tuple[float, ...]]
 """Delays, s, of the copies in which a frame sent at a time arrives: ``(0.0,)`` as it should, ``()`` lost."""
 
 
@@ -81,7 +81,7 @@ class VirtualRig:
         """Virtual time, s."""
         return self.ticks * self.plant.period / _TICKS
 
-    def hear(self, frame: Frame, now: float) -> list[Frame]:
+    def hear(self, frame: CanFrame, now: float) -> list[CanFrame]:
         """Tell all drives a frame; return their answers. The plant's steps end with the SYNCs, from the first on."""
         if frame.id == SYNC and self._phase is None:
             self._phase = self.ticks % _TICKS
@@ -89,7 +89,7 @@ class VirtualRig:
             drive.hear(frame, now)
         return self._said()
 
-    def advance(self, now: float | None = None) -> list[Frame]:
+    def advance(self, now: float | None = None) -> list[CanFrame]:
         """Go on by a tick, to *now* (None: virtual time); return what drives say by themselves."""
         self.ticks += 1
         at = self.now if now is None else now
@@ -148,7 +148,7 @@ class VirtualRig:
             radius = float(truth.radii[i])
             drive.mobility = gives * self.ratio / radius**2 * self.per_radian
 
-    def _said(self) -> list[Frame]:
+    def _said(self) -> list[CanFrame]:
         said = []
         for drive in self.drives:
             if not drive.dead:
@@ -164,21 +164,21 @@ class VirtualPort:
         """*disturb* loses, delays or doubles frames."""
         self.rig, self._disturb = rig, disturb
         self._order = count()
-        self._late: list[tuple[float, int, bool, Frame]] = []  # to be delivered: time, order, to the drives, frame
-        self._arrived: deque[Frame] = deque()
+        self._late: list[tuple[float, int, bool, CanFrame]] = []  # to be delivered: time, order, to the drives, frame
+        self._arrived: deque[CanFrame] = deque()
         self.down = False  # bus off
 
     def now(self) -> float:
         """As `Port`."""
         return self.rig.now
 
-    def send(self, frame: Frame) -> None:
+    def send(self, frame: CanFrame) -> None:
         """As `Port`."""
         if self.down:
             raise BusError("bus off")
         self._pass(frame, to_drives=True)
 
-    def receive(self, until: float) -> Frame | None:
+    def receive(self, until: float) -> CanFrame | None:
         """As `Port`."""
         while True:
             if self._arrived and not self.down:
@@ -194,12 +194,12 @@ class VirtualPort:
     def close(self) -> None:
         """As `Port`."""
 
-    def inject(self, frame: Frame) -> None:
+    def inject(self, frame: CanFrame) -> None:
         """A frame of somebody else on the bus."""
         self._deliver(frame, to_drives=True)
         self._arrived.append(frame)
 
-    def _pass(self, frame: Frame, to_drives: bool) -> None:
+    def _pass(self, frame: CanFrame, to_drives: bool) -> None:
         delays = (0.0,) if self._disturb is None else self._disturb(frame, self.rig.now)
         for delay in delays:
             if delay <= 0.0:
@@ -207,7 +207,7 @@ class VirtualPort:
             else:
                 heapq.heappush(self._late, (self.rig.now + delay, next(self._order), to_drives, frame))
 
-    def _deliver(self, frame: Frame, to_drives: bool) -> None:
+    def _deliver(self, frame: CanFrame, to_drives: bool) -> None:
         if self.down:
             return
         if not to_drives:
@@ -229,7 +229,7 @@ def run_rig(rig: VirtualRig, port: Port, ends: Callable[[], bool] = lambda: Fals
         _answer(port, rig.advance(now))
 
 
-def _answer(port: Port, frames: list[Frame]) -> None:
+def _answer(port: Port, frames: list[CanFrame]) -> None:
     for frame in frames:
         try:
             port.send(frame)

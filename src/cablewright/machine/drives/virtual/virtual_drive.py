@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cablewright.machine.drives import objects as o
-from cablewright.machine.drives.bus import Frame
+from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.cia402 import ENERGISED, IN_FAULT, PowerState
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.virtual.dictionary import Dictionary, entries_of
@@ -58,7 +58,7 @@ class VirtualDrive:
     profile: int = o.PROFILE
     dictionary: Dictionary = field(init=False)
     nmt: int = o.PREOPERATIONAL
-    outbox: list[Frame] = field(default_factory=list)
+    outbox: list[CanFrame] = field(default_factory=list)
     _edge: bool = False  # bit 7 of the last controlword
     _opening: float = math.inf  # s of operation left until the brake is open
     _closing: bool = False  # on the way to be off
@@ -103,7 +103,7 @@ class VirtualDrive:
         self.state, self._closing = PowerState.FAULT_REACTION if stops else PowerState.FAULT, False
         if not stops:
             self._drop_brake()
-        self.outbox.append(Frame(o.SYNC + self.node, code.to_bytes(2, "little") + bytes(6)))
+        self.outbox.append(CanFrame(o.SYNC + self.node, code.to_bytes(2, "little") + bytes(6)))
 
     def restart(self) -> None:
         """Lose power, and come back with the values of the factory; the position of the motor is kept."""
@@ -112,9 +112,9 @@ class VirtualDrive:
         self.speed = self._wanted = self._error = 0.0
         self._beat_heard = self._commanded = math.nan
         self.__post_init__()
-        self.outbox.append(Frame(o.HEARTBEAT + self.node, bytes([o.BOOTED])))
+        self.outbox.append(CanFrame(o.HEARTBEAT + self.node, bytes([o.BOOTED])))
 
-    def hear(self, frame: Frame, now: float) -> None:
+    def hear(self, frame: CanFrame, now: float) -> None:
         """Take a frame of the bus at *now*, s."""
         if self.dead:
             return
@@ -139,14 +139,14 @@ class VirtualDrive:
         answer = self._ask(request)
         return None if answer is None else answer.data + self.dictionary.rest()
 
-    def _ask(self, request: bytes) -> Frame | None:
+    def _ask(self, request: bytes) -> CanFrame | None:
         self._refresh()
         answer = self.dictionary.answer(request)
         if request[:1] != b"\x40" and request[1:3] == o.CONTROLWORD.index.to_bytes(2, "little"):
             self._control(self.dictionary[o.CONTROLWORD])
         return answer
 
-    def _hear_pdo(self, frame: Frame, now: float) -> None:
+    def _hear_pdo(self, frame: CanFrame, now: float) -> None:
         own = self.dictionary
         if frame.id == o.SYNC:
             self.outbox += self._answers()
@@ -173,11 +173,11 @@ class VirtualDrive:
         """What a PDO of that *mapping* carries."""
         return b"".join(each.data for each in self._refresh().mapped(mapping))
 
-    def _answers(self) -> list[Frame]:
+    def _answers(self) -> list[CanFrame]:
         cobs = [
             int.from_bytes(self.dictionary.entries[0x1800 + k, 1].data, "little") for k in range(len(o.FROM_DRIVES))
         ]
-        return [Frame(cob & 0x7FF, self.told(0x1A00 + k)) for k, cob in enumerate(cobs) if not cob >> 31]
+        return [CanFrame(cob & 0x7FF, self.told(0x1A00 + k)) for k, cob in enumerate(cobs) if not cob >> 31]
 
     def _refresh(self) -> Dictionary:
         """Bring what it tells up to date."""
@@ -271,7 +271,7 @@ class VirtualDrive:
         interval = own[o.PRODUCER_HEARTBEAT] * 1e-3
         if interval and now - self._beaten >= interval - 1e-9:
             self._beaten = now
-            self.outbox.append(Frame(o.HEARTBEAT + self.node, bytes([self.nmt])))
+            self.outbox.append(CanFrame(o.HEARTBEAT + self.node, bytes([self.nmt])))
 
     def _brake(self, dt: float) -> None:
         if self.stop_input and self.state is PowerState.ENABLED:

@@ -1,29 +1,33 @@
-"""`modulus`: a cable's Young's modulus from a tensile test."""
+"""`modulus` and `creep`: what a cable stretches and creeps by, from tests of a specimen."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import OutputOptions
-from cablewright.apps.cli.output import answer
+from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, quantity
 from cablewright.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.robot import Cable
     from cablewright.units import Dimension
 
 
-@dataclass(frozen=True, kw_only=True)
+InitialLength = Annotated[
+    str,
+    typer.Option("--initial-length", metavar="L", help="Length of the specimen at elongation zero: m, or like '2 m'."),
+]
+
+
+@options("Specimen")
 class SpecimenOptions:
     """The specimen; --robot takes section and breaking load from the cable of a robot."""
-
-    PANEL: ClassVar = "Specimen"
 
     section: Annotated[
         str | None, typer.Option("--section", metavar="S", help="Section of the cable: m^2, or like '12.57 mm^2'.")
@@ -69,11 +73,9 @@ class SpecimenOptions:
             raise InputError("missing option '--breaking-load': give it, or --robot")
         return area, load
 
-    def _cable(self, robot: str, *, with_section: bool, with_load: bool) -> Cable:
+    def _cable(self, robot: str, *, with_section: bool, with_load: bool) -> cw.Cable:
         """The cable of the robot's line; without a name, all lines must agree in what is needed of it."""
-        from cablewright.robot import load
-
-        lines = load(robot).lines
+        lines = cw.load(robot).lines
         if self.line is not None:
             named = {each.name: each.cable for each in lines}
             if self.line not in named:
@@ -88,42 +90,33 @@ class SpecimenOptions:
         return cables[0]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ModulusCommand:
-    """The nominal modulus is the secant of the last full loading over a band of the breaking load (Paty 2021, Eq. 22).
-
-    How far the modulus varies over all branches, the hysteresis and the permanent set are given beside it.
-    """
-
-    EXAMPLE: ClassVar = "modulus examples/tensile.csv --initial-length '2 m' --robot paty2021"
-    ANSWERS: ClassVar = ("calibration.tensile.result:TensileResult",)
-
-    test: Annotated[Path, typer.Argument(metavar="TEST", help="CSV file with columns force and elongation.")]
-    initial_length: Annotated[
-        str,
-        typer.Option(
-            "--initial-length", metavar="L", help="Length of the specimen at elongation zero: m, or like '2 m'."
-        ),
-    ]
-    specimen: SpecimenOptions
+@command(
+    "modulus examples/tensile.csv --initial-length '2 m' --robot paty2021", "calibration.tensile.result:TensileResult"
+)
+def modulus_command(
+    *,
+    test: Annotated[Path, typer.Argument(metavar="TEST", help="CSV file with columns force and elongation.")],
+    initial_length: InitialLength,
+    specimen: SpecimenOptions,
     band: Annotated[
         str,
         typer.Option(
             "--band", metavar="MIN,MAX", help="Shares of the breaking load between which the modulus is taken."
         ),
-    ] = "0.05,0.5"
-    output: OutputOptions
+    ] = "0.05,0.5",
+    output: OutputOptions,
+) -> int:
+    """The nominal modulus is the secant of the last full loading over a band of the breaking load (Paty 2021, Eq. 22).
 
-    def run(self) -> int:
-        """Evaluate the test, draw and print."""
-        from cablewright.calibration.tensile.modulus import modulus
-        from cablewright.units import LENGTH
+    How far the modulus varies over all branches, the hysteresis and the permanent set are given beside it.
+    """
+    from cablewright.units import LENGTH
 
-        length = _quantity(self.initial_length, "--initial-length", LENGTH)
-        assert length is not None
-        section, load = self.specimen.section_and_load()
-        found = modulus(self.test, initial_length=length, section=section, breaking_load=load, band=_band(self.band))
-        return answer(found, self.output.as_json, **self.output.write(found, "Young's modulus"))
+    length = _quantity(initial_length, "--initial-length", LENGTH)
+    assert length is not None
+    section, load = specimen.section_and_load()
+    found = cw.modulus(test, initial_length=length, section=section, breaking_load=load, band=_band(band))
+    return answer(found, output.as_json, **output.write(found, "Young's modulus"))
 
 
 def _quantity(text: str | None, option: str, dimension: Dimension) -> float | None:
@@ -135,3 +128,36 @@ def _band(text: str) -> tuple[float, float]:
     if len(values) != 2 or not 0 < values[0] < values[1] <= 1:
         raise InputError(f"--band = {text!r}: expected two shares of the breaking load, 0 < MIN < MAX <= 1")
     return values[0], values[1]
+
+
+@command("creep examples/creep.csv --initial-length '2 m'", "calibration.tensile.creep_result:CreepResult")
+def creep_command(
+    *,
+    test: Annotated[
+        Path,
+        typer.Argument(metavar="TEST", help="CSV file: time, force, elongation, maybe temperature and humidity."),
+    ],
+    initial_length: InitialLength,
+    retardations: Annotated[
+        str,
+        typer.Option(
+            "--retardations",
+            metavar="T,...",
+            help="Retardation times of the Voigt elements: s, or like '1 min'; none for logarithmic creep alone.",
+        ),
+    ] = "60,1200",
+    output: OutputOptions,
+) -> int:
+    """Stretch and creep are told apart by one fit of the whole history of force: a held load, steps or cycles.
+
+    The law is that of Voigt elements and logarithmic creep; what it creeps by after which time is given with sigmas.
+    Where the climate changes under load, so is how much faster it creeps when warmer or damper.
+    """
+    from cablewright.units import DURATION, LENGTH
+
+    length = quantity(initial_length, "--initial-length", LENGTH)
+    texts = [] if retardations == "none" else retardations.split(",")
+    taus = [quantity(text.strip(), "--retardations", DURATION) for text in texts]
+    with progress() as show:
+        found = cw.creep(test, initial_length=length, retardations=taus, progress=show)
+    return answer(found, output.as_json, **output.write(found, "creep"))

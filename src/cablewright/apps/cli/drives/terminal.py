@@ -1,7 +1,8 @@
-"""What a person types at the terminal, a line each: orders to a print, and to whoever stands beside virtual drives."""
+"""What a person does at the terminal: a key that is held, and orders that are typed, a line each."""
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -13,10 +14,65 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Final
 
 from cablewright.apps.cli.output import tell
+from cablewright.errors import EnvironmentFault
 
 if TYPE_CHECKING:
     from cablewright.machine.drives.virtual.rig import VirtualRig
     from cablewright.studies.drives.printing import PersonOperator
+
+_HELD: Final = 0.1  # s for which one key counts as held
+
+
+class Button:
+    """Reads the standard input on a thread. Each byte is the button; its end, or the letter q, is the end."""
+
+    def __init__(self) -> None:
+        """Begin to read."""
+        self._pressed, self.over = -float("inf"), False
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def held(self) -> bool:
+        """Whether it is held now."""
+        return not self.over and time.monotonic() - self._pressed < _HELD
+
+    def ended(self) -> bool:
+        """Whether the person has ended it."""
+        return self.over
+
+    def _read(self) -> None:
+        number = sys.stdin.fileno()
+        while True:
+            try:
+                data = os.read(number, 64)
+            except OSError:
+                data = b""
+            if not data or b"q" in data:
+                self.over = True
+                return
+            self._pressed = time.monotonic()
+
+
+@contextmanager
+def button() -> Iterator[Button]:
+    """A button on the terminal, without echo and without waiting for the end of a line.
+
+    Keys from before are forgotten. Raises `EnvironmentFault` where the standard input is no such terminal.
+    """
+    if not sys.stdin.isatty() or sys.platform == "win32":
+        why = "a key has to be held at a terminal (Linux or macOS); the standard input is none"
+        raise EnvironmentFault(f"drives jog: {why}")
+    import termios
+    import tty
+
+    number = sys.stdin.fileno()
+    before = termios.tcgetattr(number)
+    try:
+        tty.setcbreak(number)
+        termios.tcflush(number, termios.TCIFLUSH)
+        yield Button()
+    finally:
+        termios.tcsetattr(number, termios.TCSADRAIN, before)
+
 
 _LONGEST: Final = 200  # characters of a line that are looked at
 REFILL: Final = "refill"

@@ -1,0 +1,156 @@
+"""`survey` and `walls`: exit points and walls from a total station, and walls and the lidar's place from its scan."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
+from cablewright.apps.cli.options import OutputOptions
+from cablewright.apps.cli.output import answer, tell
+from cablewright.apps.cli.parsing import interval, lasers, numbers
+from cablewright.errors import InputError
+from cablewright.file_output import write_whole
+
+
+@command("survey examples/survey.gsi --plan examples/survey.toml", "calibration.survey.result:Survey")
+def survey_command(
+    *,
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="File of the total station: Leica GSI-8, GSI-16, or CSV.")
+    ],
+    plan: Annotated[
+        Path | None,
+        typer.Option(
+            "--plan",
+            metavar="PLAN.toml",
+            help="What markers are on, the instrument's sigmas and the frame, where not default.",
+        ),
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", metavar="ROBOT", help="Robot whose lines the numbers of the markers count."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="FILE.toml", help="Write the robot's file with the exit points that were found."),
+    ] = None,
+    output: OutputOptions,
+) -> int:
+    """The frame has y along the west wall and x into the room, unless the plan says otherwise.
+
+    Each result has its standard deviation, and markers that fit badly are marked.
+    """
+    from cablewright.calibration.survey.surveyed_robot import surveyed
+    from cablewright.robot import file_text, update
+
+    if out is not None and robot is None:
+        raise InputError(f"--out = {str(out)!r}: there is no --robot whose exit points it could have")
+    found = cw.survey(file, plan, robot=None if robot is None else cw.load(robot))
+    if out is not None and robot is not None:
+        rebuilt, notes = surveyed(cw.load(robot), found)
+        write_whole(out, update(file_text(robot), rebuilt).encode())
+        for note in notes:
+            tell(f"note: {note}")
+    return answer(found, output.as_json, robot=out, **output.write(found, "Survey"))
+
+
+@options("Scan")
+class ScanOptions:
+    """How the scan's file is read."""
+
+    unit: Annotated[
+        str | None, typer.Option("--unit", help="Unit of lengths that name none: m, mm, ..; by default guessed.")
+    ] = None
+    angle_unit: Annotated[
+        str | None,
+        typer.Option("--angle-unit", help="Unit of angles that name none: rad, deg, ..; by default guessed."),
+    ] = None
+    clockwise: Annotated[bool, typer.Option("--clockwise", help="Angles grow clockwise, seen from above.")] = False
+    columns: Annotated[
+        str | None,
+        typer.Option("--columns", metavar="NAMES", help="Columns of a file without a header: angle,distance,.."),
+    ] = None
+    within: Annotated[str, typer.Option("--range", metavar="MIN,MAX", help="Ranges that are used, m.")] = "0.05,100"
+    mask: Annotated[
+        str | None,
+        typer.Option(
+            "--mask", metavar="FROM,TO[,..]", help="Bearings, deg, at which the lidar sees the machine itself."
+        ),
+    ] = None
+    keep_housing: Annotated[
+        bool, typer.Option("--keep-housing", help="Use also what looks like the lidar's own housing.")
+    ] = False
+    noise: Annotated[
+        float | None,
+        typer.Option("--noise", help="Standard deviation of all ranges, m; by default estimated by range."),
+    ] = None
+    device: Annotated[
+        str | None,
+        typer.Option("--device", help="Device whose scan is read from a file of several: its column, topic or frame."),
+    ] = None
+
+
+@options("Room")
+class RoomOptions:
+    """The room in which the lidar is searched."""
+
+    room: Annotated[
+        Path | None,
+        typer.Option(
+            "--room", metavar="SURVEY.json", help="Room in which to find the lidar: what `survey --json` printed."
+        ),
+    ] = None
+    yaw: Annotated[
+        str, typer.Option("--yaw", metavar="MIN,MAX", help="Yaw that the lidar may have in the room, deg.")
+    ] = "-45,45"
+    laser: Annotated[
+        str | None,
+        typer.Option("--laser", metavar="WALL=D[,..]", help="Distances from the lidar to walls, measured by hand, m."),
+    ] = None
+
+
+@command("walls examples/scan.csv", "studies.walls:Walls")
+def walls_command(
+    *,
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="CSV or JSON with x,y or angle,distance; or a laser scan of ROS or Foxglove."
+        ),
+    ],
+    scan: ScanOptions,
+    place: RoomOptions,
+    output: OutputOptions,
+) -> int:
+    """Each wall has a direction, a distance and how straight it is; with --room the lidar's place and yaw are found.
+
+    The answer is no (exit 1) if no wall is in sight, or the place is not known.
+    """
+    if place.laser is not None and place.room is None:
+        raise InputError(f"--laser = {place.laser!r}: there is no --room whose wall it could be")
+    names = None if scan.columns is None else [name.strip() for name in scan.columns.split(",")]
+    low, high = interval(place.yaw, "--yaw")
+    found = cw.walls(
+        cw.read_scan(file, scan.unit, scan.angle_unit, scan.clockwise, names, scan.device),
+        room=place.room,
+        limits=interval(scan.within, "--range"),
+        masks=_masks(scan.mask),
+        noise=scan.noise,
+        keep_housing=scan.keep_housing,
+        yaw=(math.radians(low), math.radians(high)),
+        lasers=lasers(place.laser),
+    )
+    return answer(found, output.as_json, **output.write(found, "Walls in a scan"))
+
+
+def _masks(text: str | None) -> tuple[tuple[float, float], ...]:
+    values = numbers(text, "--mask") or []
+    if len(values) % 2 or not all(map(math.isfinite, values)):
+        raise InputError(f"--mask = {text!r}: expected pairs of bearings, FROM,TO, in deg")
+    turns = [math.radians(value) for value in values]
+    return tuple(zip(turns[::2], turns[1::2], strict=True))

@@ -1,0 +1,224 @@
+"""`import` and `export`: robots and jobs from and to files of other programs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+import cablewright as cw
+from cablewright.apps.cli.command import command, options
+from cablewright.apps.cli.options import AsJson, Pose, RobotName
+from cablewright.apps.cli.output import answer, progress
+from cablewright.apps.cli.parsing import numbers, pose_of
+from cablewright.choices import CableName, ReadFormatName, WireXVersion, WrittenFormatName
+from cablewright.errors import AnswerError, InputError
+
+if TYPE_CHECKING:
+    from cablewright.exchange.klipper_motion import Stepper
+    from cablewright.exchange.result import Exported
+    from cablewright.exchange.translation import ExportedFile
+
+
+@command("import examples/robot.wcrfx --out runs/robot.toml", "exchange.result:Imported")
+def import_command(
+    *,
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="File to read; of a CASPR model both.")],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE.toml", help="Robot file to write; it must not exist.")],
+    form: Annotated[
+        ReadFormatName | None, typer.Option("--format", help="Format of the file; by default by its content.")
+    ] = None,
+    cable: Annotated[
+        CableName | None,
+        typer.Option(
+            "--cable", help="Cable of all lines, see docs/robots.md; by default the file's, or an assumed one."
+        ),
+    ] = None,
+    cable_set: Annotated[
+        str | None, typer.Option("--cable-set", metavar="ID", help="Set of cables of a CASPR model; else its default.")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Reads WireX, CASPR (bodies and cables), a Maslow's settings, and configurations of Klipper and RepRapFirmware.
+
+    What the file has and a robot file has not, and what had to be assumed, is told on stderr and in comments of the
+    file that is written. See docs/exchange.md.
+    """
+    from cablewright.exchange.formats import ImportOptions, read_robot
+    from cablewright.exchange.result import Imported
+    from cablewright.exchange.robot_toml import robot_toml
+    from cablewright.file_output import write_whole
+
+    if out.suffix != ".toml":
+        raise cw.InputError(f"--out = {str(out)!r}: must end in .toml")
+    if out.exists() or out.is_symlink():
+        raise cw.InputError(f"{out}: is there already; nothing is overwritten")
+    found = read_robot(files, form, ImportOptions(cable, cable_set))
+    text = robot_toml(found, "cablewright import")
+    cw.loads(text, str(out))
+    write_whole(out, text.encode(), parents=True)
+    robot = found.robot
+    told = Imported(found.format, robot.name, robot.m, robot.freedoms, found.lost, found.assumed)
+    return answer(told, as_json, file=out)
+
+
+AT_A_POSE: Final = ("mjcf", "urdf", "stl", "glb")
+"""Formats that describe the robot at a pose."""
+
+
+@options("Firmware")
+class MotionOptions:
+    """For klipper, reprapfirmware and linuxcnc."""
+
+    machine: Annotated[
+        str | None,
+        typer.Option("--machine", metavar="NAME", help="Machine file: layers of cable on drums, and the gear."),
+    ] = None
+    layers: Annotated[
+        str | None, typer.Option("--layers", metavar="FIRST,LAST", help="Layers of the part; by default all.")
+    ] = None
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance", help="Largest error of a line's length between two points, m; by default half a microstep."
+        ),
+    ] = None
+    microsteps: Annotated[
+        int | None, typer.Option("--microsteps", help="Microsteps of a full step; by default 16.")
+    ] = None
+    full_steps: Annotated[
+        int | None, typer.Option("--full-steps", help="Full steps of a motor's turn; by default 200.")
+    ] = None
+
+    def written(self, target: str, robot: cw.Robot, job: Path, out: Path) -> Exported:
+        """Write the files of a firmware into the folder *out*. Raises `InputError`."""
+        from cablewright.exchange.firmware import firmware
+        from cablewright.exchange.result import Exported
+        from cablewright.file_output import whole_folder, write_whole
+
+        machine = None if self.machine is None else cw.load_machine(self.machine)
+        if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
+            raise InputError(f"--tolerance = {self.tolerance:g}: must be over 0 and under 1 m")
+        with progress() as show:
+            found = firmware(
+                target,
+                robot,
+                cw.load_job(job),
+                machine=machine,
+                stepper=self._stepper(1.0 if machine is None else machine.winch.ratio),
+                layers=_layers(self.layers),
+                tolerance=self.tolerance,
+                progress=show,
+            )
+        with whole_folder(out) as folder:
+            for name, text in found.files.items():
+                write_whole(folder / name, text.encode())
+        points, error = len(found.path.samples), None if target == "reprapfirmware" else found.path.error
+        return Exported(target, robot.name, found.lost, found.assumed, points, error)
+
+    def _stepper(self, ratio: float) -> Stepper | None:
+        from cablewright.exchange.klipper_motion import Stepper
+
+        for option, value in (("--microsteps", self.microsteps), ("--full-steps", self.full_steps)):
+            if value is not None and not 1 <= value <= 100_000:
+                raise InputError(f"{option} = {value}: must be 1 to 100000")
+        if self.microsteps is None and self.full_steps is None:
+            return None
+        return Stepper(self.full_steps or Stepper.full_steps, self.microsteps or Stepper.microsteps, ratio)
+
+
+@command("export mjcf cogiro --out runs/cogiro.xml", "exchange.result:Exported")
+def export_command(
+    *,
+    target: Annotated[WrittenFormatName, typer.Argument(metavar="FORMAT", help="Format to write.")],
+    robot: RobotName,
+    job: Annotated[
+        Path | None,
+        typer.Argument(metavar="[JOB]", help="For a firmware a job's TOML or G-code file; for ros2 a machine's log."),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("--out", metavar="OUT", help="File, of a firmware and ros2 folder; it must not exist.")
+    ],
+    schema_version: Annotated[
+        WireXVersion | None, typer.Option("--schema-version", help="Of WireX; by default 0.32.")
+    ] = None,
+    at: Pose = None,
+    motion: MotionOptions,
+    as_json: AsJson = False,
+) -> int:
+    """Klipper, RepRapFirmware and LinuxCNC take a job, ros2 a log; they get a folder. The others describe the robot.
+
+    What the robot has and the format has not is told on stderr and in comments of the files. See docs/exchange.md.
+    """
+    from cablewright.exchange.firmware import FIRMWARE
+    from cablewright.exchange.result import Exported
+    from cablewright.exchange.ros.bag import ros_bag
+    from cablewright.exchange.wirex_output import wirex
+    from cablewright.file_output import write_whole
+
+    is_firmware = target in FIRMWARE
+    if is_firmware and job is None:
+        raise InputError(f"export {target}: expected a JOB after ROBOT, whose motion is written")
+    if target == "ros2" and job is None:
+        raise InputError("export ros2: expected a machine's LOG after ROBOT, a file or a run folder")
+    if not (is_firmware or target == "ros2") and job is not None:
+        raise InputError(f"{job}: {target} describes a robot and takes no JOB")
+    if not is_firmware and motion != MotionOptions():
+        raise InputError(f"export {target}: --machine, --layers and their like are for a firmware")
+    if schema_version is not None and target != "wirex":
+        raise InputError(f"--schema-version = {schema_version}: only wirex has versions")
+    if at is not None and target not in AT_A_POSE:
+        raise InputError(f"--at = {at!r}: only {', '.join(AT_A_POSE)} are written at a pose")
+    if out.exists() or out.is_symlink():
+        raise InputError(f"{out}: is there already; nothing is overwritten")
+    described = cw.load(robot)
+    if job is None:
+        if target == "wirex":
+            found, content = wirex(described, schema_version or "0.32"), b""
+        else:
+            found, content = _at_pose(target, described, at)
+        write_whole(out, content or found.text.encode(), parents=True)
+        return answer(Exported(target, described.name, found.lost, found.assumed), as_json, file=out)
+    if target == "ros2":
+        with progress() as show:
+            bag = ros_bag(described, job, out, show)
+        told = Exported(target, described.name, bag.lost, (), messages=bag.messages)
+    else:
+        told = motion.written(target, described, job, out)
+    return answer(told, as_json, out=out)
+
+
+def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile, bytes]:
+    """The robot at `--at`, or at rest near the middle of its frame; bytes of a file that is no text."""
+    from cablewright.exchange.mjcf import mjcf
+    from cablewright.exchange.shapes import shapes
+    from cablewright.exchange.translation import ExportedFile
+    from cablewright.exchange.urdf import urdf
+    from cablewright.solvers.inverse import solve_inverse
+    from cablewright.studies.rest_pose import rest_pose
+
+    model = cw.Model.of(robot, cable="rigid")
+    if at is None:
+        held = rest_pose(model).equilibrium
+    else:
+        held = solve_inverse(model, pose_of(at, robot) or [])
+    if target == "mjcf":
+        return mjcf(held), b""
+    if not all(map(math.isfinite, held.pose)):
+        raise AnswerError(f"no pose of the platform: {held.sentence()}", held.status)
+    if target == "urdf":
+        return urdf(robot, held.pose), b""
+    mesh, lost = shapes(robot, held.pose), ("all but shapes of frame, exits and platform, for looking",)
+    return ExportedFile("", lost), mesh.stl() if target == "stl" else mesh.glb()
+
+
+def _layers(text: str | None) -> tuple[int, int] | None:
+    """Return the first and the last layer. Raises `InputError`."""
+    if text is None:
+        return None
+    values = numbers(text, "--layers", 2) or []
+    if any(value != int(value) or value < 1 for value in values):
+        raise InputError(f"--layers = {text!r}: expected two whole numbers FIRST,LAST, from 1")
+    return int(values[0]), int(values[1])

@@ -1,0 +1,118 @@
+"""`serve`: a machine that is watched and operated in a browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import cablewright as cw
+from cablewright.apps.cli.command import command
+from cablewright.apps.cli.options import MachineName, RobotName, Seed
+from cablewright.apps.cli.output import tell
+from cablewright.apps.cli.parsing import numbers, run_path
+from cablewright.errors import EnvironmentFault, InputError
+
+if TYPE_CHECKING:
+    from cablewright.studies.serve.station import Station
+
+
+@command("serve house-printer")
+def serve_command(
+    *,
+    robot: RobotName,
+    machine: MachineName = None,
+    host: Annotated[
+        str, typer.Option("--host", metavar="ADDRESS", help="Address to listen at; other than loopback with TLS alone.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option("--port", metavar="N", help="Port to listen at; 0: any that is free.")] = 8642,
+    name: Annotated[
+        list[str] | None,
+        typer.Option("--name", metavar="HOST", help="A name by which browsers may call this computer; repeatable."),
+    ] = None,
+    certificate: Annotated[
+        Path | None, typer.Option("--certificate", metavar="PEM", help="Certificate for TLS, with its chain.")
+    ] = None,
+    key: Annotated[Path | None, typer.Option("--key", metavar="PEM", help="Private key of the certificate.")] = None,
+    at: Annotated[
+        str | None, typer.Option("--at", metavar="X,Y,Z", help="Where the platform of a simulated machine begins, m.")
+    ] = None,
+    seed: Seed = 0,
+    tried: Annotated[
+        bool,
+        typer.Option("--try", help="Operate virtual drives in this process; counts and lengths are kept nowhere."),
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder of jobs, runs and orders; runs/serve-ROBOT.")
+    ] = None,
+) -> int:
+    """No performance level is claimed: the hard-wired emergency stop is the builder's, and no browser replaces it.
+
+    The page's address, with a token, is shown once. Whoever has it may stop the machine; one page at a time operates
+    it. A machine file that names drives moves a real machine; any other is simulated, at the pace of the clock.
+
+    Needs the extra web (pip install 'cablewright[web]'), and Linux or macOS. Ctrl-C stops the machine and ends.
+    """
+    from tempfile import TemporaryDirectory
+
+    from cablewright.apps.serve.launch import Address, require_libraries, serve
+
+    address = Address(host, port, tuple(name or ()), certificate, key)
+    require_libraries()
+    described = cw.load(robot)
+    if machine is None and described.name not in cw.machine_names():
+        known = ", ".join(cw.machine_names())
+        why = "has no machine of its own; give --machine FILE, or one of"
+        raise InputError(f"robot {described.name!r}: {why} {known}")
+    file = machine or described.name
+    owner = cw.load_machine(file)
+    folder = run_path(out, "serve", described.name)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--out = {folder}: is no folder")
+    with TemporaryDirectory() as aside:
+        state = Path(aside) / "machine" if tried else Path(file).with_suffix("")
+        station = _station(described, owner, file, state, numbers(at, "--at", 3), seed, tried)
+        lock = None if owner.kind == "simulated" or tried else Path(file).with_suffix(".lock")
+        try:
+            serve(station, owner, folder, address, tell, lock)
+        except KeyboardInterrupt:
+            tell("cablewright: the machine was stopped, and the page's server has ended")
+    return 0
+
+
+def _station(
+    robot: cw.Robot,
+    owner: cw.MachineSettings,
+    file: str,
+    state: Path,
+    given: list[float] | None,
+    seed: int,
+    tried: bool,
+) -> Station:
+    """The machine that is operated, from the *given* place (3,), m, on. Raises `InputError`."""
+    import numpy as np
+
+    from cablewright.machine.settings import require_robot
+    from cablewright.machine.simulated.settings import whole_machine
+    from cablewright.studies.serve.station import DriveStation, SimulatedStation, resting_place
+
+    require_robot(owner, robot.name)
+    place = resting_place(robot) if given is None else np.array(given)
+    if owner.kind == "simulated":
+        if tried:
+            raise InputError("--try: is for a machine file that names drives")
+        return SimulatedStation(robot, whole_machine(file), seed, place)
+    return DriveStation(robot, owner, state, _virtual(robot, owner, file, place, seed) if tried else None, place)
+
+
+def _virtual(robot: cw.Robot, owner: cw.MachineSettings, file: str, place: Any, seed: int) -> Any:
+    """A bus with virtual drives in this process."""
+    from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
+
+    if owner.drives is None or owner.drives.interface != "loopback":
+        raise EnvironmentFault(f'{file}: drives.interface: must be "loopback" for virtual drives')
+    rig = VirtualRig(robot, cw.load_twin(file), place, seed=seed)
+    rig.warm()
+    port = VirtualPort(rig)
+    return lambda: port

@@ -1,1 +1,0 @@
-"""Pictures of many variants of a machine: combinations of values, machines as built, candidates of a design."""
