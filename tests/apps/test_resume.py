@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
+from cablewright.saving import Snapshot, read_snapshots, write_snapshots
 from cablewright.studies.prints import run as prints
 from cablewright.studies.prints.run import CHECKPOINT, LOCK
 from cablewright.studies.store import MANIFEST

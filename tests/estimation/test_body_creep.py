@@ -19,12 +19,13 @@ from cablewright.estimation.body.unknowns import load
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.creep import HOUR, log_response, scaled_creep, usual_creep, voigt_response
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.robot import load as load_robot
 from cablewright.robot.cable import Creep
+from cablewright.saving import load as restore
+from cablewright.saving import save
 from cablewright.signals import Command, Encoders, Estimate, SensorFrame
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
@@ -256,10 +257,9 @@ def test_what_crept_is_saved_with_a_print() -> None:
     began = estimator("encoders", robot, owner, HOME)
     for k in range(300):
         began.step(SensorFrame(1.0 * k, (Encoders(1.0 * k, STILL),)))
-    archive = Archive()
-    began.archive_state(archive)
+    snapshot = save(began)
     resumed = estimator("encoders", robot, owner, HOME + np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]))
-    resumed.archive_state(Archive(archive.snapshot, loading=True))
+    restore(resumed, snapshot)
     for k in range(300, 600):
         frame = SensorFrame(1.0 * k, (Encoders(1.0 * k, STILL),))
         one, other = began.step(frame), resumed.step(frame)

@@ -14,10 +14,11 @@ from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.known_creep import KnownCreep, known_creep
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.creep import log_response, memory_of, usual_creep, voigt_response
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
+from cablewright.saving import load as restore
+from cablewright.saving import save
 from cablewright.signals import Command, Scan, SensorFrame
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
@@ -129,12 +130,11 @@ def test_what_crept_is_saved_with_a_print(name: str) -> None:
     assert isinstance(began, CreepingEstimator)
     while machine.time < 30.0:
         began.step(machine.step(Command(machine.time, np.zeros(4))))
-    archive = Archive()
-    began.archive_state(archive)
+    snapshot = save(began)
     resumed, loads = estimator(name, robot, TWIN.owner, PLACE), np.full(4, 200.0)
     assert isinstance(resumed, CreepingEstimator)
     rested = resumed._creep._memory.gain(loads, 10.0)
-    resumed.archive_state(Archive(archive.snapshot, loading=True))
+    restore(resumed, snapshot)
     again = resumed._creep._memory.gain(loads, 10.0)
     np.testing.assert_allclose(again, began._creep._memory.gain(loads, 10.0))
     assert (again < 0.5 * rested).all()

@@ -11,8 +11,8 @@ import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
 from cablewright.machine.simulated import snapshot_writer as keepers
-from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.machine.simulated.snapshot_writer import SnapshotWriter
+from cablewright.saving import Snapshot, read_snapshots, write_snapshots
 
 
 def number(k: int) -> dict[str, Snapshot]:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.robot import load
+from cablewright.saving import Snapshot, read_snapshots, write_snapshots
 from cablewright.solvers.equilibria import Equilibria, equilibria
 from cablewright.studies import user_key
 from cablewright.studies.equilibria import search_all

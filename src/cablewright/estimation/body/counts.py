@@ -26,8 +26,8 @@ def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
     if len(reading.counts) != state.layout.m:
         state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} lines: not used")
         return
-    if state.home_counts is None:
-        state.home_counts = reading.counts.copy()
+    if not state.homed:
+        state.home_counts, state.homed = reading.counts.copy(), True
     if state.last_counts is None:
         state.last_counts = reading.time, reading.counts
         _unwind(settings, state, reading.counts - state.home_counts)
@@ -53,7 +53,6 @@ def _jumps(settings: BodySettings, change: NDArray[np.int64], dt: float) -> NDAr
 
 def _leave_out(settings: BodySettings, state: BodyState, jumped: NDArray[np.bool_], change: NDArray[np.int64]) -> None:
     """Move the home counts of the lines whose encoders slipped, and say so."""
-    assert state.home_counts is not None
     state.home_counts = state.home_counts + np.where(jumped, change, 0)
     for i in np.flatnonzero(jumped):
         name = settings.model.robot.lines[i].name

@@ -159,7 +159,7 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
         frozen(counts.radii(settings, state)),
         covariance=frozen(covariance),
         faults=state.monitor.faults,
-        valid=found and state.home_counts is not None and not state.monitor.is_active("encoders", "quiet"),
+        valid=found and state.homed and not state.monitor.is_active("encoders", "quiet"),
         consistency=state.consistency,
     )
 

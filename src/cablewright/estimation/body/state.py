@@ -58,7 +58,29 @@ class Contradiction:
 
 @dataclass(eq=False)
 class BodyState:
-    """Changed in place by `step`."""
+    """Changed in place by `step`. Windows and doubts begin anew where state is loaded."""
+
+    SAVED = (
+        "unknowns",
+        "covariance",
+        "home_lengths",
+        "home_angles",
+        "home_toward",
+        "home_counts",
+        "homed",
+        "creep",
+        "load_path",
+        "gradients",
+        "cells_used",
+        "paid",
+        "angles",
+        "lengths",
+        "measured_at",
+        "retraction",
+        "pose_covariance",
+        "tracker.pose",
+        "tracker.states",
+    )
 
     layout: BodyLayout
     tracker: Tracker
@@ -72,13 +94,14 @@ class BodyState:
     creep: BodyCreep
     load_path: LoadPath
     gradients: Array  # (m, size) of the lengths by the unknowns
+    home_counts: NDArray[np.int64]  # (m,)
     cells_used: Mask  # (m,)
     paid: Array  # (m,) m since home, by the encoders
     angles: Array  # (m,) rad, wound
     lengths: Array  # (m,) m, corrected
     measured_at: Array  # (m,) m paid out at the last measurement
     velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
-    home_counts: NDArray[np.int64] | None = None
+    homed: bool = False  # whether the home counts are known
     last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
     pending: NDArray[np.int64] | None = None  # (m,) counts that jumped, not yet believed
     time: float = -math.inf
@@ -134,6 +157,7 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
         creep_of(model.robot, tracker.tensions, settings.deviations.creep),
         LoadPath(tracker.tensions),
         np.eye(model.m, layout.size),
+        np.zeros(model.m, dtype=np.int64),
         np.ones(model.m, dtype=bool),
         np.zeros(model.m),
         np.array(wound),
@@ -142,6 +166,17 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
         untold=covariance[layout.laws, layout.laws].copy(),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
     )
+
+
+def resumed(settings: BodySettings, state: BodyState) -> None:
+    """Let a *state* go on with what was loaded."""
+    crept, home, places = state.creep.memories, state.load_path.home, state.load_path.places
+    state.load_path, state.creep = LoadPath(home), creep_of(settings.model.robot, home, settings.deviations.creep)
+    state.load_path.places = places
+    for memory, loaded in zip(state.creep.memories, crept, strict=True):
+        memory.stretched = loaded.stretched
+    set_load(state, settings.model)
+    state.tracker.restart(state.lengths)
 
 
 def _own_retraction(model: Model) -> float:

@@ -7,13 +7,14 @@ import numpy as np
 from cablewright.machine.sensors import BarrierSensor
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import BarrierFlaws
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.timed_sensor import TimedSensor
 from cablewright.signals import Barrier
 
 
 class LightBarrier(TimedSensor[BarrierSensor, BarrierFlaws]):
     """One light barrier. It latches: an interruption since the last reading shows in the next one."""
+
+    SAVED = (*TimedSensor.SAVED, "_last_read")
 
     _last_read = -np.inf  # s, time of the last reading
 
@@ -24,8 +25,3 @@ class LightBarrier(TimedSensor[BarrierSensor, BarrierFlaws]):
         if chance < self.flaws.dropout:
             return None
         return Barrier(now, broken != (chance > 1.0 - self.flaws.outliers))
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        super().archive_state(archive)
-        self._last_read = archive.number("read", self._last_read)

@@ -11,7 +11,6 @@ from cablewright.arrays import Array
 from cablewright.machine.sensors import TensionSensor
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import TensionFlaws
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.timed_sensor import TimedSensor
 from cablewright.signals import Tensions
 
@@ -20,6 +19,8 @@ _HOUR: Final = 3600.0  # s
 
 class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
     """One for each line. Their zeros are drawn once and then drift as a random walk."""
+
+    SAVED = (*TimedSensor.SAVED, "_zeros")
 
     def __init__(
         self,
@@ -54,8 +55,3 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         shown[chance < flaws.dropout] = np.nan
         shown.flags.writeable = False
         return Tensions(self._source, state.truth.time, shown)
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        super().archive_state(archive)
-        archive.array("zeros", self._zeros)

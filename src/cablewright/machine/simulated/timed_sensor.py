@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from cablewright.errors import InputError
 from cablewright.machine.sensors import TimedSettings
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.settings import SensorFlaws
-from cablewright.machine.simulated.snapshot import Archive
+from cablewright.saving import Saved
 from cablewright.signals import Reading
 
 _Settings = TypeVar("_Settings", bound=TimedSettings)
@@ -33,6 +33,8 @@ def steps_per_interval(period: float, interval: float, what: str) -> int:
 class TimedSensor(ABC, Generic[_Settings, _Flaws]):
     """A sensor that is read at the rate of its *settings*, with the *flaws* of one unit."""
 
+    SAVED: ClassVar[Saved] = ("_step", "_random")
+
     def __init__(
         self, key: str, settings: _Settings, flaws: _Flaws, period: float, random: np.random.Generator
     ) -> None:
@@ -51,8 +53,3 @@ class TimedSensor(ABC, Generic[_Settings, _Flaws]):
     @abstractmethod
     def _measure(self, state: RigState) -> Reading | None:
         """Return a reading; None if it is lost."""
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        self._step = archive.count("step", self._step)
-        archive.random("random", self._random)
