@@ -168,7 +168,8 @@ class _Walk:
             case dict():
                 return {name: self._any(f"{key}.{name}", each) for name, each in live.items()}
             case list() | tuple():
-                items = [self._any(f"{key}.{number}", each) for number, each in enumerate(live)]
+                names = getattr(live, "_fields", range(len(live)))
+                items = [self._any(f"{key}.{name}", each) for name, each in zip(names, live, strict=True)]
                 return type(live)(*items) if hasattr(live, "_fields") else type(live)(items)
         self.parts(f"{key}.", live)
         return live

@@ -80,7 +80,6 @@ class Rig:
         "_last_position",
         "_fall_start",
         "work.planes",
-        "work.rotation",
         "swing.ends",
         "_random",
         "winches",
