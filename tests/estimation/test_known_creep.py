@@ -41,7 +41,7 @@ def test_a_filter_of_cables_that_creep_is_told_what_the_drum_weighs() -> None:
     one = estimator("filter", creeping(1e-12), load_twin("merlet2023").owner, np.zeros(3))
     assert isinstance(one, CreepingEstimator)
     one.weigh(41.0)
-    assert one._observed._filtered._state.filter.mass == 41.0
+    assert one._observed._filtered._state.filter.motion.mass == 41.0
     estimator("paper", creeping(1e-12), load_twin("merlet2023").owner, np.zeros(3)).weigh(41.0)  # it does not use that
 
 
@@ -160,6 +160,6 @@ def test_the_filter_moves_by_lengths_as_a_robot_whose_mounts_give() -> None:
             0.0, PLACE, np.zeros(3), 0.0, own.lengths, np.full(4, 0.05), slackness.start(settings.chain.slackness)
         )
         assert error_state.begin(settings.filter, state, begun)
-        off.append(float(np.abs(state.jacobian - exact).max()))
+        off.append(float(np.abs(state.hung.jacobian - exact).max()))
     assert off[0] < 0.1 * float(np.abs(exact).max())
     assert off[0] < 0.3 * off[1]

@@ -188,11 +188,11 @@ def test_turns_do_not_queue_up(whole: Any) -> None:
     for k in range(20):
         readings = tuple(dataclasses.replace(scan, begin=scan.begin + 14.0 * k) for scan in scans)  # type: ignore[type-var]
         observer.step(known, state, SensorFrame(14.0 * (k + 1), readings))
-        assert not state.pending_scans or k == 0
+        assert not state.turns.pending or k == 0
     observer.step(
         known, state, SensorFrame(280.01, tuple(dataclasses.replace(s, begin=s.begin + 266.0) for s in scans))
     )  # type: ignore[type-var]
-    assert len(state.pending_scans) <= 3 * known.walls.kept_turns
+    assert len(state.turns.pending) <= 3 * known.walls.kept_turns
     empty = Scan("north", 300.0, 1e-3, 0.0, 0.01, np.empty(0))
     observer.step(known, state, SensorFrame(301.0, (empty,)))
 
@@ -246,7 +246,7 @@ def test_nothing_is_kept_without_end() -> None:
 def test_start_knows_nothing() -> None:
     state = observer.start(observer_settings(ROBOT, SETTINGS))
     assert state.tracker is None
-    assert math.isnan(state.yaw_offset)
+    assert math.isnan(state.located.yaw_offset)
 
 
 @pytest.mark.parametrize(("floor_cone", "low", "high"), [(math.radians(70.0), -0.01, 0.01), (None, -0.3, -0.02)])

@@ -91,7 +91,8 @@ def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
     creep = memory_of([line.cable.creep for line in settings.model.robot.lines])
     state = _begin(settings, held.lengths, None, creep)
     if settings.priors is not None:
-        state.learnt = LearntLengths.of(settings.priors, settings.model, held.lengths, held.tensions)
+        state.learnt = LearntLengths.of(settings.priors, settings.model, held.tensions)
+        state.learnt.counted = held.lengths.copy()
     return state
 
 

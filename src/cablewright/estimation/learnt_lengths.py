@@ -130,8 +130,8 @@ class LearntLengths:
     places: list[MeasuredPlace] = field(default_factory=list)  # at most KEPT
 
     @classmethod
-    def of(cls, priors: LengthPriors, model: Model, lengths: Array, tensions: Array) -> LearntLengths:
-        """Begin with nothing known but the *priors*; *lengths* (m,), m, and *tensions* (m,), N, at the start."""
+    def of(cls, priors: LengthPriors, model: Model, tensions: Array) -> LearntLengths:
+        """Begin with nothing known but the *priors*; *tensions* (m,), N, at the start."""
         lines = model.robot.lines
         laws = [_law_of(line.cable.creep) for line in lines]
         memory, hour = memory_of(laws), np.array([hour_compliance(law) for law in laws])
@@ -142,7 +142,7 @@ class LearntLengths:
         least = np.column_stack([np.full(model.m, -np.inf), -creep, -softest])
         sigma = np.tile([priors.share, priors.creep / float(tensions.mean()), priors.mount], model.m)
         before = LearntValues(np.zeros((model.m, _UNKNOWNS)), np.diag(sigma**2), np.zeros(model.m))
-        return cls(priors, memory, hour, least, before, before.copy(), lengths.copy(), np.zeros(model.m))
+        return cls(priors, memory, hour, least, before, before.copy(), np.zeros(model.m), np.zeros(model.m))
 
     @property
     def place_rows(self) -> Array:
