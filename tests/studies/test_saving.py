@@ -15,8 +15,6 @@ from cablewright.errors import InputError
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load as load_robot
 from cablewright.saving import LAYOUT, Coded, Rows, Saved, Snapshot, Sparse, load, read_snapshots, save, write_snapshots
-from cablewright.studies.prints.recorder import read_checkpoint
-from cablewright.studies.user_key import signature
 from twins import TWIN, machine
 
 DATA = Path(__file__).parents[1] / "data"
@@ -163,18 +161,6 @@ def test_state_of_another_layout_is_refused_by_its_number(layout: int) -> None:
     snapshot.values["layout"] = layout
     with pytest.raises(InputError, match=f"layout is {layout}, .* this one: {LAYOUT}"):
         load(Whole(), snapshot)
-
-
-def test_a_checkpoint_of_the_first_layout_is_refused_with_the_next_step(tmp_path: Path) -> None:
-    """It was written by the version before this layout, at the end of a print."""
-    old = read_snapshots(DATA / "print_checkpoint_layout_1.bin")
-    write_snapshots(tmp_path / "checkpoint.bin", old, sign=signature)
-    with pytest.raises(InputError) as refused:
-        read_checkpoint(tmp_path / "checkpoint.bin")
-    says = str(refused.value)
-    assert "checkpoint.bin: is a checkpoint of layout 1, this version of cablewright reads layout 2" in says
-    assert "--resume with the version in manifest.json, or --restart to print all again" in says
-    assert "\n" not in says
 
 
 def test_a_machine_of_the_first_layout_is_refused() -> None:
