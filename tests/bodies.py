@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Tilt
+from cablewright.estimation.body.settings import BodySettings, Deviations
+from cablewright.estimation.body.updates.cells import Cells
+from cablewright.estimation.body.updates.tilt import Tilt
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.models.coil import wind
@@ -118,6 +120,5 @@ def told(robot: Robot, *, cells: bool = True, tilt: bool = True) -> BodySettings
             hysteresis=1e-6,
             exit_compliance=1e-9,
         ),
-        CELLS if cells else None,
-        TILT if tilt else None,
+        (CELLS,) * cells + (TILT,) * tilt,
     )

@@ -18,7 +18,8 @@ from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.loopback import Hub
 from cablewright.machine.drives.settings import DriveSettings
 from cablewright.machine.drives.virtual.rig import Disturb, VirtualPort, VirtualRig, run_rig
-from cablewright.machine.sensors import Encoder, TensionSensor
+from cablewright.machine.sensors.encoders import Encoder
+from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.printing.job import Job, Motion

@@ -22,7 +22,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.sensors import TensionSensor
+from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import SEVERITIES, with_severity
 from cablewright.models.creep import usual_creep

@@ -24,7 +24,8 @@ from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.settings import DriveSettings
 from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.interface import Machine
-from cablewright.machine.sensors import Encoder, TensionSensor
+from cablewright.machine.sensors.encoders import Encoder
+from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.settings import extruding
 from cablewright.machine.simulated.settings import Link, TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine

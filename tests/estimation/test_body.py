@@ -17,7 +17,7 @@ from cablewright.estimation.body.state import BodyState, start
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Encoders, Estimate
+from cablewright.signals import Encoders, Estimate, Tensions
 from cablewright.solvers.inverse import solve_inverse
 
 ROBOT = load("cogiro")
@@ -165,7 +165,7 @@ def test_bad_readings_raise_nothing() -> None:
         frame = plant.step(np.zeros(8), DT)
         if k % 3 == 1:
             readings = tuple(
-                type(each)(each.source, each.time, np.full(8, np.nan)) if hasattr(each, "source") else each
+                type(each)(each.source, each.time, np.full(8, np.nan)) if isinstance(each, Tensions) else each
                 for each in frame.readings
             )
             frame = type(frame)(frame.time, readings)

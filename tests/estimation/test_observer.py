@@ -14,7 +14,7 @@ from cablewright.errors import InputError
 from cablewright.estimation.chain import observer
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.robot import load
 from cablewright.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
 from cablewright.studies.estimator_settings import observer_settings, surveyed_walls

@@ -10,14 +10,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cablewright.machine.sensors import TensionSensor
+from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.settings import RoomSettings, WallFace
 from cablewright.machine.simulated.as_built_parts import (
+    angle_zeros,
     as_built_machine,
     as_built_room,
-    line_sensors,
     mass_factors,
     mounting,
+    places_along,
+    tension_gains,
 )
 from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
@@ -48,7 +50,7 @@ def errors(key: str, seed: int, **sizes: float) -> Array:
     """The errors that one tolerance makes, as numbers; all are as in `SIZES` but those that are given."""
     given = off(**{**SIZES, **sizes})
     made, law = as_built_machine(given, seed), given.simulation.tolerances
-    own, lines = made.owner, line_sensors(given.simulation.tolerances, seed, 4)
+    own, along = made.owner, places_along(law, seed, 4)
     clock = DrumClock(given.simulation, seed)
     match key:
         case "wall":
@@ -58,7 +60,7 @@ def errors(key: str, seed: int, **sizes: float) -> Array:
             ])  # fmt: skip
         case "mount_place":
             places = [np.subtract(own.lidars[name].place, lidar.place) for name, lidar in SETTINGS.lidars.items()]
-            return np.concatenate([*places, lines.along, np.subtract(own.inertial.place, SETTINGS.inertial.place)])
+            return np.concatenate([*places, along, np.subtract(own.inertial.place, SETTINGS.inertial.place)])
         case "mount_turn":
             sensors = ("inertial", "distance", "north", "south", "vertical")
             return np.concatenate([turn_of(mounting(name, law, seed)) for name in sensors])
@@ -67,9 +69,9 @@ def errors(key: str, seed: int, **sizes: float) -> Array:
         case "clock_drift":
             return np.array([clock.drift])
         case "line_angle_bias":
-            return lines.zeros
+            return angle_zeros(law, seed, 4)
         case "tension_gain":
-            return np.concatenate(list(lines.gains.values()))
+            return np.concatenate([tension_gains(source, law, seed, 4) for source in ("load_cells", "motor_torques")])
     return np.array(mass_factors(law, seed)) - 1.0
 
 
@@ -174,11 +176,12 @@ def test_accelerometers_and_cells_show_their_errors() -> None:
     cells = TensionSensor(rate=100.0, deviation=0.0, most=1e4)
     exact = perfect().with_owner(load_cells=cells)
     made = changed(exact, tolerances={"line_angle_bias": 0.02, "tension_gain": 0.05})
-    law = line_sensors(made.simulation.tolerances, 2, 4)
+    law = made.simulation.tolerances
     for right, wrong in zip(readings_of(LineAngles, exact), readings_of(LineAngles, made), strict=True):
-        np.testing.assert_allclose(wrong.angles - right.angles, law.zeros, atol=1e-12)
+        np.testing.assert_allclose(wrong.angles - right.angles, angle_zeros(law, 2, 4), atol=1e-12)
+    gains = tension_gains("load_cells", law, 2, 4)
     for right, wrong in zip(readings_of(Tensions, exact), readings_of(Tensions, made), strict=True):
-        np.testing.assert_allclose(wrong.tensions / right.tensions - 1.0, law.gains["load_cells"], atol=1e-12)
+        np.testing.assert_allclose(wrong.tensions / right.tensions - 1.0, gains, atol=1e-12)
 
 
 def test_zeros_drift_by_their_share_of_the_range() -> None:
@@ -195,7 +198,7 @@ def test_zeros_drift_by_their_share_of_the_range() -> None:
 def test_an_accelerometer_farther_out_shows_the_tangent_there() -> None:
     """The line's angle changes along it by its sag: as with the same place in the description."""
     moved = changed(perfect(), tolerances={"mount_place": 0.1})
-    along = line_sensors(moved.simulation.tolerances, 2, 4).along
+    along = places_along(moved.simulation.tolerances, 2, 4)
     shown = readings_of(LineAngles, moved)[-1].angles
     for i, way in enumerate(along):
         told = changed(perfect(), line_angles={"from_platform": max(0.0, 0.2 + way)})

@@ -14,7 +14,7 @@ from cablewright.errors import InputError, UnknownName
 from cablewright.machine.files import load_machine, machine_text
 from cablewright.machine.log.head import LogHead, read_head, written_head
 from cablewright.machine.log.messages import encode
-from cablewright.machine.sensors import TensionSensor
+from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.settings import ClockSettings
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.severities import OWN, PARTS, SEVERITIES, severity_of, with_severity

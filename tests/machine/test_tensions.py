@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from cablewright.machine.sensors import TensionSensor
-from cablewright.machine.simulated.settings import FaultPlan, TensionFlaws, TwinSettings
+from cablewright.machine.sensors.tensions import TensionSensor
+from cablewright.machine.simulated.sensors.tensions import TensionFlaws
+from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix

@@ -12,7 +12,7 @@ import pytest
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.files import machine_text
 from cablewright.machine.log.messages import encode
-from cablewright.machine.sensors import TensionSensor
+from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import SEVERITIES, with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine

@@ -12,7 +12,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError, require_positive
 from cablewright.reading_times import ReadingTimes
 from cablewright.robot import Robot
-from cablewright.signals import BeamLength, SensorFrame, source_of
+from cablewright.signals import BeamLength, SensorFrame
 
 OUTPUT: Final = "retraction"
 """Name of the machine's output: m/s, positive makes the platform longer."""
@@ -66,7 +66,7 @@ class BeamState:
 def read(settings: BeamSettings, state: BeamState, frame: SensorFrame) -> None:
     """Take the measured length from a frame; *state* changes in place."""
     for reading in frame.of(BeamLength):
-        if math.isfinite(reading.length) and state.times.is_new(source_of(reading), reading.time, frame.time):
+        if math.isfinite(reading.length) and state.times.is_new(reading.source, reading.time, frame.time):
             state.length = min(max(reading.length, settings.least), settings.most)
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Final
 
-from cablewright.signals import Condition, Notice, Reading, Scan, SensorFrame
+from cablewright.signals import Condition, Notice, SensorFrame
 
 _SAME: Final = 1e-6  # of a period: elapsed times that differ by less are a period, told by a clock with rounding
 _LATE: Final = 1.5  # periods after which a step is an overrun
@@ -53,11 +52,5 @@ class FrameClock:
         self._now = now
         readings = frame.readings
         if self._offset or not all(math.isfinite(each.time) for each in readings):
-            readings = tuple(_shifted(each, self._offset) for each in readings if math.isfinite(each.time))
+            readings = tuple(each.stamped(each.stamp + self._offset) for each in readings if math.isfinite(each.time))
         return SensorFrame(now, readings, notices), min(elapsed, _MOST * period)
-
-
-def _shifted(reading: Reading, offset: float) -> Reading:
-    if isinstance(reading, Scan):
-        return replace(reading, begin=reading.begin + offset)
-    return replace(reading, time=reading.time + offset)

@@ -19,7 +19,6 @@ from cablewright.control.stop import StopKind, StopSettings
 from cablewright.errors import InputError, require_positive
 from cablewright.reading_times import ReadingTimes, Timeliness
 from cablewright.signals import (
-    PER_LINE,
     Command,
     Condition,
     Drives,
@@ -30,7 +29,7 @@ from cablewright.signals import (
     SensorFrame,
     Tensions,
     WinchMode,
-    source_of,
+    per_line,
 )
 
 CONFIRMED: Final = 2
@@ -161,7 +160,7 @@ def judge(
         state.ordered = frame.time, command
     for reading in frame.readings:
         if isinstance(reading, Tensions | Encoders | Drives | Inputs):
-            _read(settings, state, source_of(reading), reading, frame.time)
+            _read(settings, state, reading.source, reading, frame.time)
     if any(notice.condition in _STANDING for notice in frame.notices):
         state.uncounted.clear()
     found = _conditions(frame) + _silences(settings, state, frame.time)
@@ -182,7 +181,7 @@ def _read(settings: GuardSettings, state: GuardState, source: str, reading: Read
     if timeliness is Timeliness.OLD:
         return
     m, whole = len(settings.max_tensions), True
-    if any(len(getattr(reading, name)) != m for name in PER_LINE.get(type(reading), ())):
+    if any(len(getattr(reading, name)) != m for name in per_line(type(reading))):
         state.causes[source] = [Cause(f"the {source.replace('_', ' ')} do not tell {m} numbers, one for each line")]
         return
     if isinstance(reading, Tensions):

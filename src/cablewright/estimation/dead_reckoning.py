@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.estimation.body.settings import Cells
+from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.felt_air import FeltAir
 from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace

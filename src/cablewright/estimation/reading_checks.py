@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -24,15 +24,15 @@ from cablewright.estimation.tilt import TiltSettings
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.robot import Line
 from cablewright.signals import (
+    SOURCES,
     Climate,
-    Distance,
     Encoders,
     Inertial,
     LineAngles,
     Reading,
     Scan,
     SensorFrame,
-    source_of,
+    per_line,
 )
 from cablewright.solvers.taut import Taut
 
@@ -42,7 +42,6 @@ _MAX_LEAP: Final = 1e6  # s between two frames, from which the clock was set
 _LONG_STEP: Final = 0.05  # s, of a step in which all lidar turns are processed that arrive in it
 
 _Kind = TypeVar("_Kind", bound=Reading)
-_STAMPED: Final = (Scan, Inertial, LineAngles, Distance)  # by the drum's clock
 _MAX_BAD: Final = 10  # identical or implausible readings in a row before the sensor is rejected
 _MAX_BOUNCE: Final = 1.0  # s in which no acceleration is about gravity, before the sensor is rejected
 
@@ -77,15 +76,13 @@ class ReadingChecks:
 
     def _fits(self, reading: Reading) -> bool:
         """Whether a reading has a number for each line; another one is reported."""
-        if not isinstance(reading, Encoders | LineAngles):
-            return True
-        source, count = (
-            ("encoders", len(reading.counts)) if isinstance(reading, Encoders) else ("line_angles", len(reading.angles))
-        )
-        if count == self.lines:
-            return True
-        self.monitor.report(source, "lines", f"a reading of {count} lines, where there are {self.lines}: not used")
-        return False
+        for name in per_line(type(reading)):
+            count = len(getattr(reading, name))
+            if count != self.lines:
+                why = f"a reading of {count} lines, where there are {self.lines}: not used"
+                self.monitor.report(reading.source, "lines", why)
+                return False
+        return True
 
     def reset(self) -> None:
         """Remove the last readings, because the clock was reset."""
@@ -96,25 +93,21 @@ class ReadingChecks:
 
 def by_machine_clock(clock: ClockLead, readings: tuple[Reading, ...], now: float) -> tuple[Reading, ...]:
     """Return the *readings* of a frame of time *now*, s, those of the drum by the machine's clock, or not at all."""
-    wrong = clock.hear([each.time for each in readings if isinstance(each, _STAMPED)], now)
+    wrong = clock.hear([each.time for each in readings if _is_of_drum(each)], now)
     if wrong < math.inf:
-        readings = tuple(each for each in readings if not (isinstance(each, _STAMPED) and each.time - now > wrong))
-    return tuple(_moved(each, clock.ahead) for each in readings)
+        readings = tuple(each for each in readings if not (_is_of_drum(each) and each.time - now > wrong))
+    return tuple(each.stamped(each.stamp - clock.ahead) if _is_of_drum(each) else each for each in readings)
 
 
-def _moved(reading: Reading, ahead: float) -> Reading:
-    """Return a *reading*, if the drum's clock that is *ahead*, s, stamped it, as the machine's would have."""
-    if isinstance(reading, Scan):
-        return replace(reading, begin=reading.begin - ahead)
-    if isinstance(reading, Inertial | LineAngles | Distance):
-        return replace(reading, time=reading.time - ahead)
-    return reading
+def _is_of_drum(reading: Reading) -> bool:
+    """Whether the drum's clock stamped a reading."""
+    return SOURCES[reading.source].clock == "drum"
 
 
 def accepted(monitor: FaultMonitor, readings: Iterable[_Kind], now: float) -> Iterator[_Kind]:
     """Yield the *readings* that are not ahead of *now*, s, and newer than the last one of their source."""
     for reading in readings:
-        if monitor.is_new(source_of(reading), reading.time, now):
+        if monitor.is_new(reading.source, reading.time, now):
             yield reading
 
 

@@ -1,4 +1,4 @@
-"""What a machine's lines carry, as its owner knows it: a drum below a point, or a body; and a retraction's drive."""
+"""What a machine's lines carry, as its owner knows it: a drum below a point, or a body."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.machine.quantities import Delay, Heavy, Rate, Span, Width
-from cablewright.units import Density, Force, Mass, NonNegative, Positive, Vec3
+from cablewright.machine.quantities import Heavy, Span
+from cablewright.units import Density, Mass, NonNegative, Positive, Vec3
 from cablewright.validation import Description, refusal
 
 
@@ -79,28 +79,3 @@ class Body(_Carrier):
     hopper: Vec3 = (0.0, 0.0, 0.0)
     gyration: tuple[Span, Span, Span] | None = None
     tour: Annotated[tuple[Vec3, ...], Field(max_length=100)] = ()
-
-
-class RetractionDrive(Description):
-    """The drive of a platform's retraction, and the sensor of its length.
-
-    ``max_speed``: m/s; ``max_force``: N along the beam; ``lag``: s. ``moving_mass``: kg of ``empty_mass`` that moves
-    with the platform points, its centre at ``moving_centre``, (3,) m, platform frame, at the ``length``, m, at which
-    the robot's centre of mass and inertia are given too. ``rate``: Hz, and ``deviation``: m, standard deviation of a
-    reading of the length.
-    """
-
-    max_speed: Annotated[float, Field(gt=0.0, le=100.0)]
-    max_force: Positive[Force]
-    lag: Delay = 0.0
-    moving_mass: NonNegative[Mass] = 0.0
-    moving_centre: Vec3 = (0.0, 0.0, 0.0)
-    length: Span | None = None
-    rate: Rate
-    deviation: Width = 0.0
-
-    @model_validator(mode="after")
-    def _place_is_known(self) -> Self:
-        if self.moving_mass and self.length is None:
-            raise refusal("length", "must be given where moving_mass is")
-        return self

@@ -19,6 +19,7 @@ Factor = Annotated[float, Field(ge=1e-6, le=1e9)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Rate = Annotated[float, Field(gt=0.0, le=1e5)]
 Size = Annotated[float, Field(ge=0.0, le=1e6)]
+Times = Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=1000)]  # begin and end of each
 
 
 def require_pairs_rise(key: str, spans: tuple[tuple[float, float], ...], unit: str = "s") -> None:

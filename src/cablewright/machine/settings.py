@@ -6,33 +6,27 @@ What only a simulation has, such as errors of the machine as built, is in `cable
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Self, TypeVar
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from cablewright.errors import InputError
 from cablewright.machine.accuracy import Accuracy
-from cablewright.machine.carriers import Body, Drum, RetractionDrive
+from cablewright.machine.carriers import Body, Drum
 from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
 from cablewright.machine.quantities import Delay, Factor, Share, Span, Time, Width
-from cablewright.machine.sensors import (
-    BarrierSensor,
-    ClimateSensor,
-    DistanceSensor,
-    Encoder,
-    InertialSensor,
-    LidarName,
-    LidarSettings,
-    LineSensor,
-    SwivelSensor,
-    TensionSensor,
-)
+from cablewright.machine.sensors import SENSORS
+from cablewright.machine.sensors.lidars import LidarName, LidarSettings
+from cablewright.machine.sensors.retraction import RetractionDrive
+from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
 from cablewright.printing.beads import Bead
 from cablewright.units import Density, Length, Positive, Torque
 from cablewright.validation import Description, FileDescription, refusal, require_unique_names
 
 MAX_WALLS: Final = 200
 
+_SheetT = TypeVar("_SheetT", bound=SensorSheet)
 _Name = Annotated[str, Field(min_length=1, max_length=100)]
 _Place = tuple[Length, Length]
 _Kind = Literal["simulated", "canopen", "ethercat"]
@@ -124,18 +118,8 @@ class ClockSettings(Description):
     age: Annotated[Delay, Field(le=10.0)] | None = None
 
 
-class MachineSettings(FileDescription):
-    """A machine as its owner knows it. ``period``: s, of one step of its control.
-
-    ``robot``: name of the only robot that it is a machine of; None: any. ``kind``: what it runs on. Lines carry
-    either a ``drum``, below a point platform, or a ``body``.
-    """
-
-    MOVED: ClassVar[Mapping[str, str]] = {
-        **dict.fromkeys(("substep", "quasi_static_period"), "[simulation]"),
-        **{key: f"[simulation.{key}]" for key in ("tolerances", "line", "climate", "wifi", "wire")},
-        "faults": "[[simulation.faults]]",
-    }
+class _BeforeSensors(FileDescription):
+    """What a machine file says before its sensors."""
 
     name: _Name
     robot: _Name | None = None
@@ -150,16 +134,48 @@ class MachineSettings(FileDescription):
     room: RoomSettings
     clock: ClockSettings | None = None
     lidars: dict[LidarName, LidarSettings] = Field(default_factory=dict)
-    inertial: InertialSensor | None = None
-    line_angles: LineSensor | None = None
-    distance: DistanceSensor | None = None
-    encoders: Encoder | None = None
-    climate_sensor: ClimateSensor | None = None
-    barrier: BarrierSensor | None = None
-    load_cells: TensionSensor | None = None
-    motor_torques: TensionSensor | None = None
-    swivels: SwivelSensor | None = None
+
+
+if TYPE_CHECKING:
+    _WithSensors = _BeforeSensors
+else:
+    _WithSensors = create_model(
+        "_WithSensors",
+        __base__=_BeforeSensors,
+        **{each.table: (each.sheet | None, None) for each in SENSORS if each.table not in _BeforeSensors.model_fields},
+    )
+
+
+class MachineSettings(_WithSensors):
+    """A machine as its owner knows it. ``period``: s, of one step of its control.
+
+    ``robot``: name of the only robot that it is a machine of; None: any. ``kind``: what it runs on. Lines carry
+    either a ``drum``, below a point platform, or a ``body``.
+    """
+
+    MOVED: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("substep", "quasi_static_period"), "[simulation]"),
+        **{key: f"[simulation.{key}]" for key in ("tolerances", "line", "climate", "wifi", "wire")},
+        "faults": "[[simulation.faults]]",
+    }
+
     drives: DriveSettings | None = None
+
+    def sensor(self, kind: Sensor[_SheetT]) -> _SheetT | None:
+        """Return the data sheet of a sensor, ``settings.sensor(SWIVELS)``; None: the machine has none."""
+        found: _SheetT | None = getattr(self, kind.table)
+        return found
+
+    @property
+    def tension_sensor(self) -> Sensor[TensionSensor] | None:
+        """The load cells or, without them, the motors whose torques tell tensions; None without both."""
+        return next((each for each in (LOAD_CELLS, MOTOR_TORQUES) if self.sensor(each) is not None), None)
+
+    @property
+    def sheets(self) -> dict[str, SensorSheet]:
+        """The data sheets of all its sensors that are read at a rate, by source."""
+        found = {each.source: self.sensor(each) for each in SENSORS}
+        return {source: sheet for source, sheet in found.items() if sheet is not None}
 
     @model_validator(mode="after")
     def _kind_fits(self) -> Self:

@@ -10,10 +10,14 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.body import filter as of_body
-from cablewright.estimation.body.settings import BodySettings, Cells, Deviations, Swivelling, Tilt
+from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import resumed, start
+from cablewright.estimation.body.updates import UPDATES
+from cablewright.estimation.body.updates.cells import Cells
+from cablewright.estimation.body.updates.update import Update
 from cablewright.machine.coils import coil_of
-from cablewright.machine.sensors import InertialSensor, SwivelSensor
+from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.sensors.retraction import RETRACTION
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -21,9 +25,7 @@ from cablewright.saving import Saved
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.studies.estimator_settings import with_drum_mass
 
-_LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
 _LEAST_UNEVEN: Final = 1e-4  # m
-_LEAST_ZERO: Final = 0.1  # N: ... nor its zero
 
 
 def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> BodySettings:
@@ -31,13 +33,11 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
 
     Raises `InputError` for a machine without encoders.
     """
-    if settings.encoders is None:
+    if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
-    winch, unit = settings.winch, settings.inertial
-    cells = settings.load_cells or settings.motor_torques
-    timeouts = {"encoders": max(0.5, 2.5 / settings.encoders.rate)}
-    used = {_source(settings): cells, "inertial": unit} if sensors else {}
-    timeouts |= {name: max(0.5, 2.5 / each.rate) for name, each in used.items() if each is not None}
+    winch, retraction = settings.winch, settings.sensor(RETRACTION)
+    updates = _updates(settings) if sensors else {}
+    missed = [ENCODERS.source, *(source for source, update in updates.items() if update.MISSED)]
     return BodySettings(
         Model(with_drum_mass(robot, settings)),
         winch.counts * winch.ratio / math.tau,
@@ -45,12 +45,20 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
         winch.held,
         winch.max_speed,
         _deviations(robot, settings),
-        cells_of(settings) if sensors else None,
-        None if unit is None or not sensors else _tilt(unit),
-        None if settings.swivels is None or not sensors else _swivelling(settings.swivels),
-        0.0 if settings.retraction is None else settings.retraction.deviation,
-        timeouts,
+        tuple(updates.values()),
+        0.0 if retraction is None else retraction.deviation,
+        {source: max(0.5, 2.5 / settings.sheets[source].rate) for source in missed},
     )
+
+
+def _updates(settings: MachineSettings) -> dict[str, Update]:
+    """What is told of each sensor that the estimator uses, by source: of several of a kind the first."""
+    sheets, found = settings.sheets, {}
+    for kind in UPDATES:
+        source = next((source.name for source in kind.READING.SOURCES if source.name in sheets), None)
+        if source is not None:
+            found[source] = kind.told(source, sheets[source])
+    return found
 
 
 def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
@@ -63,28 +71,9 @@ def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
     return Deviations(uneven=uneven, uneven_length=length, **known)
 
 
-def _swivelling(swivels: SwivelSensor) -> Swivelling:
-    return Swivelling(max(swivels.deviation, 1e-5), max(swivels.bias, 1e-5))
-
-
 def cells_of(settings: MachineSettings) -> Cells | None:
     """Return what is known of a machine's load cells or, without them, of its motors' torques; None without both."""
-    cells = settings.load_cells or settings.motor_torques
-    if cells is None:
-        return None
-    noise, zero = max(cells.deviation, _LEAST_ZERO), max(cells.bias, _LEAST_ZERO)
-    return Cells(_source(settings), noise, zero, max(cells.gain_deviation, _LEAST_GAIN))
-
-
-def _source(settings: MachineSettings) -> str:
-    return "load_cells" if settings.load_cells is not None else "motor_torques"
-
-
-def _tilt(unit: InertialSensor) -> Tilt:
-    least = 1e-4  # m/s^2 and rad
-    return Tilt(
-        *(max(each, least) for each in (unit.acceleration_deviation, unit.acceleration_bias, unit.turn_deviation))
-    )
+    return next((each for each in _updates(settings).values() if isinstance(each, Cells)), None)
 
 
 class BodyEstimator:

@@ -24,17 +24,22 @@ from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.machine.coils import coil_of
-from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.sensors.distance import DISTANCE
+from cablewright.machine.sensors.inertial import INERTIAL
+from cablewright.machine.sensors.lidars import LidarSettings
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, RoomSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
-from cablewright.signals import Estimate, SensorFrame
+from cablewright.signals import Climate, Distance, Encoders, Estimate, Inertial, LineAngles, Reading, SensorFrame
 
 _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
 _TOLERANCE: Final = 1e-6  # m, of faces on one line
 _RADIUS_BOUNDS: Final = (0.8, 1.5)  # times the bare drum's radius
 _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
 _HORIZONTAL: Final = ("north", "south")
+_READ: Final[tuple[type[Reading], ...]] = (Inertial, LineAngles, Distance, Encoders, Climate)
+"""What the filter and the chain read besides turns of lidars, and miss where it is silent."""
 
 
 def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> ObserverSettings:
@@ -48,7 +53,8 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     for laser in lasers:
         walls.index(laser.wall)
     mounted = {name: settings.lidars[name] for name in _HORIZONTAL if name in settings.lidars}
-    if not mounted or settings.line_angles is None:
+    sensor = settings.sensor(LINE_ANGLES)
+    if not mounted or sensor is None:
         missing = "line_angles" if mounted else "horizontal lidar"
         raise InputError(f"machine {settings.name!r}: has no {missing}, which the estimation needs")
     nominal = [line.winch.drum_radius for line in robot.lines]
@@ -60,9 +66,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
         model=model,
         walls=WallSettings(walls, tuple(_lidar(name, lidar, walls) for name, lidar in mounted.items())),
         lidars=tuple(mounted),
-        slackness=SlacknessSettings(
-            model, settings.line_angles.from_platform, timeout=max(0.5, 2.5 / settings.line_angles.rate)
-        ),
+        slackness=SlacknessSettings(model, sensor.from_platform, timeout=max(0.5, 2.5 / sensor.rate)),
         radius=RadiusSettings(radii, _RADIUS_BOUNDS[0] * min(radii), _RADIUS_BOUNDS[1] * max(radii)),
         counts_per_radian=winch.counts * winch.ratio / math.tau,
         height=None
@@ -87,7 +91,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
 def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> StartedSettings:
     """Return the settings of the filter and of the chain that starts it; raises errors as `observer_settings`."""
     chain = observer_settings(robot, settings, lasers)
-    winch, inertial, vertical = settings.winch, settings.inertial, settings.lidars.get("vertical")
+    winch, inertial, vertical = settings.winch, settings.sensor(INERTIAL), settings.lidars.get("vertical")
     bare = min(chain.radius.nominal)
     walk = winch.radius_deviation * math.sqrt(2.0 / (winch.radius_turns * math.tau)) / bare  # per root radian
     sigmas: dict[str, float] = {"radius_noise": walk} if walk > 0.0 else {}
@@ -101,10 +105,11 @@ def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[L
         }
     if vertical is not None:
         sigmas["height_bias_sigma"] = max(vertical.bias, 1e-4)
-    if settings.distance is not None:
-        sigmas["distance_sigma"] = max(settings.distance.deviation, 1e-4)
-    if settings.line_angles is not None:
-        sigmas["zero_sigma"] = settings.line_angles.bias
+    distance, line_angles = settings.sensor(DISTANCE), settings.sensor(LINE_ANGLES)
+    if distance is not None:
+        sigmas["distance_sigma"] = max(distance.deviation, 1e-4)
+    if line_angles is not None:
+        sigmas["zero_sigma"] = line_angles.bias
     coils = [coil_of(line, winch) for line in robot.lines]
     layers = CoilLayers(coils, winch.held, winch.pitch, winch.radius_deviation, winch.radius_turns)
     return StartedSettings(chain, FilterSettings(chain, **sigmas, layers=layers))
@@ -209,11 +214,7 @@ def _masked(lidar: LidarSettings, bearing: float) -> bool:
 def _timeouts(settings: MachineSettings) -> dict[str, float]:
     """Time without a reading, s, by source, after which a fault is reported."""
     timeouts = {name: 2.5 * lidar.turn for name, lidar in settings.lidars.items()}
-    sensors = {
-        "inertial": settings.inertial,
-        "line_angles": settings.line_angles,
-        "distance": settings.distance,
-        "encoders": settings.encoders,
-        "climate": settings.climate_sensor,
+    used = {source.name for kind in _READ for source in kind.SOURCES}
+    return timeouts | {
+        source: max(0.5, 2.5 / sheet.rate) for source, sheet in settings.sheets.items() if source in used
     }
-    return timeouts | {name: max(0.5, 2.5 / sensor.rate) for name, sensor in sensors.items() if sensor is not None}

@@ -20,6 +20,7 @@ from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.machine.coils import coil_of
+from cablewright.machine.sensors.encoders import ENCODERS
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -93,7 +94,7 @@ def estimator(
 
 def reckoning_of(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
     """Return the settings of dead reckoning. Raises `InputError` for a machine without encoders."""
-    if settings.encoders is None:
+    if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
     winch = settings.winch
     coils = tuple(coil_of(line, winch) for line in robot.lines)

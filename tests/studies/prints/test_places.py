@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.errors import AnswerError, InputError
 from cablewright.estimation import dead_reckoning
-from cablewright.machine.sensors import TensionSensor
+from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine

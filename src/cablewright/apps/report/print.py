@@ -39,6 +39,7 @@ from cablewright.apps.report.viewer import script, stylesheet, view
 from cablewright.apps.web.print_scene import print_scene, structure_mesh
 from cablewright.arrays import Array
 from cablewright.file_output import write_whole
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.studies.prints.result import PrintRecord
 
 Pictures = dict[str, bytes]
@@ -160,7 +161,7 @@ def _wear(found: PrintRecord, pictures: Pictures) -> Iterator[Html]:
     if "ringing" in pictures:
         yield picture(pictures["ringing"], *_CAPTIONS["ringing"])
     else:
-        rate = found.head.settings.line_angles
+        rate = found.head.settings.sensor(LINE_ANGLES)
         why = (
             "the machine has no sensors on its lines"
             if rate is None

@@ -12,10 +12,10 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.estimation.body import diagnosis, measurement
-from cablewright.estimation.body.measurement import Slopes
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
 from cablewright.estimation.body.unknowns import load, wind
+from cablewright.estimation.body.updates.update import Slopes
 
 _ROUNDS: Final = 8
 _SAME: Final = 3e-5  # m: by less than this no length moves any more
@@ -35,10 +35,10 @@ def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Sl
     measured = None if slopes is None else measurement.measurement_of(settings, state, slopes, acceleration)
     if slopes is None or measured is None or not diagnosis.fits(settings, state, measured, acceleration):
         return slopes
-    before, base, covariance = state.unknowns.copy(), measurement.predictions(state), state.covariance
+    before, base, covariance = state.unknowns.copy(), measurement.predictions(settings, state), state.covariance
     for _ in range(_ROUNDS):
         gain, after = measurement.gain_of(covariance, measured)
-        innovation = measured.innovation + (base - measurement.predictions(state))[measured.rows]
+        innovation = measured.innovation + (base - measurement.predictions(settings, state))[measured.rows]
         goal = before + gain @ (innovation - measured.gradients @ (before - state.unknowns))
         moved = float(np.abs(state.gradients @ (goal - state.unknowns)).max())
         share = min(1.0, _LONGEST / max(moved, 1e-12))

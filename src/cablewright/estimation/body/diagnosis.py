@@ -17,9 +17,10 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.estimation.body import broken
 from cablewright.estimation.body.broken import Hanging
-from cablewright.estimation.body.measurement import Measurement, predicted_tilt
+from cablewright.estimation.body.measurement import Measurement
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, Contradiction
+from cablewright.estimation.body.updates.update import Equilibrium
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.taut import taut_of_body
 
@@ -49,16 +50,6 @@ class Cause(NamedTuple):
     line: int
     shift: float = 0.0
     hangs: Hanging | None = None
-
-
-def read(settings: BodySettings, state: BodyState, tensions: Array) -> None:
-    """Watch the readings of the cells for one that is silent."""
-    silent = np.isnan(tensions)
-    for i in np.flatnonzero(silent != state.silent):
-        name = settings.model.robot.lines[i].name
-        what = f"the cell of line {name} gives no reading"
-        state.monitor.set("load_cells", f"silent {name}", what, active=bool(silent[i]))
-    state.silent = silent
 
 
 def fits(settings: BodySettings, state: BodyState, measured: Measurement, acceleration: float) -> bool:
@@ -216,8 +207,7 @@ def _lines(settings: BodySettings, state: BodyState, measured: Measurement, inve
         if np.isfinite(row[k]):
             found.append(_refined(settings, state, measured, inverse, here, i, k))
         for rest in broken.hanging_without(settings.model.robot, state.lengths, i, state.pose, state.retraction):
-            after = np.concatenate([rest.tensions, _shown(state, rest.pose)])
-            after[m + 2 + i] = np.nan  # nobody knows how a broken line hangs
+            after = _shown(settings, state, rest.pose, rest.tensions, i)
             found.append(Cause(float(_left(measured, inverse, here, after[None])[0]), "break", i, hangs=rest))
     return found
 
@@ -236,7 +226,7 @@ def _refined(
 
 
 def _solved(settings: BodySettings, state: BodyState, lengths: Array) -> Array:
-    """Tensions, tilt and swivels (k, 2 m + 2) at *lengths* (k, m), from the present pose; NaN: nothing is found."""
+    """What the sensors show (k, s) at *lengths* (k, m), from the present pose; NaN: nothing is found."""
     model, retraction = settings.model, None if math.isnan(state.retraction) else np.array([state.retraction])
     rows = len(lengths)
     found = solve_forward(
@@ -245,17 +235,20 @@ def _solved(settings: BodySettings, state: BodyState, lengths: Array) -> Array:
         guess=np.repeat(state.pose[None], rows, axis=0),
         retraction=None if retraction is None else np.repeat(retraction, rows),
     )
-    return np.concatenate([found.tensions, np.array([_shown(state, pose) for pose in found.pose])], axis=1)
+    return np.array([_shown(settings, state, *there) for there in zip(found.pose, found.tensions, strict=True)])
 
 
-def _shown(state: BodyState, pose: Array) -> Array:
-    """Tilt and swivels (m + 2) at a *pose* (6,)."""
+def _shown(
+    settings: BodySettings, state: BodyState, pose: Array, tensions: Array, broken_line: int | None = None
+) -> Array:
+    """What the sensors show (s,) at an equilibrium: *pose* (6,) and *tensions* (m,), perhaps without a line."""
     planes = taut_of_body(state.tracker.packed.lines, pose).planes
-    return np.concatenate([predicted_tilt(pose), np.arctan2(planes[:, 1], planes[:, 0])])
+    there = Equilibrium(pose, tensions, planes, broken_line)
+    return np.concatenate([sensor.shown(there) for sensor in settings.sensors])
 
 
 def _left(measured: Measurement, inverse: Array, here: Array, after: Array) -> Array:
-    """What is left (k,) of the contradiction where predictions were *after* (k, 2 m + 2), not *here* (1, 2 m + 2).
+    """What is left (k,) of the contradiction where predictions were *after* (k, s), not *here* (1, s).
 
     Where they are not known, nothing is left.
     """

@@ -17,26 +17,14 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array
 from cablewright.estimation.body import counts, diagnosis, measurement
 from cablewright.estimation.body.correction import correct
-from cablewright.estimation.body.measurement import Slopes
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
+from cablewright.estimation.body.updates.update import Slopes
 from cablewright.estimation.reading_checks import accepted
 from cablewright.models.rotation import motion_between
-from cablewright.signals import (
-    BeamLength,
-    Climate,
-    Encoders,
-    Estimate,
-    Inertial,
-    SensorFrame,
-    Swivels,
-    Tensions,
-    frozen,
-)
+from cablewright.signals import BeamLength, Climate, Encoders, Estimate, SensorFrame, frozen, per_line
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
-_SHAKING_TIME: Final = 1.0  # s over which the platform's swing is watched
-_SUDDEN: Final = 0.2  # share of one change of the specific force that counts at once
 _CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do not show
 
 
@@ -58,7 +46,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         state.creep.read(climate)
     state.creep.advance(state.tensions, frame.time, settings.interval)
     _smooth_velocity(settings, state, before, dt)
-    _read_forces(settings, state, frame)
+    _read_sensors(settings, state, frame)
     slopes = None
     if frame.time - state.window.begin >= settings.interval - 1e-9 and found:
         slopes = _measure(settings, state)
@@ -94,38 +82,14 @@ def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt
     state.velocity = state.velocity + min(1.0, dt / settings.smoothing_time) * (moved - state.velocity)
 
 
-def _read_forces(settings: BodySettings, state: BodyState, frame: SensorFrame) -> None:
-    """Add the readings of load cells, inertial unit and swivels to the window, less what is predicted of them."""
-    expected, m = measurement.predictions(state), state.layout.m
-    if settings.cells is not None:
-        for reading in accepted(state.monitor, frame.of(Tensions), frame.time):
-            if reading.source == settings.cells.source and len(reading.tensions) == m:
-                state.window.tensions.append(reading.tensions - expected[:m])
-                diagnosis.read(settings, state, reading.tensions)
-    if settings.tilt is not None:
-        for unit in accepted(state.monitor, frame.of(Inertial), frame.time):
-            size = math.sqrt(float(unit.acceleration @ unit.acceleration))
-            if size > 0.0:
-                state.window.tilts.append(unit.acceleration[:2] / size - expected[m : m + 2])
-                _shake(state, unit.acceleration, unit.time)
-    if settings.swivels is not None:
-        for turned in accepted(state.monitor, frame.of(Swivels), frame.time):
-            if len(turned.angles) == m:
-                off = turned.angles - expected[m + 2 :]
-                state.window.swivels.append(np.arctan2(np.sin(off), np.cos(off)))
-
-
-def _shake(state: BodyState, force: Array, now: float) -> None:
-    """Follow the mean of the specific force, and how much it changes: a platform that swings."""
-    if state.specific_force is None:
-        state.specific_force, state.shaken_at = force.copy(), now
-        return
-    share = min(1.0, (now - state.shaken_at) / _SHAKING_TIME)
-    state.shaken_at = now
-    change = force - state.specific_force
-    state.specific_force = state.specific_force + share * change
-    size = float(change @ change)
-    state.shaking = max(state.shaking + share * (size - state.shaking), _SUDDEN * size)
+def _read_sensors(settings: BodySettings, state: BodyState, frame: SensorFrame) -> None:
+    """Add the readings of all sensors but encoders to the window, less what is predicted of them."""
+    for sensor, expected in zip(settings.sensors, measurement.predicted(settings, state), strict=True):
+        for reading in accepted(state.monitor, frame.of(sensor.READING), frame.time):
+            whole = all(len(getattr(reading, name)) == state.layout.m for name in per_line(sensor.READING))
+            shown = sensor.read(settings, state, reading) if whole else None
+            if shown is not None:
+                state.window.readings.setdefault(sensor, []).append(sensor.wrapped(shown - expected))
 
 
 def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
@@ -135,8 +99,7 @@ def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
     change = (state.velocity - begun)[:3] / max(passed, 1e-9)
     slopes = correct(settings, state, math.sqrt(float(change @ change) + state.shaking) + _CALM)
     window.begin, window.velocity = state.time, state.velocity.copy()
-    for each in (window.tensions, window.tilts, window.swivels):
-        each.clear()
+    window.readings.clear()
     return slopes
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cablewright.errors import InputError, require_positive
+from cablewright.estimation.body.updates.update import Update
 from cablewright.models.coil import Coil
 from cablewright.models.statics import Model
 
@@ -39,52 +40,13 @@ class Deviations:
         require_positive(**{name: value for name, value in vars(self).items() if value is not None})
 
 
-@dataclass(frozen=True)
-class Cells:
-    """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name."""
-
-    source: str
-    deviation: float
-    zero: float
-    gain: float
-
-    def __post_init__(self) -> None:
-        """Raise `InputError` for numbers that are not positive and finite."""
-        require_positive(deviation=self.deviation, zero=self.zero, gain=self.gain)
-
-
-@dataclass(frozen=True)
-class Tilt:
-    """The accelerometer: noise and bias, m/s^2, and turn of its mounting, rad, standard deviations."""
-
-    deviation: float
-    bias: float
-    turn: float
-
-    def __post_init__(self) -> None:
-        """Raise `InputError` for numbers that are not positive and finite."""
-        require_positive(**vars(self))
-
-
-@dataclass(frozen=True)
-class Swivelling:
-    """Encoders of the swivelling sheaves: noise and zero, rad, standard deviations."""
-
-    deviation: float
-    zero: float
-
-    def __post_init__(self) -> None:
-        """Raise `InputError` for numbers that are not positive and finite."""
-        require_positive(**vars(self))
-
-
 @dataclass(frozen=True, eq=False)
 class BodySettings:
     """The machine as described.
 
     ``counts_per_radian``: encoder counts for a radian of a winch drum. ``coils``: each winch's cable, wound regularly.
-    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``cells``, ``tilt``,
-    ``swivels``: None where there are none, or where they are not to be used. ``beam_deviation``: m, of a
+    ``total_length``: m of cable of a winch, wound and paid out. ``max_drum_speed``: rad/s. ``sensors``: what
+    is told of those that are used besides encoders, in the order of `UPDATES`. ``beam_deviation``: m, of a
     reading of the length of a platform that retracts. ``interval``: s of readings that are one measurement.
     ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
     """
@@ -95,9 +57,7 @@ class BodySettings:
     total_length: float
     max_drum_speed: float
     deviations: Deviations = field(default_factory=Deviations)
-    cells: Cells | None = None
-    tilt: Tilt | None = None
-    swivels: Swivelling | None = None
+    sensors: tuple[Update, ...] = ()
     beam_deviation: float = 0.0
     timeouts: dict[str, float] = field(default_factory=lambda: {"encoders": 0.5})
     interval: float = 0.1

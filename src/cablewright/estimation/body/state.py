@@ -13,6 +13,7 @@ from cablewright.errors import Status
 from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.unknowns import BodyLayout, prior
+from cablewright.estimation.body.updates.update import Update
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.kernels.layout import Packed
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
@@ -28,9 +29,7 @@ class Window:
     """Readings less what was predicted of them, since the last measurement."""
 
     begin: float = math.nan  # s
-    tensions: list[Array] = field(default_factory=list)  # (m,) N each
-    tilts: list[Array] = field(default_factory=list)  # (2,) each
-    swivels: list[Array] = field(default_factory=list)  # (m,) rad each
+    readings: dict[Update, list[Array]] = field(default_factory=dict)  # (k,) each
     velocity: Array | None = None  # (3,) m/s, at its begin
 
 
@@ -138,7 +137,7 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
     if lengths is None:
         lengths = solve_inverse(model, pose).checked().lengths
     tracker = _tracker_near(model, lengths, pose)
-    layout = BodyLayout(model.m)
+    layout = BodyLayout(model.m, settings.sensors)
     wound = [
         coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
     ]

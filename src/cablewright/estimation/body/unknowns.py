@@ -10,6 +10,7 @@ hysteresis, with the load.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import Final
 
@@ -18,6 +19,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.estimation.body.creep import UNSURE
 from cablewright.estimation.body.settings import BodySettings
+from cablewright.estimation.body.updates.update import Update
 
 _COMPLIANCE: Final = 1e-6  # m/N, of a mount that nobody describes, assumed: what the severity `typical` has
 _SAME_CABLE: Final = 0.9  # assumed: correlation of how far the creep of two lines, of one kind of cable, is off ...
@@ -25,18 +27,21 @@ _SAME_FRAME: Final = 0.5  # ... of two mounts, and of the hysteresis of two line
 
 
 class BodyLayout:
-    """Places of the unknowns in the state, for *m* lines: slices."""
+    """Places of the unknowns in the state, for *m* lines: slices. ``own``: of further sensors, by their updates."""
 
-    def __init__(self, m: int) -> None:
+    def __init__(self, m: int, sensors: Iterable[Update] = ()) -> None:
         """Home lengths first, then radii, exit points by line, uneven lengths, gains, zeros, tilt, load, swivels.
 
-        Then hysteresis and creep. What softens lines comes last, softness of cables and mounts: that is in the
-        equilibrium, and no part of the lengths.
+        Then hysteresis and creep. What softens lines comes then, softness of cables and mounts: that is in the
+        equilibrium, and no part of the lengths. Unknowns of further *sensors* come last.
         """
-        bounds = np.cumsum([0, m, m, 3 * m, m, m, m, 2, 6, m, m, m, m, m]).tolist()
+        further = [sensor for sensor in sensors if sensor.UNKNOWNS]
+        counts = [0, m, m, 3 * m, m, m, m, 2, 6, m, m, m, m, m, *(sensor.UNKNOWNS for sensor in further)]
+        bounds = np.cumsum(counts).tolist()
         parts = [slice(low, high) for low, high in pairwise(bounds)]
         self.home, self.radius, self.exit, self.uneven, self.gain, self.zero = parts[:6]
-        self.tilt, self.load, self.swivel, self.hysteresis, self.creep, self.softness, self.mount = parts[6:]
+        self.tilt, self.load, self.swivel, self.hysteresis, self.creep, self.softness, self.mount = parts[6:13]
+        self.own = {type(sensor): part for sensor, part in zip(further, parts[13:], strict=True)}
         self.laws = slice(self.creep.start, self.mount.stop)
         self.m, self.size = m, bounds[-1]
 
@@ -53,13 +58,8 @@ def prior(settings: BodySettings, layout: BodyLayout) -> Array:
     variances[layout.radius] = told.drum_radius**2
     variances[layout.exit] = told.exit_point**2
     variances[layout.uneven] = told.uneven**2
-    if settings.swivels is not None:
-        variances[layout.swivel] = settings.swivels.zero**2
-    if settings.cells is not None:
-        variances[layout.gain], variances[layout.zero] = settings.cells.gain**2, settings.cells.zero**2
-    if settings.tilt is not None:
-        gravity = settings.model.robot.scene.gravity
-        variances[layout.tilt] = settings.tilt.turn**2 + (settings.tilt.bias / gravity) ** 2
+    for sensor in settings.sensors:
+        sensor.set_prior(settings, layout, variances)
     variances[layout.load] = np.array([0.0, 0.0, told.mass, told.centre, told.centre, 0.0]) ** 2 * weight**2
     variances[layout.creep] = 1.0
     variances[layout.softness] = told.hysteresis**2  # as wide as the loop after a change by the mean load

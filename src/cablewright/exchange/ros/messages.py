@@ -6,7 +6,7 @@ Fields that are left out are zero. SI and radians, as ROS has them; a line is a 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -17,8 +17,9 @@ from cablewright.machine.log.fields import XYZ
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry
 from cablewright.machine.log.views import Views, quaternion
+from cablewright.machine.sensors import SENSORS
 from cablewright.models.rotation import matrix_of
-from cablewright.signals import Encoders, Estimate, Inertial, Scan, Tensions, Truth
+from cablewright.signals import READINGS, SOURCES, Encoders, Estimate, Inertial, Reading, Scan, Source, Truth, per_line
 
 Fields = Mapping[str, Any]
 
@@ -28,6 +29,11 @@ _LETTERS: Final = 0.02  # ... and height of names, which Foxglove has in pixels
 _KINDS: Final = {"cubes": 1, "spheres": 2, "cylinders": 3}  # types of Marker
 _END: Final = 10**9 << 31  # ns
 _LINE_STRIP, _LINE_LIST, _TEXT = 4, 5, 9
+_EFFORT: Final = "N"  # unit of a joint that slides
+
+
+def _topics(sources: Iterable[Source]) -> str:
+    return ", ".join(source.topic for source in sources)
 
 
 class RosMessage(NamedTuple):
@@ -39,9 +45,19 @@ class RosMessage(NamedTuple):
     fields: Fields
 
 
+_SHOWN: Final = (Scan, Inertial, Encoders)
+_LEFT: Final = [
+    source
+    for kind in READINGS
+    if kind not in _SHOWN and all(mark.unit != _EFFORT for mark in per_line(kind).values())
+    for source in kind.SOURCES
+]
+_OTHERS: Final = "/command, /order, /progress, notices of frames"
+_SENSORS: Final = {sensor.source for sensor in SENSORS}
+
 LEFT_OUT: Final = (
-    "/line_angles, /swivels, /distance, /climate, /barrier, /retraction: ROS has no message for such sensors",
-    "/drives, /inputs, /command, /order, /progress, notices of frames: of cablewright's own types",
+    f"{_topics(each for each in _LEFT if each.name in _SENSORS)}: ROS has no message for such sensors",
+    f"{_topics(each for each in _LEFT if each.name not in _SENSORS)}, {_OTHERS}: of cablewright's own types",
 )
 """What of a log no message has, a sentence each."""
 
@@ -86,7 +102,7 @@ class RosMessages:
         sec, nanosec = divmod(self._time(time), 1_000_000_000)
         return {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": frame}
 
-    def _reading(self, reading: object) -> Iterator[RosMessage]:
+    def _reading(self, reading: Reading) -> Iterator[RosMessage]:
         if isinstance(reading, Scan):
             yield self._scan(reading)
         elif isinstance(reading, Inertial):
@@ -101,8 +117,10 @@ class RosMessages:
         elif isinstance(reading, Encoders):
             turns = np.asarray(reading.counts * (math.tau / self._head.settings.winch.counts))
             yield self._joints("/motors", reading.time, position=turns)
-        elif isinstance(reading, Tensions):
-            yield self._joints(f"/tensions/{reading.source}", reading.time, effort=reading.tensions)
+        else:
+            for name, mark in per_line(type(reading)).items():
+                if mark.unit == _EFFORT:
+                    yield self._joints(SOURCES[reading.source].topic, reading.time, effort=getattr(reading, name))
 
     def _scan(self, scan: Scan) -> RosMessage:
         lidar = {str(name): each for name, each in self._head.settings.lidars.items()}.get(scan.source)

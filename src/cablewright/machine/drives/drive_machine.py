@@ -22,6 +22,9 @@ from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import DriveSettings
 from cablewright.machine.drives.strays import StrayWatch, slipping
 from cablewright.machine.interface import RESET, Abilities, check_command
+from cablewright.machine.sensors.barrier import BARRIER
+from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.sensors.tensions import MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.signals import (
     ORDER_LIFE,
@@ -415,11 +418,11 @@ def _sensors(drives: DriveSettings) -> frozenset[str]:
 
 def _require_tensions(settings: MachineSettings, drives: DriveSettings) -> None:
     """Raise `InputError` where tensions are not read, or the file has sensors that nobody reads."""
-    if settings.motor_torques is None:
+    if settings.sensor(MOTOR_TORQUES) is None:
         why = "drives are enabled only where tensions are read; add the table: they tell their torque"
         raise InputError(f"machine {settings.name!r}: no [motor_torques]: {why}")
-    if settings.encoders is None:
+    if settings.sensor(ENCODERS) is None:
         raise InputError(f"machine {settings.name!r}: no [encoders]: the drives' positions are read by it; add it")
-    if settings.barrier is not None and drives.inputs.barrier is None:
+    if settings.sensor(BARRIER) is not None and drives.inputs.barrier is None:
         why = "no bit of the drives' inputs is it: give drives.inputs.barrier, or leave the table out"
         raise InputError(f"machine {settings.name!r}: [barrier]: {why}")

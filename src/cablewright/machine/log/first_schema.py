@@ -6,19 +6,16 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from cablewright.errors import InputError
-from cablewright.machine import carriers, sensors, settings
+from cablewright.machine import carriers, settings
+from cablewright.machine.sensors import SENSORS
+from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.validation import Description
 
 _TABLES: Final[Mapping[str, type[Description]]] = {
     "drum": carriers.Drum,
     "winch": settings.WinchSettings,
     "room": settings.RoomSettings,
-    "inertial": sensors.InertialSensor,
-    "line_angles": sensors.LineSensor,
-    "distance": sensors.DistanceSensor,
-    "encoders": sensors.Encoder,
-    "climate_sensor": sensors.ClimateSensor,
-    "barrier": sensors.BarrierSensor,
+    **{each.table: each.sheet for each in SENSORS if each.sheet.MOVED},
 }
 
 
@@ -42,7 +39,7 @@ def from_first_schema(head: Mapping[str, Any]) -> dict[str, Any]:
             simulation[name] = _taken(owner[name], kind)
     if isinstance(owner.get("lidars"), dict):
         lidars = {name: dict(lidar) for name, lidar in owner["lidars"].items() if isinstance(lidar, dict)}
-        simulation["lidars"] = {name: _taken(lidar, sensors.LidarSettings) for name, lidar in lidars.items()}
+        simulation["lidars"] = {name: _taken(lidar, LidarSettings) for name, lidar in lidars.items()}
         owner["lidars"] = owner["lidars"] | lidars
     walk, winch = simulation.get("winch", {}), owner.get("winch")
     if isinstance(winch, dict) and {"radius_walk", "walk_turns"} <= walk.keys():  # the filter's belief was the truth

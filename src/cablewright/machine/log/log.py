@@ -22,7 +22,6 @@ from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
 from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
 from cablewright.machine.log.views import VIEWS, Views
 from cablewright.signals import (
-    PER_LINE,
     Command,
     Condition,
     Estimate,
@@ -33,6 +32,7 @@ from cablewright.signals import (
     Scan,
     SensorFrame,
     Truth,
+    per_line,
 )
 
 SCHEMAS: Final = {each.topic: (each.schema, each.content) for each in TOPICS} | VIEWS
@@ -282,7 +282,7 @@ def _entry(time: float, notices: tuple[Notice, ...], signals: Sequence[Signal | 
 
 def _require_lines(signal: object, lines: int, origin: str) -> None:
     """Raise `InputError` where a signal has numbers of another count of *lines* than the robot of the head."""
-    for name in PER_LINE.get(type(signal), ()):
+    for name in per_line(type(signal)):
         given = len(getattr(signal, name))
         if given != lines:
             kind = type(signal).__name__

@@ -15,10 +15,10 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.machine.log.fields import NOTICES, XYZ, XYZW, read_object
 from cablewright.machine.log.topics import TOPICS, Signal, Topic
-from cablewright.signals import Encoders, Inertial, Scan, SensorFrame, Tensions, frozen
+from cablewright.signals import SOURCES, Encoders, Inertial, Reading, Scan, SensorFrame, frozen
 
 _BY_NAME: Final = {each.topic: each for each in TOPICS}
-_BY_SIGNAL: Final = {each.signal: each for each in TOPICS}
+_BY_SIGNAL: Final = {each.signal: each for each in TOPICS if not each.source}
 _MAX_RANGE: Final = 99.99  # m, of ranges that are written by table ...
 _STEPS: Final = 1e5  # ... in steps of 10 um: so many a metre
 _NOT_TURNED: Final = XYZW.write((0.0, 0.0, 0.0, 1.0))
@@ -29,17 +29,17 @@ def encode(signal: Signal, lines: Sequence[str], counts_per_turn: int, epoch: in
 
     *epoch*: time 0, ns since 1970, for the stamps that others read.
     """
+    topic = _BY_NAME[SOURCES[signal.source].topic] if isinstance(signal, Reading) else _BY_SIGNAL[type(signal)]
     match signal:
-        case Tensions():
-            return f"/tensions/{signal.source}", _dump(_plain(signal, _BY_NAME[f"/tensions/{signal.source}"]))
         case Scan():
-            return f"/scan/{signal.source}", _scan(signal, epoch)
+            data = _scan(signal, epoch)
         case Inertial():
-            return "/imu", _dump(_imu(signal, epoch))
+            data = _dump(_imu(signal, epoch))
         case Encoders():
-            return "/encoders", _dump(_joints(signal, lines, counts_per_turn, epoch))
-    topic = _BY_SIGNAL[type(signal)]
-    return topic.topic, _dump(_plain(signal, topic))
+            data = _dump(_joints(signal, lines, counts_per_turn, epoch))
+        case _:
+            data = _dump(_plain(signal, topic))
+    return topic.topic, data
 
 
 def _plain(signal: Signal, topic: Topic) -> dict[str, Any]:
@@ -71,12 +71,9 @@ def decode(name: str, data: bytes, origin: str) -> Signal | SensorFrame | None:
     except ValueError as reason:
         raise InputError(f"{origin}: a message of {name}: {reason}") from None
     if topic.signal is Scan:
-        found |= {
-            "source": name.rpartition("/")[2],
-            "ranges": frozen(np.where(found["ranges"], found["ranges"], np.nan)),
-        }
-    elif topic.signal is Tensions:
-        found |= {"source": name.rpartition("/")[2]}
+        found["ranges"] = frozen(np.where(found["ranges"], found["ranges"], np.nan))
+    if issubclass(topic.signal, Reading) and len(topic.signal.SOURCES) > 1:
+        found["source"] = topic.source
     return topic.signal(**{topic.renamed.get(key, key): value for key, value in found.items()})
 
 

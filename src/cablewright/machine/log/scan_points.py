@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.models.rotation import matrix_of
 from cablewright.signals import Scan
 

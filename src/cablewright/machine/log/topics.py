@@ -1,5 +1,7 @@
 """The channels of a log: their signals, and the fields and JSON schemas of their messages.
 
+The channel of a sensor follows from the declaration of its reading: topic, name, and the types of its fields.
+
 Scans, inertial readings and encoders have the schemas that Foxglove draws by itself (foxglove.LaserScan, and ROS'
 sensor_msgs/Imu and JointState); further keys hold what those lack.
 """
@@ -7,8 +9,10 @@ sensor_msgs/Imu and JointState); further keys hold what those lack.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from dataclasses import fields
+from typing import Annotated, Any, Final, NamedTuple, get_type_hints
 
+from cablewright.arrays import Array
 from cablewright.machine.log.fields import (
     ARGUMENTS,
     CLOSED,
@@ -40,24 +44,19 @@ from cablewright.machine.log.fields import (
     object_schema,
 )
 from cablewright.signals import (
-    Barrier,
-    BeamLength,
-    Climate,
+    OR_NAN,
+    READINGS,
     Command,
-    Distance,
-    Drives,
+    DriveState,
     Encoders,
     Estimate,
     Inertial,
-    Inputs,
-    LineAngles,
     Order,
     Progress,
     Reading,
     Scan,
     SensorFrame,
-    Swivels,
-    Tensions,
+    Source,
     Truth,
 )
 
@@ -74,6 +73,7 @@ class Topic(NamedTuple):
     signal: type[Signal | SensorFrame]
     kinds: Mapping[str, Kind]
     renamed: Mapping[str, str] = {}  # attributes whose name differs from the key
+    source: str = ""  # of a reading
 
 
 def _plain(
@@ -121,41 +121,47 @@ _JOINTS: Final = object_schema(
 _SCAN_KINDS: Final = {"ranges": NUMBERS, **dict.fromkeys(("time", "ray_period", "start_angle", "angle_step"), NUMBER)}
 _SCAN_NAMES: Final = {"time": "begin", "ray_period": "period", "start_angle": "first_angle"}
 
-TOPICS: Final = (
-    *(
-        Topic(f"/scan/{name}", "foxglove.LaserScan", _SCAN, Scan, _SCAN_KINDS, _SCAN_NAMES)
-        for name in ("north", "south", "vertical")
-    ),
-    Topic(
-        "/imu",
+_FOREIGN: Final[Mapping[type, tuple[str, dict[str, Any], Mapping[str, Kind], Mapping[str, str]]]] = {
+    Scan: ("foxglove.LaserScan", _SCAN, _SCAN_KINDS, _SCAN_NAMES),
+    Inertial: (
         "sensor_msgs/Imu",
         _IMU,
-        Inertial,
         {"time": NUMBER, "linear_acceleration": XYZ, "angular_velocity": XYZ},
         {"linear_acceleration": "acceleration", "angular_velocity": "rate"},
     ),
-    Topic("/encoders", "sensor_msgs/JointState", _JOINTS, Encoders, {"time": NUMBER, "counts": COUNTS}),
-    _plain("/line_angles", LineAngles, {"angles": NUMBERS_OR_NAN}),
-    _plain("/distance", Distance, {"distance": NUMBER_OR_NAN}),
-    _plain("/climate", Climate, {"temperature": NUMBER, "humidity": NUMBER}),
-    _plain("/barrier", Barrier, {"broken": FLAG}),
-    *(_plain(f"/tensions/{name}", Tensions, {"tensions": NUMBERS_OR_NAN}) for name in ("load_cells", "motor_torques")),
-    _plain("/retraction", BeamLength, {"length": NUMBER}),
-    _plain("/swivels", Swivels, {"angles": NUMBERS_OR_NAN}),
-    _plain(
-        "/drives",
-        Drives,
-        {
-            "states": DRIVE_STATES,
-            **dict.fromkeys(("positions", "velocities", "torques", "following_errors"), NUMBERS_OR_NAN),
-            "faults": TEXTS,
-        },
-    ),
-    _plain(
-        "/inputs",
-        Inputs,
-        {**dict.fromkeys(("chain_closed", "torque_off", "enabling"), FLAG), "brakes_closed": CLOSED},
-    ),
+    Encoders: ("sensor_msgs/JointState", _JOINTS, {"time": NUMBER, "counts": COUNTS}, {}),
+}
+"""Readings whose messages are of other programs' schemas: name, schema, kinds and renamed attributes."""
+
+_KINDS: Final[Mapping[object, Kind]] = {
+    float: NUMBER,
+    Annotated[float, OR_NAN]: NUMBER_OR_NAN,
+    bool: FLAG,
+    Array: NUMBERS_OR_NAN,
+    tuple[DriveState, ...]: DRIVE_STATES,
+    tuple[str, ...]: TEXTS,
+    tuple[bool, ...]: CLOSED,
+}
+"""Kinds of values by the types of a reading's fields."""
+
+
+def _kinds_of(reading: type[Reading]) -> dict[str, Kind]:
+    """The kinds of a reading's fields but its source, in their order."""
+    plain, marked = get_type_hints(reading), get_type_hints(reading, include_extras=True)
+    names = [field.name for field in fields(reading) if field.name != "source"]
+    return {name: _KINDS.get(marked[name]) or _KINDS[plain[name]] for name in names}
+
+
+def _of_reading(reading: type[Reading], source: Source) -> Topic:
+    """The topic of a source's readings."""
+    if reading in _FOREIGN:
+        schema, content, kinds, renamed = _FOREIGN[reading]
+        return Topic(source.topic, schema, content, reading, kinds, renamed, source.name)
+    return _plain(source.topic, reading, _kinds_of(reading))._replace(source=source.name)
+
+
+TOPICS: Final = (
+    *(_of_reading(reading, source) for reading in READINGS for source in reading.SOURCES),
     _plain(
         "/command",
         Command,

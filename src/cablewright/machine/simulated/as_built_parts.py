@@ -7,14 +7,14 @@ leaves the owner's own value, to the bit.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.rotation import matrix
-from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.sensors.inertial import INERTIAL
+from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.settings import RoomSettings, WallFace
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
 from cablewright.signals import SOURCES
@@ -42,15 +42,6 @@ def drawn(seed: int, *which: int) -> np.random.Generator:
     return np.random.default_rng([seed, 6, *which])
 
 
-@dataclass(frozen=True, eq=False)
-class LineSensors:
-    """Errors of the sensors of m lines: accelerometers' zeros and places, scales of load cells and torques."""
-
-    zeros: Array  # (m,) rad
-    along: Array  # (m,) m, farther from the platform than described
-    gains: dict[str, Array]  # (m,) by source
-
-
 def as_built_machine(twin: TwinSettings, seed: int) -> TwinSettings:
     """Return the machine whose owner would know everything: room, mounts and masses as they are, by *seed*."""
     owner, tolerances = twin.owner, twin.simulation.tolerances
@@ -62,9 +53,10 @@ def as_built_machine(twin: TwinSettings, seed: int) -> TwinSettings:
         "room": as_built_room(owner.room, tolerances.wall, seed),
         "lidars": {name: _lidar(name, lidar, tolerances, seed) for name, lidar in owner.lidars.items()},
     }
-    if owner.inertial is not None:
-        place = _placed(owner.inertial.place, "inertial", tolerances, seed)
-        found["inertial"] = owner.inertial.model_copy(update={"place": place})
+    inertial = owner.sensor(INERTIAL)
+    if inertial is not None:
+        place = _placed(inertial.place, INERTIAL.source, tolerances, seed)
+        found[INERTIAL.table] = inertial.model_copy(update={"place": place})
     return twin.with_owner(**found)
 
 
@@ -83,19 +75,24 @@ def mounting(source: str, tolerances: Tolerances, seed: int) -> Array:
     """Return the rotation (3, 3) of a sensor on the drum from where it should look, by angles about the drum's axes."""
     rotation = np.eye(3)
     if tolerances.mount_turn:
-        matrix(tolerances.mount_turn * drawn(seed, _TURN, SOURCES.index(source)).standard_normal(3), rotation)
+        matrix(tolerances.mount_turn * drawn(seed, _TURN, SOURCES[source].stream).standard_normal(3), rotation)
     return rotation
 
 
-def line_sensors(tolerances: Tolerances, seed: int, lines: int) -> LineSensors:
-    """Return the errors of sensors of so many *lines*."""
-    zeros = tolerances.line_angle_bias * drawn(seed, _ZEROS).standard_normal(lines)
-    along = tolerances.mount_place * drawn(seed, _ALONG).standard_normal(lines)
-    gains = {
-        source: tolerances.tension_gain * drawn(seed, _GAINS, SOURCES.index(source)).standard_normal(lines)
-        for source in ("load_cells", "motor_torques")
-    }
-    return LineSensors(zeros, along, gains)
+def angle_zeros(tolerances: Tolerances, seed: int, lines: int) -> Array:
+    """Return what each line's accelerometer shows too much, (m,) rad."""
+    return np.asarray(tolerances.line_angle_bias * drawn(seed, _ZEROS).standard_normal(lines))
+
+
+def places_along(tolerances: Tolerances, seed: int, lines: int) -> Array:
+    """Return how much farther from the platform each line's accelerometer is than described, (m,) m."""
+    return np.asarray(tolerances.mount_place * drawn(seed, _ALONG).standard_normal(lines))
+
+
+def tension_gains(source: str, tolerances: Tolerances, seed: int, lines: int) -> Array:
+    """Return the share that each load cell or torque of a *source* shows too much, (m,)."""
+    random = drawn(seed, _GAINS, SOURCES[source].stream)
+    return np.asarray(tolerances.tension_gain * random.standard_normal(lines))
 
 
 def as_built_room(room: RoomSettings, deviation: float, seed: int) -> RoomSettings:
@@ -152,6 +149,6 @@ def _lidar(name: str, lidar: LidarSettings, tolerances: Tolerances, seed: int) -
 def _placed(
     place: tuple[float, float, float], source: str, tolerances: Tolerances, seed: int
 ) -> tuple[float, float, float]:
-    off = drawn(seed, _PLACE, SOURCES.index(source)).standard_normal(3)
+    off = drawn(seed, _PLACE, SOURCES[source].stream).standard_normal(3)
     x, y, z = (np.array(place) + tolerances.mount_place * off).tolist()
     return x, y, z

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import bisect
-import dataclasses
 from itertools import accumulate
 
 from cablewright.machine.simulated.as_built_parts import CLOCK, drawn
 from cablewright.machine.simulated.settings import SimulationSettings
-from cablewright.signals import Reading, Scan
+from cablewright.signals import Reading
 
 
 class DrumClock:
@@ -31,7 +30,4 @@ class DrumClock:
         """Return the *reading* with the time that this clock shows; of a scan, at its begin."""
         if self._is_right:
             return reading
-        if isinstance(reading, Scan):
-            period = (1.0 + self.drift) * reading.period
-            return dataclasses.replace(reading, begin=self.shown(reading.begin), period=period)
-        return dataclasses.replace(reading, time=self.shown(reading.time))
+        return reading.stamped(self.shown(reading.stamp), 1.0 + self.drift)

@@ -10,12 +10,12 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.plant.lidar_rays import turn_lidar
-from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.simulated.found_room import FoundRoom, detours
 from cablewright.machine.simulated.rig import RigState
+from cablewright.machine.simulated.sensors.timed_sensor import steps_per_interval
 from cablewright.machine.simulated.settings import LidarFlaws
 from cablewright.machine.simulated.surroundings import Ground
-from cablewright.machine.simulated.timed_sensor import steps_per_interval
 from cablewright.signals import SOURCES, Scan
 
 _FIRST: Final = -math.pi  # rad, of a turn's first ray
@@ -96,7 +96,7 @@ class SimulatedLidar:
         opaque, bright = room.without("glass", faces), room.without("dark", faces)
         if opaque is None and bright is None and not ghosts:
             return ranges
-        random = room.random(SOURCES.index(self.source), round(float(poses[0, 0]) / self.settings.turn))
+        random = room.random(SOURCES[self.source].stream, round(float(poses[0, 0]) / self.settings.turn))
         chance, found = random.random((2, count)), ranges
         if opaque is not None:
             passes = (self._cast(poses, opaque, ground) > ranges) & (chance[0] < room.law.glass_share)

@@ -15,6 +15,7 @@ from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
 from cablewright.machine.drives.settings import FOLLOWING_ERROR
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.simulated.as_built_parts import home_errors
 from cablewright.machine.simulated.motion.line_faults import LineFaults
 from cablewright.machine.simulated.motion.masses import Masses
@@ -139,7 +140,7 @@ class Rig:
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = blank_states()
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
-        sensor = owner.line_angles
+        sensor = owner.sensor(LINE_ANGLES)
         at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform)).tolist()
         self._sensor_places = [(slice(i, i + 1), place) for i, place in enumerate(at)]  # m before B, by rows of lines
         if len(set(at)) == 1:

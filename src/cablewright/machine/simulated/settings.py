@@ -10,16 +10,20 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, TypeVar, get_args
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from cablewright.choices import SeverityName
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.files import machine_table
-from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Time, Width, require_pairs_rise
-from cablewright.machine.sensors import LidarName
+from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Time, Times, Width, require_pairs_rise
+from cablewright.machine.sensors import SENSORS
+from cablewright.machine.sensors.lidars import LidarName
+from cablewright.machine.sensors.sensor import SensorSheet
 from cablewright.machine.settings import MAX_WALLS, MachineSettings
+from cablewright.machine.simulated.sensors import SIMULATED
+from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated
 from cablewright.machine.simulated.severities import filled
 from cablewright.machine.simulated.unmodelled.laws import (
     CableStretch,
@@ -33,34 +37,44 @@ from cablewright.machine.simulated.unmodelled.laws import (
     Wind,
 )
 from cablewright.robot import Robot
+from cablewright.signals import READINGS, per_line
 from cablewright.units import Angle, Duration, Length, NonNegative, Positive
 from cablewright.validation import Description, refusal, validated
 
 MAX_FAULTS: Final = 1000
 
-BY_LINE: Final = ("line_angles", "load_cells", "motor_torques", "encoders", "swivels", "line")
+_RATED: Final = [each.sensor.source for each in SIMULATED]
+
+BY_LINE: Final = (
+    *(source.name for kind in READINGS if per_line(kind) for source in kind.SOURCES if source.name in _RATED),
+    "line",
+)
 """Sources with a number for each line, of which one alone may have a fault."""
 
+SHIFTS: Final = {
+    kind: tuple(other.sensor.source for other in SIMULATED if kind in other.faults)
+    for each in SIMULATED
+    for kind in each.faults
+}
+"""Kinds of faults that shift the numbers of a reading, and the sources that have them."""
+
 FAULT_KINDS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
-    {
-        "silent": (),
-        "stuck": (),
-        "slip": ("encoders",),
-        "offset": ("load_cells", "motor_torques"),
-        "broken": ("line",),
-        "off_sheave": ("line",),
-    }
+    {"silent": (), "stuck": (), **SHIFTS, "broken": ("line",), "off_sheave": ("line",)}
 )
 """Kinds of faults, and the sources that alone can have them; none: any sensor."""
 
-_SIZED: Final = ("slip", "offset", "off_sheave")
-_SENSORS: Final = (
-    "inertial", "line_angles", "distance", "encoders", "climate_sensor", "barrier", "load_cells", "motor_torques",
-    "swivels", "retraction",
-)  # fmt: skip
+_SIZED: Final = (*SHIFTS, "off_sheave")
+_SheetT = TypeVar("_SheetT", bound=SensorSheet)
+_FlawsT = TypeVar("_FlawsT", bound=SensorFlaws)
 _Jump = Annotated[Duration, Field(ge=-1e6, le=1e6)]
 _Names = Annotated[tuple[str, ...], Field(max_length=MAX_WALLS)]
-_Times = Annotated[tuple[tuple[Duration, Duration], ...], Field(max_length=MAX_FAULTS)]
+
+if TYPE_CHECKING:
+    _FaultSource = str
+    _FaultKind = str
+else:
+    _FaultSource = Literal[(*get_args(LidarName), *_RATED, "line")]
+    _FaultKind = Literal[tuple(FAULT_KINDS)]
 
 
 class Tolerances(Description):
@@ -186,7 +200,7 @@ class Link(Description):
     latency: Delay = 0.0
     jitter: Delay = 0.0
     loss: Share = 0.0
-    gaps: _Times = ()
+    gaps: Times = ()
     gap_every: Delay = 0.0
     gap_length: Delay = 0.0
 
@@ -196,13 +210,6 @@ class Link(Description):
         if 0.0 < self.gap_every < 1.0:
             raise refusal("gap_every", "must be 0 (no gaps), or at least 1 s")
         return self
-
-
-class SensorFlaws(Description):
-    """Shares of a sensor's readings that are lost, and that are outliers."""
-
-    dropout: Share = 0.0
-    outliers: Share = 0.0
 
 
 class LidarFlaws(SensorFlaws):
@@ -215,36 +222,6 @@ class LidarFlaws(SensorFlaws):
     ghosts: Share = 0.0
 
 
-class InertialFlaws(SensorFlaws):
-    """Flaws of an inertial unit. Biases: standard deviations, m/s^2 and rad/s; None: as on the data sheet."""
-
-    acceleration_bias: Size | None = None
-    rate_bias: Size | None = None
-
-
-class BarrierFlaws(SensorFlaws):
-    """Flaws of a light barrier, and the start and end of its interruptions, ``intrusions``."""
-
-    intrusions: _Times = ()
-
-    @model_validator(mode="after")
-    def _intrusions_rise(self) -> Self:
-        require_pairs_rise("intrusions", self.intrusions)
-        return self
-
-
-class TensionFlaws(SensorFlaws):
-    """Flaws of load cells or torques. ``bias``: standard deviation of a unit's zero, N; None: as on the data sheet.
-
-    ``drift``: standard deviation of what the zero has drifted by after an hour, N. ``cross_talk``: share of the mean of
-    both neighbouring lines' tensions that a line shows in addition.
-    """
-
-    bias: Size | None = None
-    drift: Size = 0.0
-    cross_talk: Share = 0.0
-
-
 class FaultPlan(Description):
     """A planned fault: a source, or one line's part of it, is silent or stuck from ``begin`` to ``end``.
 
@@ -253,12 +230,9 @@ class FaultPlan(Description):
     lies nearer to the sheave's axle by ``size``, m, or is held lower by so much than in its eyelet.
     """
 
-    source: Literal[
-        "north", "south", "vertical", "inertial", "line_angles", "distance", "encoders", "climate", "barrier",
-        "load_cells", "motor_torques", "retraction", "swivels", "line",
-    ]  # fmt: skip
+    source: _FaultSource
     line: str | None = None
-    kind: Literal["silent", "stuck", "slip", "offset", "broken", "off_sheave"] = "silent"
+    kind: _FaultKind = "silent"
     begin: Delay = 0.0
     end: Time = 1e9
     size: Annotated[float, Field(ge=-1e6, le=1e6)] | None = None
@@ -274,7 +248,7 @@ class FaultPlan(Description):
             raise refusal("kind", f"{self.kind!r} is for {', '.join(sources)}, not for {self.source}")
         if not sources and self.source == "line":
             raise refusal("kind", "of a line must be 'broken' or 'off_sheave'")
-        if self.source == "encoders" and self.line is None and self.kind == "slip":
+        if self.line is None and self.kind == "slip":
             raise refusal("line", "must be given: the name of the line whose encoder slips")
         if self.source == "encoders" and self.line is not None and self.kind == "silent":
             raise refusal("line", "is for encoders that slip or are stuck; all of them are silent together")
@@ -287,12 +261,8 @@ class FaultPlan(Description):
         return self
 
 
-class SimulationSettings(Description):
-    """All that only a simulation has. ``substep``: s, of the dynamic plant within a step of the machine.
-
-    ``quasi_static_period``: s, of a step of the quasi-static plant. ``severity``: of the values of keys that are not
-    given, see `severities`.
-    """
+class _BeforeSensors(Description):
+    """What a table ``[simulation]`` says before its sensors."""
 
     severity: SeverityName = "ideal"
     substep: Time
@@ -318,17 +288,34 @@ class SimulationSettings(Description):
     wifi: Link = Link()
     wire: Link = Link()
     lidars: dict[LidarName, LidarFlaws] = Field(default_factory=dict)
-    inertial: InertialFlaws = InertialFlaws()
-    line_angles: SensorFlaws = SensorFlaws()
-    distance: SensorFlaws = SensorFlaws()
-    encoders: SensorFlaws = SensorFlaws()
-    climate_sensor: SensorFlaws = SensorFlaws()
-    barrier: BarrierFlaws = BarrierFlaws()
-    swivels: SensorFlaws = SensorFlaws()
-    retraction: SensorFlaws = SensorFlaws()
-    load_cells: TensionFlaws = TensionFlaws()
-    motor_torques: TensionFlaws = TensionFlaws()
+
+
+if TYPE_CHECKING:
+    _WithSensors = _BeforeSensors
+else:
+    _WithSensors = create_model(
+        "_WithSensors",
+        __base__=_BeforeSensors,
+        **{
+            each.sensor.table: (each.flaws, each.flaws())
+            for each in sorted(SIMULATED, key=lambda each: each.place or each.sensor.stream)
+        },
+    )
+
+
+class SimulationSettings(_WithSensors):
+    """All that only a simulation has. ``substep``: s, of the dynamic plant within a step of the machine.
+
+    ``quasi_static_period``: s, of a step of the quasi-static plant. ``severity``: of the values of keys that are not
+    given, see `severities`.
+    """
+
     faults: Annotated[tuple[FaultPlan, ...], Field(max_length=MAX_FAULTS)] = ()
+
+    def flaws(self, kind: Simulated[_SheetT, _FlawsT]) -> _FlawsT:
+        """Return the flaws of a sensor: ``simulation.flaws(swivels.SIMULATED)``."""
+        found: _FlawsT = getattr(self, kind.sensor.table)
+        return found
 
     @model_validator(mode="before")
     @classmethod
@@ -350,8 +337,9 @@ class MachineFile(MachineSettings):
             raise refusal(own, f"must be given: how the [{own}] moves", ("simulation",))
         if getattr(self.simulation, other) is not None:
             raise refusal(other, f"the machine has none: no [{other}]", ("simulation",))
-        for key in self.simulation.model_fields_set.intersection(_SENSORS):
-            if getattr(self, key) is None:
+        for sensor in SENSORS:
+            key = sensor.table
+            if key in self.simulation.model_fields_set and self.sensor(sensor) is None:
                 raise refusal(key, f"the machine has no such sensor: no [{key}]", ("simulation",))
         for name in self.simulation.lidars:
             if name not in self.lidars:
@@ -419,8 +407,7 @@ def require_hanging(robot: Robot) -> None:
 def check_faults(settings: TwinSettings, lines: tuple[str, ...]) -> None:
     """Raise `UnknownName` where a planned fault names a line or a sensor that robot and machine do not have."""
     own = settings.owner
-    has = {*own.lidars, *(key for key in _SENSORS if getattr(own, key) is not None)}
-    sources = {"climate" if key == "climate_sensor" else key for key in has} | {"line"}
+    sources = {*own.lidars, *own.sheets, "line"}
     for fault in settings.simulation.faults:
         if fault.source not in sources:
             raise UnknownName("sensor to have a fault", fault.source, sorted(sources))

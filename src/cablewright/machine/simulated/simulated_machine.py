@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from types import SimpleNamespace
-from typing import Any, Final, Protocol, Self, TypeVar, get_args
+from typing import Any, Final, Protocol, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,21 +16,19 @@ from cablewright.arrays import Array
 from cablewright.choices import PlantName
 from cablewright.errors import InputError, UnknownName
 from cablewright.machine.interface import RESET, Abilities, check_command
+from cablewright.machine.sensors import SENSORS
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.as_built import as_built
-from cablewright.machine.simulated.as_built_parts import as_built_machine, line_sensors, mass_factors, mounting
-from cablewright.machine.simulated.distance_sensor import Rangefinder
+from cablewright.machine.simulated.as_built_parts import as_built_machine, mass_factors, places_along
 from cablewright.machine.simulated.drum_clock import DrumClock
-from cablewright.machine.simulated.encoders import BeamReader, EncoderReader, SwivelReader, Thermometer
 from cablewright.machine.simulated.found_room import FoundRoom
-from cablewright.machine.simulated.inertial_unit import InertialUnit
 from cablewright.machine.simulated.lidar import SimulatedLidar
-from cablewright.machine.simulated.light_barrier import LightBarrier
-from cablewright.machine.simulated.line_angles import LineAccelerometers
 from cablewright.machine.simulated.link import Channel, Gaps, decode_readings, encode_readings
 from cablewright.machine.simulated.motion.retraction import OUTPUT
+from cablewright.machine.simulated.mounted import Mounted
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState, start_pose
+from cablewright.machine.simulated.sensors import SIMULATED
 from cablewright.machine.simulated.settings import (
     FaultPlan,
     LidarFlaws,
@@ -38,54 +36,28 @@ from cablewright.machine.simulated.settings import (
     TwinSettings,
     check_faults,
 )
-from cablewright.machine.simulated.tensions import TensionSensors
-from cablewright.robot import Robot, Swivel
+from cablewright.robot import Robot
 from cablewright.saving import Coded, Snapshot, load, save
 from cablewright.signals import (
-    PER_LINE,
     SOURCES,
+    Barrier,
     Command,
     Condition,
-    Encoders,
-    LineAngles,
     Notice,
     Reading,
-    Scan,
     SensorFrame,
-    Swivels,
-    Tensions,
     Truth,
     WinchMode,
+    per_line,
 )
 
 PLANTS: Final = get_args(PlantName)
-_ByLine = LineAngles | Tensions | Swivels | Encoders
-_Number = TypeVar("_Number", np.int64, np.float64)
+_SHIFTS: Final = {(each.sensor.source, kind): shift for each in SIMULATED for kind, shift in each.faults.items()}
 
 
 class _Sensor(Protocol):
     def read(self, state: RigState) -> Reading | None: ...
 
-
-_WIRED: Final = ("encoders", "climate", "load_cells", "motor_torques", "retraction", "swivels")
-_TIMED_SENSORS: Final[dict[str, tuple[str, Callable[..., _Sensor]]]] = {
-    "inertial": ("inertial", InertialUnit),
-    "line_angles": ("line_angles", LineAccelerometers),
-    "distance": ("distance", Rangefinder),
-    "encoders": ("encoders", EncoderReader),
-    "climate": ("climate_sensor", Thermometer),
-    "barrier": ("barrier", LightBarrier),
-    "load_cells": ("load_cells", TensionSensors),
-    "motor_torques": ("motor_torques", TensionSensors),
-    "retraction": ("retraction", BeamReader),
-    "swivels": ("swivels", SwivelReader),
-}
-"""Key of the settings and class, by source."""
-
-_NOISE: Final = frozenset((
-    "deviation", "acceleration_deviation", "rate_deviation", "temperature_deviation", "humidity_deviation"
-))  # fmt: skip
-"""Keys of what is less in a mean of readings."""
 
 _LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent
 
@@ -129,21 +101,23 @@ class SimulatedMachine:
         self._identity = _identity_of(robot, settings, seed, plant)
         tolerances = settings.simulation.tolerances
         true_robot, built = as_built(robot, tolerances, seed), as_built_machine(settings, seed)
-        self._line_sensors = line_sensors(tolerances, seed, robot.m)
-        self.rig = Rig(true_robot, built, start, seed, self._line_sensors.along)
+        self.rig = Rig(true_robot, built, start, seed, places_along(tolerances, seed, robot.m))
         _, self._powder_factor = mass_factors(tolerances, seed)
         self._clock = DrumClock(settings.simulation, seed)
         self._twin = settings
         if plant == "quasi-static":
             self._twin, built = _for_quasi_static(settings), _for_quasi_static(built)
         self._plant: Plant = DynamicPlant(self.rig) if plant == "dynamic" else QuasiStaticPlant(self.rig)
-        self._sensors = dict(self._mount(built.owner, seed))
+        robot, winch, nozzle = self.rig.robot, settings.owner.winch, self.rig.masses.nozzle
+        self._mounted = Mounted(robot, nozzle, winch, tolerances, self.period, seed)
+        self._sensors = dict(self._mount(built.owner))
         self._wifi, self._wire, self._barrier_wire = (  # a light barrier has a wire of its own
             Channel(link, np.random.default_rng([seed, 4, k]), Gaps(link, seed, k))
             for k, link in enumerate((self.simulation.wifi, self.simulation.wire, self.simulation.wire))
         )
-        self._channels = dict.fromkeys(SOURCES, self._wifi) | dict.fromkeys(_WIRED, self._wire)
-        self._channels["barrier"] = self._barrier_wire
+        self._channels = {
+            name: self._wifi if source.clock == "drum" else self._wire for name, source in SOURCES.items()
+        } | {Barrier.source: self._barrier_wire}
         self._wireless = any(self._channels[source] is self._wifi for source in self._sensors)
         self._faults = {source: [f for f in settings.simulation.faults if f.source == source] for source in SOURCES}
         self._held_readings: dict[FaultPlan, Reading] = {}
@@ -295,37 +269,21 @@ class SimulatedMachine:
             refill=self.refill,
         )
 
-    def _mount(self, built: MachineSettings, seed: int) -> Iterator[tuple[str, _Sensor]]:
+    def _mount(self, built: MachineSettings) -> Iterator[tuple[str, _Sensor]]:
         """Yield all sensors as *built* by source, each with its own generator: leaving one out changes no other."""
-        simulation, period = self.simulation, self.period
-        random = {source: np.random.default_rng([seed, 5, k]) for k, source in enumerate(SOURCES)}
+        simulation, machine = self.simulation, self._mounted
         ends = [end for wall in built.room.walls for end in (wall.start, wall.end)]
-        scene = self.rig.robot.scene
+        scene = machine.robot.scene
         corners = np.array([*ends, scene.frame_min[:2], scene.frame_max[:2]])
-        room = FoundRoom(built.room, simulation, corners.min(axis=0), corners.max(axis=0), built.carrier.radius, seed)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        room = FoundRoom(built.room, simulation, low, high, built.carrier.radius, machine.seed)
         for source, lidar in built.lidars.items():
             flaws = simulation.lidars.get(source, LidarFlaws())
-            yield source, SimulatedLidar(source, lidar, flaws, room, period, random[source])
-        extra = self._extra(built, seed)
-        for name, (key, kind) in _TIMED_SENSORS.items():
-            own = getattr(built, key)
-            if own is not None:
-                yield name, kind(key, own, getattr(simulation, key), period, random[name], *extra.get(name, ()))
-
-    def _extra(self, built: MachineSettings, seed: int) -> dict[str, tuple[Any, ...]]:
-        """What the making of some sensors takes besides, by source."""
-        tolerances, own = self.simulation.tolerances, self._line_sensors
-        extra = {
-            "inertial": (self.rig.robot.scene.gravity, mounting("inertial", tolerances, seed)),
-            "distance": (self.rig.masses.nozzle, mounting("distance", tolerances, seed)),
-            "line_angles": (own.zeros,),
-            "swivels": (np.array([isinstance(line.sheave, Swivel) for line in self.rig.robot.lines]),),
-        }
-        for source in ("load_cells", "motor_torques"):
-            sensor = getattr(built, source)
-            most = 0.0 if sensor is None else sensor.most
-            extra[source] = (own.gains[source], tolerances.tension_drift * most)
-        return extra
+            yield source, SimulatedLidar(source, lidar, flaws, room, machine.period, machine.random(source))
+        for each in SIMULATED:
+            sheet = built.sensor(each.sensor)
+            if sheet is not None:
+                yield each.sensor.source, each.reader(each.sensor, sheet, simulation.flaws(each), machine)
 
     def _apply_faults(self, source: str, reading: Reading) -> Reading | None:
         """Return *reading* after the faults that are planned for its time; None: lost."""
@@ -333,39 +291,42 @@ class SimulatedMachine:
             if not fault.begin <= reading.time < fault.end:
                 self._held_readings[fault] = reading
                 continue
-            if fault.kind in ("slip", "offset"):
-                reading = self._apply_offset(fault, reading)
-            elif fault.line is not None and (
-                isinstance(reading, LineAngles | Tensions | Swivels)
-                or (isinstance(reading, Encoders) and fault.kind == "stuck")
-            ):
+            if (source, fault.kind) in _SHIFTS:
+                reading = self._apply_shift(fault, reading)
+            elif fault.line is not None:
                 reading = self._apply_line_fault(fault, fault.line, reading)
             elif fault.kind == "silent":
                 return None
             else:
-                reading = _repeated(self._held_readings.setdefault(fault, reading), reading)
+                reading = self._held_readings.setdefault(fault, reading).stamped(reading.stamp)
         return reading
 
-    def _apply_offset(self, fault: FaultPlan, reading: Reading) -> Reading:
-        """Return *reading* with the size of the fault added: cable that an encoder counts too much, or tension."""
-        lines, size = self.rig.robot.lines, 0.0 if fault.size is None else fault.size
-        off = np.array([fault.line in (None, line.name) for line in lines], dtype=np.float64)
-        if isinstance(reading, Encoders):
-            winch = self.settings.winch
-            turns = np.array([size / ((line.winch.drum_radius or np.inf) * math.tau) for line in lines])
-            more = np.rint(off * turns * (winch.ratio * winch.counts)).astype(np.int64)
-            return dataclasses.replace(reading, counts=_read_only(reading.counts + more))
-        assert isinstance(reading, Tensions)  # a plan has no other
-        return dataclasses.replace(reading, tensions=_read_only(reading.tensions + off * size))
+    def _apply_shift(self, fault: FaultPlan, reading: Reading) -> Reading:
+        """Return *reading* with the numbers of the fault's lines off by its size."""
+        sizes = [fault.size if fault.line in (None, line.name) else 0.0 for line in self.rig.robot.lines]
+        values = _of_lines(reading)
+        return _with_lines(reading, values + _SHIFTS[fault.source, fault.kind](np.array(sizes), self._mounted))
 
-    def _apply_line_fault(self, fault: FaultPlan, line: str, reading: _ByLine) -> _ByLine:
+    def _apply_line_fault(self, fault: FaultPlan, line: str, reading: Reading) -> Reading:
         """Return *reading* with one line's number lost or stuck."""
-        (name,) = PER_LINE[type(reading)]
         index = [each.name for each in self.rig.robot.lines].index(line)
-        values, held = getattr(reading, name).copy(), self._held_readings.setdefault(fault, reading)
-        values[index] = np.nan if fault.kind == "silent" else getattr(held, name)[index]
-        values.flags.writeable = False
-        return dataclasses.replace(reading, **{name: values})
+        values, held = _of_lines(reading).copy(), self._held_readings.setdefault(fault, reading)
+        values[index] = np.nan if fault.kind == "silent" else _of_lines(held)[index]
+        return _with_lines(reading, values)
+
+
+def _of_lines(reading: Reading) -> NDArray[Any]:
+    """The numbers of a reading that is of lines alone, (m,)."""
+    (name,) = per_line(type(reading))
+    return np.asarray(getattr(reading, name))
+
+
+def _with_lines(reading: Reading, values: NDArray[Any]) -> Reading:
+    """The same reading with other numbers, which keep their type."""
+    (name,) = per_line(type(reading))
+    changed: dict[str, Any] = {name: values.astype(getattr(reading, name).dtype)}
+    changed[name].flags.writeable = False
+    return dataclasses.replace(reading, **changed)
 
 
 def _identity_of(robot: Robot, settings: TwinSettings, seed: int, plant: str) -> str:
@@ -378,12 +339,12 @@ def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
     """Settings for quasi-static periods: faster sensors are read as each ends, as means; no link delays."""
     max_rate = 1.0 / settings.simulation.quasi_static_period
     slowed: dict[str, Any] = {}
-    for name, _ in _TIMED_SENSORS.values():
-        sensor = getattr(settings.owner, name)
+    for each in SENSORS:
+        sensor = settings.owner.sensor(each)
         if sensor is not None and sensor.rate > max_rate:
             share = math.sqrt(max_rate / sensor.rate)
-            noise = {key: share * getattr(sensor, key) for key in _NOISE & type(sensor).model_fields.keys()}
-            slowed[name] = sensor.model_copy(update={"rate": max_rate, **noise})
+            noise = {key: share * getattr(sensor, key) for key in each.noise}
+            slowed[each.table] = sensor.model_copy(update={"rate": max_rate, **noise})
     links = {
         name: getattr(settings.simulation, name).model_copy(update={"latency": 0.0, "jitter": 0.0})
         for name in ("wifi", "wire")
@@ -391,16 +352,3 @@ def _for_quasi_static(settings: TwinSettings) -> TwinSettings:
     if settings.owner.clock is not None:
         slowed["clock"] = settings.owner.clock.model_copy(update={"latency": 0.0, "age": 0.0})
     return settings.with_owner(**slowed).with_simulation(**links)
-
-
-def _read_only(values: NDArray[_Number]) -> NDArray[_Number]:
-    values.flags.writeable = False
-    return values
-
-
-def _repeated(held: Reading, now: Reading) -> Reading:
-    """Return the reading *held* with the time of *now*."""
-    if isinstance(held, Scan) and isinstance(now, Scan):
-        return dataclasses.replace(held, begin=now.begin)
-    assert not isinstance(held, Scan)  # both are of one source
-    return dataclasses.replace(held, time=now.time)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.kernels.plant.lidar_rays import ray_to_floor
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
@@ -49,6 +50,10 @@ class Ground:
         """Grid for a lidar's kernel: x and y of the first node, spacing, greatest height; m."""
         (x, y), cell = self.field.low, self.field.cell
         return np.array([x + 0.5 * cell, y + 0.5 * cell, cell, self._max_height])
+
+    def distance(self, place: tuple[float, float, float], way: Array, most: float) -> float:
+        """Return how far it is from *place*, m, along *way* (3,), a unit vector; infinite beyond *most*."""
+        return float(ray_to_floor(*place, *way.tolist(), most, self.grid, self.heights))
 
     def deposit(self, start: tuple[float, float], end: tuple[float, float], mass: float) -> None:
         """Deposit *mass* (kg) evenly from *start* to *end*, m, world."""

@@ -20,6 +20,9 @@ from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import AnswerError, InputError
 from cablewright.machine.powder_load import PowderLoad
+from cablewright.machine.sensors.barrier import BARRIER
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
+from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -71,7 +74,7 @@ def planned(
         narrow,
         settings.winch.max_speed,
         law,
-        manage_slack=model.m > model.n and settings.line_angles is not None,
+        manage_slack=model.m > model.n and settings.sensor(LINE_ANGLES) is not None,
     )
     if path.attitude is not None:
         velocity = replace(velocity, gain=_BODY_GAIN)
@@ -107,7 +110,7 @@ def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estim
 
 def _limits(robot: Robot, settings: MachineSettings, path: TimedPath, period: float) -> SupervisorSettings:
     """The limits at which the machine stops, or waits."""
-    fastest, barrier, scene = max(path.print_speed, path.travel_speed), settings.barrier, robot.scene
+    fastest, barrier, scene = max(path.print_speed, path.travel_speed), settings.sensor(BARRIER), robot.scene
     beyond = 0.0 if path.attitude is None else _BEYOND
     x, y, z = scene.frame_min
     far_x, far_y, far_z = scene.frame_max
@@ -126,10 +129,10 @@ def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: flo
     low, high = _RAMP_TIMES
     radii = [line.winch.drum_radius for line in robot.lines]
     timeouts = {"encoders": max(0.5, 2.5 * period)}
-    for source in ("load_cells", "motor_torques"):
-        sensor = getattr(settings, source)
-        if sensor is not None:
-            timeouts[source] = max(0.5, 2.5 / sensor.rate, 2.5 * period)
+    for sensor in (LOAD_CELLS, MOTOR_TORQUES):
+        cells = settings.sensor(sensor)
+        if cells is not None:
+            timeouts[sensor.source] = max(0.5, 2.5 / cells.rate, 2.5 * period)
     return GuardSettings(
         _max_tensions(robot),
         body_limits.least_tensions(robot) if path.attitude is not None else None,

@@ -15,7 +15,10 @@ from cablewright.control.velocity import LAWS
 from cablewright.errors import InputError, UnknownName
 from cablewright.estimation.lidar.room import Laser
 from cablewright.machine.files import machine_names
+from cablewright.machine.sensors.barrier import BARRIER
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
+from cablewright.machine.simulated.sensors import barrier
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severities import SEVERITIES, with_severity
 from cablewright.machine.simulated.simulated_machine import PLANTS
@@ -153,7 +156,7 @@ def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: Mac
         why = f"machine {owner.name!r}: cable that lies so irregularly on its drums, winch.radius_deviation ="
         end = f"{irregular:g} m, teaches nothing that lasts: must be {MOST_IRREGULAR:g} m or less"
         raise InputError(f"place learn: {why} {end}")
-    if choices.place_tensions and owner.load_cells is None and owner.motor_torques is None:
+    if choices.place_tensions and owner.tension_sensor is None:
         raise InputError(f"place tensions: machine {owner.name!r} has neither load_cells nor motor_torques")
 
 
@@ -171,8 +174,8 @@ def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
 def _best_estimator(settings: MachineSettings) -> str:
     """The best estimator for a machine's sensors: the filter, or encoders alone."""
     if settings.body is not None:
-        return "encoders" if settings.load_cells is None and settings.motor_torques is None else "filter"
-    if settings.line_angles is None or not {"north", "south"} & settings.lidars.keys():
+        return "encoders" if settings.tension_sensor is None else "filter"
+    if settings.sensor(LINE_ANGLES) is None or not {"north", "south"} & settings.lidars.keys():
         return "encoders"
     return "filter"
 
@@ -181,14 +184,14 @@ def _intruded(settings: TwinSettings, choices: PrintOptions, duration: float) ->
     """Return the settings with interruptions of the light barrier at random times, by the seed."""
     if not choices.intrusions:
         return settings
-    if settings.owner.barrier is None:
+    if settings.owner.sensor(BARRIER) is None:
         raise InputError(f"machine {settings.owner.name!r}: has no light barrier for {choices.intrusions} intrusions")
     if not 0 < choices.intrusions <= _MAX_INTRUSIONS:
         raise InputError(f"intrusions = {choices.intrusions}: must be from 0 to {_MAX_INTRUSIONS}")
     begins = np.sort(np.random.default_rng([choices.seed, 8]).uniform(0.0, duration, choices.intrusions)).tolist()
     times = tuple((begin, begin + _INTRUSION_TIME) for begin in begins)
-    barrier = settings.simulation.barrier
-    return settings.with_simulation(barrier=barrier.model_copy(update={"intrusions": (*barrier.intrusions, *times)}))
+    flaws = settings.simulation.flaws(barrier.SIMULATED)
+    return settings.with_simulation(barrier=flaws.model_copy(update={"intrusions": (*flaws.intrusions, *times)}))
 
 
 def plan_print(twin: MachineTwin) -> PrintPlan:

@@ -15,7 +15,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.machine.sensors import LidarSettings
+from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.models.rotation import matrices
 from cablewright.printing.beads import Bead
 from cablewright.printing.heightfield import HeightField, rebuilt

@@ -8,7 +8,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.plant import beam, winding
 from cablewright.kernels.plant.machine_step import Drive
-from cablewright.machine.carriers import RetractionDrive
+from cablewright.machine.sensors.retraction import RetractionDrive
 from cablewright.robot import Robot
 from cablewright.signals import Condition, Notice
 

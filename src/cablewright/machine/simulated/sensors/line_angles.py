@@ -3,32 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.machine.sensors import LineSensor
-from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import SensorFlaws
-from cablewright.machine.simulated.timed_sensor import TimedSensor
+from cablewright.machine.sensors.line_angles import LINE_ANGLES, LineSensor
+from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import LineAngles
+
+if TYPE_CHECKING:
+    from cablewright.machine.simulated.mounted import Mounted
+    from cablewright.machine.simulated.rig import RigState
 
 
 class LineAccelerometers(TimedSensor[LineSensor, SensorFlaws]):
     """One accelerometer on each line; the angle of a line whose reading is lost is NaN."""
 
-    def __init__(
-        self,
-        key: str,
-        settings: LineSensor,
-        flaws: SensorFlaws,
-        period: float,
-        random: np.random.Generator,
-        zeros: Array,
-    ) -> None:
-        """*zeros* (m,): rad, what each shows too much; the rest as `TimedSensor`."""
-        super().__init__(key, settings, flaws, period, random)
-        self._zeros = zeros
+    def _mount(self, machine: Mounted) -> None:
+        self._zeros = machine.angle_zeros()
 
     def _measure(self, state: RigState) -> LineAngles:
         settings, flaws, count = self.settings, self.flaws, len(state.apparent_angles)
@@ -38,3 +30,6 @@ class LineAccelerometers(TimedSensor[LineSensor, SensorFlaws]):
         angles[chance < flaws.dropout] = np.nan
         angles.flags.writeable = False
         return LineAngles(state.truth.time, angles)
+
+
+SIMULATED: Final = Simulated(LINE_ANGLES, SensorFlaws, LineAccelerometers)

@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING, Final, Self
 
-from cablewright.machine.sensors import BarrierSensor
-from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import BarrierFlaws
-from cablewright.machine.simulated.timed_sensor import TimedSensor
+import numpy as np
+from pydantic import model_validator
+
+from cablewright.machine.quantities import Times, require_pairs_rise
+from cablewright.machine.sensors.barrier import BARRIER, BarrierSensor
+from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import Barrier
+
+if TYPE_CHECKING:
+    from cablewright.machine.simulated.rig import RigState
+
+
+class BarrierFlaws(SensorFlaws):
+    """Flaws of a light barrier, and the start and end of its interruptions, ``intrusions``."""
+
+    intrusions: Times = ()
+
+    @model_validator(mode="after")
+    def _intrusions_rise(self) -> Self:
+        require_pairs_rise("intrusions", self.intrusions)
+        return self
 
 
 class LightBarrier(TimedSensor[BarrierSensor, BarrierFlaws]):
@@ -25,3 +41,6 @@ class LightBarrier(TimedSensor[BarrierSensor, BarrierFlaws]):
         if chance < self.flaws.dropout:
             return None
         return Barrier(now, broken != (chance > 1.0 - self.flaws.outliers))
+
+
+SIMULATED: Final = Simulated(BARRIER, BarrierFlaws, LightBarrier)

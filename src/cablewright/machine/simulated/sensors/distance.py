@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import TYPE_CHECKING, Final
 
-from cablewright.arrays import Array
-from cablewright.kernels.plant.lidar_rays import ray_to_floor
-from cablewright.machine.sensors import DistanceSensor
-from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import SensorFlaws
-from cablewright.machine.simulated.timed_sensor import TimedSensor
+from cablewright.machine.sensors.distance import DISTANCE, DistanceSensor
+from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import Distance
+
+if TYPE_CHECKING:
+    from cablewright.machine.simulated.mounted import Mounted
+    from cablewright.machine.simulated.rig import RigState
 
 
 class Rangefinder(TimedSensor[DistanceSensor, SensorFlaws]):
     """One distance sensor; its reading is NaN where nothing comes back."""
 
-    def __init__(
-        self,
-        key: str,
-        settings: DistanceSensor,
-        flaws: SensorFlaws,
-        period: float,
-        random: np.random.Generator,
-        nozzle: Array,
-        mounting: Array,
-    ) -> None:
-        """Place it at *nozzle* (3,), m, turned by *mounting* (3, 3), in the drum's frame; else as `TimedSensor`."""
-        super().__init__(key, settings, flaws, period, random)
-        self._nozzle, self._way = nozzle, -mounting[:, 2]
+    def _mount(self, machine: Mounted) -> None:
+        self._nozzle, self._way = machine.nozzle, -machine.mounting(self.source)[:, 2]
 
     def _measure(self, state: RigState) -> Distance:
         settings, flaws, ground = self.settings, self.flaws, state.ground
@@ -37,10 +26,13 @@ class Rangefinder(TimedSensor[DistanceSensor, SensorFlaws]):
         down = state.rotation @ self._way
         if down[2] >= 0.0:  # lies on its side: sees no floor
             return Distance(state.truth.time, float("nan"))
-        found = ray_to_floor(x, y, z, *down.tolist(), settings.most, ground.grid, ground.heights)
+        found = ground.distance((x, y, z), down, settings.most)
         measured = found + settings.deviation * noise
         if not settings.least <= measured <= settings.most or chance < flaws.dropout:
             measured = float("nan")
         elif chance > 1.0 - flaws.outliers:
             measured = settings.least + anywhere * (settings.most - settings.least)
         return Distance(state.truth.time, float(measured))
+
+
+SIMULATED: Final = Simulated(DISTANCE, SensorFlaws, Rangefinder)

@@ -2,41 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.sensors import InertialSensor
-from cablewright.machine.simulated.rig import RigState
-from cablewright.machine.simulated.settings import InertialFlaws
-from cablewright.machine.simulated.timed_sensor import TimedSensor
+from cablewright.machine.quantities import Size
+from cablewright.machine.sensors.inertial import INERTIAL, InertialSensor
+from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.signals import Inertial
+
+if TYPE_CHECKING:
+    from cablewright.machine.simulated.mounted import Mounted
+    from cablewright.machine.simulated.rig import RigState
+
 
 _RANGE: Final = np.repeat([4.0 * 9.81, 8.7], 3)
 """Largest outliers: 4 g and 500 degrees per second, the range of such a unit."""
 
 
+class InertialFlaws(SensorFlaws):
+    """Flaws of an inertial unit. Biases: standard deviations, m/s^2 and rad/s; None: as on the data sheet."""
+
+    acceleration_bias: Size | None = None
+    rate_bias: Size | None = None
+
+
 class InertialUnit(TimedSensor[InertialSensor, InertialFlaws]):
     """One unit; its biases are drawn once."""
 
-    def __init__(
-        self,
-        key: str,
-        settings: InertialSensor,
-        flaws: InertialFlaws,
-        period: float,
-        random: np.random.Generator,
-        gravity: float,
-        mounting: Array,
-    ) -> None:
-        """*gravity*: m/s^2; *mounting* (3, 3): its axes in the drum's frame; the rest as `TimedSensor`."""
-        super().__init__(key, settings, flaws, period, random)
-        self._gravity, self._place, self._axes = gravity, np.array(settings.place), mounting
-        force = settings.acceleration_bias if flaws.acceleration_bias is None else flaws.acceleration_bias
-        turn = settings.rate_bias if flaws.rate_bias is None else flaws.rate_bias
-        self.bias = np.repeat([force, turn], 3) * random.standard_normal(6)
-        self._deviation = np.repeat([settings.acceleration_deviation, settings.rate_deviation], 3)
+    def _mount(self, machine: Mounted) -> None:
+        self._gravity, self._place = machine.robot.scene.gravity, np.array(self.settings.place)
+        self._axes = machine.mounting(self.source)
+        sheet, flaws = self.settings, self.flaws
+        force = sheet.acceleration_bias if flaws.acceleration_bias is None else flaws.acceleration_bias
+        turn = sheet.rate_bias if flaws.rate_bias is None else flaws.rate_bias
+        self.bias = np.repeat([force, turn], 3) * self._random.standard_normal(6)
+        self._deviation = np.repeat([sheet.acceleration_deviation, sheet.rate_deviation], 3)
 
     def _measure(self, state: RigState) -> Inertial | None:
         noise, chance = self._random.standard_normal(6), self._random.random()
@@ -60,3 +62,6 @@ def _cross(a: Array, b: Array) -> Array:
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+SIMULATED: Final = Simulated(INERTIAL, InertialFlaws, InertialUnit)

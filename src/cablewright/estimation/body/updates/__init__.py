@@ -1,0 +1,16 @@
+"""Updates of the estimator of a rigid platform, one of each kind of sensors. Modules are found, not listed."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cablewright.discovery import modules_of
+from cablewright.estimation.body.updates.cells import Cells
+from cablewright.estimation.body.updates.update import Update
+
+modules_of(__name__, __path__)
+
+UPDATES: Final[tuple[type[Update], ...]] = tuple(
+    sorted(Update.__subclasses__(), key=lambda kind: (kind is not Cells, kind.READING.SOURCES[0].stream))
+)
+"""All kinds by the streams of their sensors; cells come first: `diagnosis` tells their innovations by it."""

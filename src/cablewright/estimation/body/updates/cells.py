@@ -1,0 +1,90 @@
+"""Tensions, by load cells or by the motors' torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.estimation.body.updates.update import OF_MEDIAN, Equilibrium, Part, Slopes, Update, middle
+from cablewright.models.rotation import matrix_of
+from cablewright.signals import Reading, Tensions
+
+if TYPE_CHECKING:
+    from cablewright.estimation.body.settings import BodySettings
+    from cablewright.estimation.body.state import BodyState
+    from cablewright.estimation.body.unknowns import BodyLayout
+
+_LEAST_GAIN: Final = 1e-3  # share: no load cell's scale is known better ...
+_LEAST_ZERO: Final = 0.1  # N: ... nor its zero
+_ARM: Final = 0.3  # m: arm of the moment that goes with a platform's acceleration
+
+
+@dataclass(frozen=True)
+class Cells(Update):
+    """Load cells or torques: noise and zero, N, share of the gain, standard deviations, and the source's name."""
+
+    READING: ClassVar[type[Reading]] = Tensions
+
+    source: str
+    deviation: float
+    zero: float
+    gain: float
+
+    @classmethod
+    def told(cls, source: str, sheet: Any) -> Self:
+        """As `Update`."""
+        noise, zero = max(sheet.deviation, _LEAST_ZERO), max(sheet.bias, _LEAST_ZERO)
+        return cls(source, noise, zero, max(sheet.gain_deviation, _LEAST_GAIN))
+
+    def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
+        """As `Update`; of the other source's readings there are none. A cell that is silent is a fault."""
+        assert isinstance(reading, Tensions)  # its kind
+        if reading.source != self.source:
+            return None
+        silent = np.isnan(reading.tensions)
+        for i in np.flatnonzero(silent != state.silent):
+            name = settings.model.robot.lines[i].name
+            what = f"the cell of line {name} gives no reading"
+            state.monitor.set("load_cells", f"silent {name}", what, active=bool(silent[i]))
+        state.silent = silent
+        return reading.tensions
+
+    def shown(self, there: Equilibrium) -> Array:
+        """As `Update`."""
+        return there.tensions
+
+    def as_known(self, state: BodyState, shown: Array) -> Array:
+        """As `Update`."""
+        return np.asarray((1.0 + state.unknowns[state.layout.gain]) * shown + state.unknowns[state.layout.zero])
+
+    def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
+        """As `Update`."""
+        variances[layout.gain], variances[layout.zero] = self.gain**2, self.zero**2
+
+    def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
+        """As `Update`; of the cells that are used."""
+        layout, lines = state.layout, np.arange(state.layout.m)
+        cells = np.flatnonzero(state.cells_used & np.isfinite(read).any(axis=0))
+        gradients = slopes.tensions @ state.gradients
+        gradients[lines, layout.gain.start + lines] = state.tensions
+        gradients[lines, layout.zero.start + lines] = 1.0
+        gradients[:, layout.load] = slopes.tensions_by_wrench
+        each = self.deviation**2 * OF_MEDIAN / len(read) + settings.deviations.model**2
+        force = slopes.tensions_by_wrench[cells] * (settings.model.robot.platform.mass * acceleration)
+        force[:, 3:] *= _ARM
+        beam = settings.beam_deviation * _by_beam(settings, state, slopes)[cells]
+        noise = each * np.eye(len(cells)) + force @ force.T + np.outer(beam, beam) * OF_MEDIAN / len(read)
+        return Part(middle(read[:, cells]), gradients[cells], noise, cells)
+
+
+def _by_beam(settings: BodySettings, state: BodyState, slopes: Slopes) -> Array:
+    """Change of the tensions (m,), N/m, with the length of a platform that retracts; zeros of any other."""
+    robot = settings.model.robot
+    if robot.retraction is None:
+        return np.zeros(robot.m)
+    moved = np.array([line.name in robot.retraction.lines for line in robot.lines])
+    along = matrix_of(state.pose[3:]) @ np.array(robot.retraction.along)
+    return np.asarray(-slopes.tensions @ (moved * (state.taut.toward @ along)))

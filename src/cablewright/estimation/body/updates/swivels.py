@@ -1,0 +1,79 @@
+"""Angles of the swivelling sheaves, which turn as the platform points move across their lines' planes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.estimation.body.updates.update import OF_MEDIAN, Equilibrium, Part, Slopes, Update, middle
+from cablewright.models.packed_views import LineNumbers
+from cablewright.models.rotation import matrix_of
+from cablewright.signals import Reading, Swivels
+
+if TYPE_CHECKING:
+    from cablewright.estimation.body.settings import BodySettings
+    from cablewright.estimation.body.state import BodyState
+    from cablewright.estimation.body.unknowns import BodyLayout
+
+_LEAST: Final = 1e-5  # rad: no encoder is known better
+
+
+@dataclass(frozen=True)
+class Swivelling(Update):
+    """Encoders of the swivelling sheaves: noise and zero, rad, standard deviations."""
+
+    READING: ClassVar[type[Reading]] = Swivels
+    MISSED: ClassVar[bool] = False
+
+    deviation: float
+    zero: float
+
+    @classmethod
+    def told(cls, source: str, sheet: Any) -> Self:
+        """As `Update`."""
+        return cls(max(sheet.deviation, _LEAST), max(sheet.bias, _LEAST))
+
+    def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
+        """As `Update`."""
+        assert isinstance(reading, Swivels)  # its kind
+        return reading.angles
+
+    def shown(self, there: Equilibrium) -> Array:
+        """As `Update`: nobody knows how a broken line hangs."""
+        angles = np.arctan2(there.planes[:, 1], there.planes[:, 0])
+        if there.broken is not None:
+            angles[there.broken] = np.nan
+        return np.asarray(angles)
+
+    def as_known(self, state: BodyState, shown: Array) -> Array:
+        """As `Update`."""
+        planes, exits = state.taut.planes, state.unknowns[state.layout.exit].reshape(-1, 3)
+        by_exit = (planes[:, 1] * exits[:, 0] - planes[:, 0] * exits[:, 1]) / planes[:, 2]
+        return np.asarray(shown + by_exit + state.unknowns[state.layout.swivel])
+
+    def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
+        """As `Update`."""
+        variances[layout.swivel] = self.zero**2
+
+    def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
+        """As `Update`."""
+        layout, planes = state.layout, state.taut.planes
+        lines = np.flatnonzero(np.isfinite(read).any(axis=0))
+        across = np.stack([-planes[:, 1], planes[:, 0], np.zeros(layout.m)], axis=1) / planes[:, 2:3]
+        arms = LineNumbers(state.tracker.packed.lines).platform_point @ matrix_of(state.pose[3:]).T
+        by_motion = np.concatenate([across, np.cross(arms, across)], axis=1)
+        gradients = by_motion @ slopes.pose @ state.gradients
+        gradients[:, layout.load] = by_motion @ slopes.pose_by_wrench
+        each, places = np.arange(layout.m), layout.exit.start + 3 * np.arange(layout.m)
+        gradients[each, layout.swivel.start + each] = 1.0
+        for axis in range(3):
+            gradients[each, places + axis] -= across[:, axis]
+        noise = self.deviation**2 * OF_MEDIAN / len(read)
+        return Part(middle(read[:, lines]), gradients[lines], noise * np.eye(len(lines)), lines)
+
+    def wrapped(self, off: Array) -> Array:
+        """As `Update`."""
+        return np.asarray(np.arctan2(np.sin(off), np.cos(off)))

@@ -1,0 +1,102 @@
+"""What an update says: how the readings of one kind of sensor correct the unknowns of a rigid platform's machine."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array
+from cablewright.errors import require_positive
+from cablewright.signals import Reading
+
+if TYPE_CHECKING:
+    from cablewright.estimation.body.settings import BodySettings
+    from cablewright.estimation.body.state import BodyState
+    from cablewright.estimation.body.unknowns import BodyLayout
+
+OF_MEDIAN: Final = 1.6
+"""Variance of a median over that of a mean, of normal numbers."""
+
+
+class Slopes(NamedTuple):
+    """How pose and tensions change with lengths and wrench at the present equilibrium."""
+
+    pose: Array  # (6, m) per length
+    tensions: Array  # (m, m) per length
+    pose_by_wrench: Array  # (6, 6)
+    tensions_by_wrench: Array  # (m, 6)
+
+
+class Equilibrium(NamedTuple):
+    """Where a platform may hang. ``broken``: the line that does not hold it; None: all do."""
+
+    pose: Array  # (6,)
+    tensions: Array  # (m,) N
+    planes: Array  # (m, 3) of the lines, see `solvers.taut`
+    broken: int | None = None
+
+
+class Part(NamedTuple):
+    """One kind of sensors' innovations, gradients by the unknowns and noise."""
+
+    innovation: Array  # (k,)
+    gradients: Array  # (k, size)
+    noise: Array  # (k, k)
+    rows: NDArray[np.int64]  # (k,) which of its numbers they are of
+
+
+class Update(ABC):
+    """What is told of a sensor, standard deviations, and what that makes of its readings.
+
+    Subclasses are frozen dataclasses. ``READING``: their kind. ``UNKNOWNS``: how many numbers of the sensor itself are
+    not known, besides those that `BodyLayout` names. ``MISSED``: whether its silence is a fault.
+    """
+
+    READING: ClassVar[type[Reading]]
+    UNKNOWNS: ClassVar[int] = 0
+    MISSED: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for numbers that are not positive and finite."""
+        require_positive(**{name: value for name, value in vars(self).items() if not isinstance(value, str)})
+
+    @classmethod
+    @abstractmethod
+    def told(cls, source: str, sheet: Any) -> Self:
+        """Return what the data *sheet* of a *source* tells."""
+
+    @abstractmethod
+    def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
+        """Return the numbers (k,) of a reading; None where it has none. It may note in *state* what else it shows."""
+
+    @abstractmethod
+    def shown(self, there: Equilibrium) -> Array:
+        """Return the numbers (k,) that a perfect sensor reads *there*; NaN: nobody knows."""
+
+    @abstractmethod
+    def as_known(self, state: BodyState, shown: Array) -> Array:
+        """Return what the sensor reads (k,) where a perfect one reads *shown*, at the present unknowns."""
+
+    @abstractmethod
+    def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
+        """Set the *variances* (size,) of the sensor's own unknowns before any measurement."""
+
+    @abstractmethod
+    def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
+        """Return what readings (j, k), less what was predicted, measure. *acceleration*: m/s^2, of the platform."""
+
+    def wrapped(self, off: Array) -> Array:
+        """Return a difference of two readings (k,) as the smallest that it can be: of angles less than half a turn."""
+        return off
+
+
+def middle(rows: Array) -> Array:
+    """Median (k,) of *rows* (j, k) of readings, some of which are missing: single wrong ones do not count."""
+    if np.isfinite(rows).all():
+        rows = np.sort(rows, axis=0)
+        half = len(rows) // 2
+        return np.asarray(rows[half] if len(rows) % 2 else 0.5 * (rows[half - 1] + rows[half]))
+    return np.asarray(np.nanmedian(rows, axis=0))

@@ -1,0 +1,17 @@
+"""Sensors of a machine as their data sheets and a tape measure have them: where they sit, rates, ranges and noise.
+
+A deviation is the noise of one reading; a bias is constant for one unit, and its number is the standard deviation over
+all units of the kind. Each sensor has a module here: modules are found, not listed.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from cablewright.discovery import declared
+from cablewright.machine.sensors.sensor import Sensor
+
+SENSORS: Final[tuple[Sensor[Any], ...]] = tuple(
+    sorted(declared(__name__, __path__, Sensor), key=lambda sensor: sensor.stream)
+)
+"""All sensors that are read at a rate, by their streams."""

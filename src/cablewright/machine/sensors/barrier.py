@@ -1,0 +1,20 @@
+"""Data sheet of the light barrier around the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Final
+
+from cablewright.machine.quantities import Rate
+from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
+
+
+class BarrierSensor(SensorSheet):
+    """The light barrier around the machine."""
+
+    MOVED: ClassVar[Mapping[str, str]] = moved_flaws("barrier") | {"intrusions": "[simulation.barrier]"}
+
+    rate: Rate
+
+
+BARRIER: Final = Sensor("barrier", BarrierSensor, noise=())

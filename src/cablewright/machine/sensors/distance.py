@@ -1,0 +1,23 @@
+"""Data sheet of the distance sensor under the valve."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Final
+
+from cablewright.machine.quantities import Rate, Span, Width
+from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
+
+
+class DistanceSensor(SensorSheet):
+    """Distance from the valve along the drum's axis."""
+
+    MOVED: ClassVar[Mapping[str, str]] = moved_flaws("distance")
+
+    rate: Rate
+    least: Width
+    most: Span
+    deviation: Width
+
+
+DISTANCE: Final = Sensor("distance", DistanceSensor)

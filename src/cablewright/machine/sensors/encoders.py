@@ -1,0 +1,20 @@
+"""Data sheet of the encoders of the winches' motors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Final
+
+from cablewright.machine.quantities import Rate
+from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
+
+
+class Encoder(SensorSheet):
+    """Encoders of the winches' motors."""
+
+    MOVED: ClassVar[Mapping[str, str]] = moved_flaws("encoders")
+
+    rate: Rate
+
+
+ENCODERS: Final = Sensor("encoders", Encoder, noise=())

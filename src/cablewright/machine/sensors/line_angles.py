@@ -1,0 +1,26 @@
+"""Data sheet of the accelerometers on the lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Final
+
+from pydantic import Field
+
+from cablewright.machine.quantities import Rate, Width
+from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
+from cablewright.units import Angle, NonNegative
+
+
+class LineSensor(SensorSheet):
+    """Accelerometers on the lines, ``from_platform`` along the cable before B. ``bias``: rad, of each one's zero."""
+
+    MOVED: ClassVar[Mapping[str, str]] = moved_flaws("line_angles")
+
+    rate: Rate
+    from_platform: Width
+    deviation: NonNegative[Angle]
+    bias: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
+
+
+LINE_ANGLES: Final = Sensor("line_angles", LineSensor)

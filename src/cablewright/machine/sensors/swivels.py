@@ -1,0 +1,22 @@
+"""Data sheet of the encoders of swivelling sheaves."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from pydantic import Field
+
+from cablewright.machine.quantities import Rate
+from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.units import Angle, NonNegative
+
+
+class SwivelSensor(SensorSheet):
+    """Angles at which the swivelling sheaves stand, rad. ``bias``: of each one's zero, standard deviation."""
+
+    rate: Rate
+    deviation: NonNegative[Angle]
+    bias: Annotated[NonNegative[Angle], Field(le=0.5)] = 0.0
+
+
+SWIVELS: Final = Sensor("swivels", SwivelSensor)

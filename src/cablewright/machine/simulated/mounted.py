@@ -1,0 +1,42 @@
+"""The machine as built, for the sensors that are mounted on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.machine.settings import WinchSettings
+from cablewright.machine.simulated.as_built_parts import angle_zeros, mounting, tension_gains
+from cablewright.machine.simulated.settings import Tolerances
+from cablewright.robot import Robot
+from cablewright.signals import SOURCES
+
+
+@dataclass(frozen=True, eq=False)
+class Mounted:
+    """What a simulated sensor is told of its machine, whose steps are a *period*, s, long."""
+
+    robot: Robot  # as built
+    nozzle: Array  # (3,) m, drum
+    winch: WinchSettings
+    tolerances: Tolerances
+    period: float
+    seed: int
+
+    def random(self, source: str) -> np.random.Generator:
+        """Return a sensor's own generator: leaving out one sensor changes no other."""
+        return np.random.default_rng([self.seed, 5, SOURCES[source].stream])
+
+    def mounting(self, source: str) -> Array:
+        """Return the rotation (3, 3) of a sensor on the drum from where it should look."""
+        return mounting(source, self.tolerances, self.seed)
+
+    def angle_zeros(self) -> Array:
+        """Return what each line's accelerometer shows too much, (m,) rad."""
+        return angle_zeros(self.tolerances, self.seed, self.robot.m)
+
+    def tension_gains(self, source: str) -> Array:
+        """Return the share that each load cell or torque of a source shows too much, (m,)."""
+        return tension_gains(source, self.tolerances, self.seed, self.robot.m)

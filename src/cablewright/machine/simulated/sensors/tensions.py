@@ -1,0 +1,69 @@
+"""Simulated load cells at the sheaves, or torques of the motors, as tensions."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.machine.quantities import Share, Size
+from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
+from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
+from cablewright.signals import Tensions
+
+if TYPE_CHECKING:
+    from cablewright.machine.simulated.mounted import Mounted
+    from cablewright.machine.simulated.rig import RigState
+
+
+_HOUR: Final = 3600.0  # s
+
+
+class TensionFlaws(SensorFlaws):
+    """Flaws of load cells or torques. ``bias``: standard deviation of a unit's zero, N; None: as on the data sheet.
+
+    ``drift``: standard deviation of what the zero has drifted by after an hour, N. ``cross_talk``: share of the mean of
+    both neighbouring lines' tensions that a line shows in addition.
+    """
+
+    bias: Size | None = None
+    drift: Size = 0.0
+    cross_talk: Share = 0.0
+
+
+class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
+    """One for each line. Their zeros are drawn once and then drift as a random walk."""
+
+    SAVED = (*TimedSensor.SAVED, "_zeros")
+
+    def _mount(self, machine: Mounted) -> None:
+        spread = self.settings.bias if self.flaws.bias is None else self.flaws.bias
+        self._zeros = spread * self._random.standard_normal(machine.robot.m)  # N
+        self._factors = 1.0 + machine.tension_gains(self.source)
+        self._drift = math.hypot(self.flaws.drift, machine.tolerances.tension_drift * self.settings.most)
+
+    def _measure(self, state: RigState) -> Tensions:
+        settings, flaws, true = self.settings, self.flaws, state.truth.tensions
+        # a motor sees the winch's side of the sheave, a load cell on its axle the mean of both
+        true = state.winch_tensions if self.source == "motor_torques" else 0.5 * (true + state.winch_tensions)
+        m = len(true)
+        noise, walk = self._random.standard_normal((2, m))
+        chance, anywhere = self._random.random(m), self._random.uniform(0.0, settings.most, m)
+        self._zeros += self._drift * math.sqrt(1.0 / (settings.rate * _HOUR)) * walk
+        neighbours = 0.5 * (np.roll(true, 1) + np.roll(true, -1))
+        shown = self._factors * true + flaws.cross_talk * neighbours + self._zeros + settings.deviation * noise
+        shown = np.where(chance > 1.0 - flaws.outliers, anywhere, np.minimum(shown, settings.most))
+        shown[chance < flaws.dropout] = np.nan
+        shown.flags.writeable = False
+        return Tensions(self.source, state.truth.time, shown)
+
+
+def _offset(offsets: Array, _: Mounted) -> Array:
+    """Return what a reading shows too much, (m,) N."""
+    return offsets
+
+
+CELLS: Final = Simulated(LOAD_CELLS, TensionFlaws, TensionSensors, {"offset": _offset}, place=11)
+TORQUES: Final = Simulated(MOTOR_TORQUES, TensionFlaws, TensionSensors, {"offset": _offset}, place=12)

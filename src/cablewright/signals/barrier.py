@@ -1,0 +1,15 @@
+"""Whether somebody is near."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cablewright.signals.reading import Reading, Source
+
+
+@dataclass(frozen=True, eq=False)
+class Barrier(Reading, sources=[Source("barrier", stream=8, topic="/barrier")]):
+    """Reading of the light barrier around the machine."""
+
+    time: float  # s
+    broken: bool  # somebody interrupts the light

@@ -1,0 +1,36 @@
+"""What a machine reports besides readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Condition(StrEnum):
+    """Conditions that a machine reports with a step's readings."""
+
+    STALLED = "a motor cannot pull its load"
+    LIMITED = "a winch was asked for more speed than its motor has"
+    DRUM_END = "a winch drum is empty or full"
+    POWDER_OUT = "the valve is open but no powder is left"
+    SILENT = "nothing came over the wireless link for longer than it should"
+    NO_EQUILIBRIUM = "the plant found no equilibrium and stayed where it was"
+    BRANCH_END = "the equilibrium that the plant followed ended, and it went to another one nearby"
+    UNCERTIFIED = "the equilibrium that the plant followed could not be certified"
+    CLOCK_AHEAD = "the clock jumped ahead"
+    CLOCK_BACK = "the clock jumped back; what was told meanwhile is left out"
+    OVERRUN = "a step came later than it was due"
+    HUNG = "the control hung"
+    DRIVE_FAULT = "a winch's drive reports a fault"
+    BUS_SILENT = "a winch's drive does not answer"
+    ESTOP = "the emergency-stop chain is open"
+    BRAKE = "a brake is not as it was commanded"
+    NOT_SAVED = "counts of the winches could not be saved: after a loss of power it is to be homed"
+
+
+@dataclass(frozen=True)
+class Notice:
+    """One condition, and its subject: a line's name, a source, or none."""
+
+    condition: Condition
+    subject: str = ""

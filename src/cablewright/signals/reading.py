@@ -1,0 +1,81 @@
+"""What a reading declares of its sensor: sources, streams of noise, topics, and which of its numbers are of lines."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, NamedTuple, Self, get_type_hints
+
+
+class Source(NamedTuple):
+    """One sensor. ``stream``: its number, for good: of its random numbers in a simulation, and its place among others.
+
+    ``topic``: of a log. ``clock``: that stamps its readings; what the drum's clock stamps comes over the wireless link.
+    """
+
+    name: str
+    stream: int
+    topic: str
+    clock: Literal["machine", "drum"] = "machine"
+
+
+class PerLine(NamedTuple):
+    """Marks a field with a number for each line, (m,). ``unit``: empty for what has none. A float may be NaN."""
+
+    unit: str = ""
+
+
+OR_NAN: Final = "NaN: not measured"
+"""Marks a number that may be NaN."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A reading of a sensor: what a log, a simulation and the checks of readings need to know is in its declaration."""
+
+    SOURCES: ClassVar[tuple[Source, ...]]
+    """Sensors that such readings come from; with several of them, a field ``source`` tells which."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def source(self) -> str:
+            """Name of the sensor."""
+
+        @property
+        def time(self) -> float:
+            """Time of the measurement, s."""
+
+    def __init_subclass__(cls, sources: Sequence[Source]) -> None:
+        """Declare the *sources*; the name of the only one is that of each reading."""
+        cls.SOURCES = tuple(sources)
+        if len(sources) == 1:
+            type.__setattr__(cls, "source", sources[0].name)
+
+    @property
+    def stamp(self) -> float:
+        """Time that a clock wrote on it, s."""
+        return self.time
+
+    def stamped(self, time: float, rate: float = 1.0) -> Self:
+        """Return the same with another stamp, s; times within it are by a clock that runs at a *rate* to the former."""
+        del rate
+        fields: dict[str, Any] = {"time": time}
+        return replace(self, **fields)
+
+
+def per_line(kind: type) -> Mapping[str, PerLine]:
+    """Return the fields of a kind of signal that have a number for each line, with their marks."""
+    return _marks(kind)
+
+
+@functools.cache
+def _marks(kind: type) -> Mapping[str, PerLine]:
+    hints = get_type_hints(kind, include_extras=True)
+    return {
+        name: mark
+        for name, hint in hints.items()
+        for mark in getattr(hint, "__metadata__", ())
+        if type(mark) is PerLine
+    }
