@@ -97,12 +97,12 @@ class BodyEstimator:
     @property
     def danger(self) -> str:
         """Why the machine is to stop; empty: nothing."""
-        return self._state.danger
+        return self._state.judged.danger
 
     @property
     def searches(self) -> bool:
         """Whether the cause of that is still looked for."""
-        return self._state.search is not None
+        return self._state.judged.search is not None
 
     def after_load(self) -> None:
         """Go on with what was loaded."""
