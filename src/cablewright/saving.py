@@ -73,7 +73,7 @@ class Coded:
 
 
 @dataclass(frozen=True)
-class Rows:
+class SavedRows:
     """An attribute *name*, an array with a changing number of rows, up to ``most``; loading replaces it."""
 
     name: str
@@ -108,7 +108,7 @@ class Sparse:
         return live
 
 
-Saved = tuple[str | Coded | Rows | Sparse, ...]
+Saved = tuple[str | Coded | SavedRows | Sparse, ...]
 """Type of a ``SAVED``."""
 
 

@@ -14,7 +14,18 @@ import pytest
 from cablewright.errors import InputError
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load as load_robot
-from cablewright.saving import LAYOUT, Coded, Rows, Saved, Snapshot, Sparse, load, read_snapshots, save, write_snapshots
+from cablewright.saving import (
+    LAYOUT,
+    Coded,
+    Saved,
+    SavedRows,
+    Snapshot,
+    Sparse,
+    load,
+    read_snapshots,
+    save,
+    write_snapshots,
+)
 from twins import TWIN, machine
 
 DATA = Path(__file__).parents[1] / "data"
@@ -46,7 +57,7 @@ class Whole:
 
     SAVED: ClassVar[Saved] = (
         "steps", "time", "done", "pair", "place", "random", "part", "parts", "missing", "inner.total",
-        Sparse("floor"), Rows("path", 4), Coded("names", sorted, set),
+        Sparse("floor"), SavedRows("path", 4), Coded("names", sorted, set),
     )  # fmt: skip
 
     def __init__(self) -> None:

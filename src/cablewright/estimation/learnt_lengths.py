@@ -33,7 +33,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.cable import Creep
 from cablewright.robot.mount import compliance_matrix
 from cablewright.robot.parameters import Parameter
-from cablewright.saving import Rows
+from cablewright.saving import SavedRows
 from cablewright.solvers.forward import solve_again, solve_forward
 from cablewright.solvers.linearise import linearise
 from cablewright.solvers.parameters import mount_lengths, response
@@ -117,7 +117,7 @@ class LearntValues:
 class LearntLengths:
     """What is known by now of m lines. Changed in place. Rotations count from 0 where state is loaded."""
 
-    SAVED = ("memory", "before", "known", Rows("place_rows", KEPT), "counted", "rotation")
+    SAVED = ("memory", "before", "known", SavedRows("place_rows", KEPT), "counted", "rotation")
 
     priors: LengthPriors
     memory: CreepMemory

@@ -21,12 +21,12 @@ from cablewright.estimation.kalman.fading import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import (
     AsBuilt,
+    DrumMotion,
     FilterLayout,
     FilterSettings,
     FilterState,
     Judged,
     Lines,
-    Motion,
     diagonal,
     inflate_position,
 )
@@ -91,7 +91,7 @@ def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
         turns=Turns(TimeBuffer(1, 1), TimeBuffer(3, 1)),
         layout=lay,
         P=np.zeros((lay.size, lay.size)),
-        motion=Motion(weight / own.model.robot.scene.gravity),
+        motion=DrumMotion(weight / own.model.robot.scene.gravity),
     )
 
 

@@ -160,7 +160,7 @@ class MotionSince(NamedTuple):
 
 
 @dataclass(eq=False)
-class Motion:
+class DrumMotion:
     """Place and velocity of B, rotation of the drums, and when encoders were last relied on. Times are in s."""
 
     mass: float  # kg of the drum, see `load.weigh`
@@ -178,7 +178,7 @@ class Motion:
 
 
 @dataclass(eq=False)
-class Attitude:
+class DrumAttitude:
     """Attitude of the drum, by gyro and accelerometer. Times are in s."""
 
     tilt: Array = field(default_factory=lambda: np.zeros(2))
@@ -254,13 +254,13 @@ class Judged:
 class FilterState(ClockedState):
     """Changed in place by `step`. Position, velocity, tilt and so on are what `FilterLayout` names.
 
-    The motion of its ``turns`` is `Motion.drum_angles` and `Motion.coasted`.
+    The motion of its ``turns`` is `DrumMotion.drum_angles` and `DrumMotion.coasted`.
     """
 
     layout: FilterLayout
     P: Array  # (size, size)
-    motion: Motion
-    attitude: Attitude = field(default_factory=Attitude)
+    motion: DrumMotion
+    attitude: DrumAttitude = field(default_factory=DrumAttitude)
     lines: Lines = field(default_factory=Lines)
     hung: Hung = field(default_factory=Hung)
     built: AsBuilt = field(default_factory=AsBuilt)
