@@ -264,4 +264,4 @@ def test_what_crept_is_saved_with_a_print() -> None:
         frame = SensorFrame(1.0 * k, (Encoders(1.0 * k, STILL),))
         one, other = began.step(frame), resumed.step(frame)
     assert other.position == pytest.approx(one.position, abs=2e-5)
-    assert other.belief.covariance == pytest.approx(one.belief.covariance, rel=0.02, abs=1e-9)
+    assert other.covariance == pytest.approx(one.covariance, rel=0.02, abs=1e-9)
