@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import math
+import pkgutil
 from typing import Any
 
 import numpy as np
@@ -281,3 +283,13 @@ def test_a_scan_that_comes_late_is_no_first_position(seed: int) -> None:
     moved = np.linalg.norm(late[first][1].position - recording[200][1].position)
     assert moved > 0.02
     assert np.linalg.norm(found[first].position - late[first][1].position) < 0.6 * moved
+
+
+def test_states_are_nested_in_parts_of_at_most_15_fields() -> None:
+    counted = {}
+    for each in pkgutil.walk_packages(cablewright.estimation.__path__, "cablewright.estimation."):
+        for name, kind in vars(importlib.import_module(each.name)).items():
+            if dataclasses.is_dataclass(kind) and not kind.__dataclass_params__.frozen:
+                counted[name] = len(dataclasses.fields(kind))
+    assert {"FilterState", "ObserverState", "BodyState", "ReckoningState"} <= counted.keys()
+    assert max(counted.values()) <= 15, counted
