@@ -15,7 +15,13 @@ SOURCE = ROOT / "src" / "cablewright"
 ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
 EXTENDING = (ROOT / "docs" / "extending.md").read_text("utf-8")
 UNNAMED = ("apps/cli", "apps/report", "apps/pictures")  # one file a command, report or picture: listed as such
-PARTS = ("robot", "machine/simulated")  # one file a part or sensor
+PARTS = (
+    "robot",
+    "signals",
+    "machine/sensors",
+    "machine/simulated/sensors",
+    "estimation/body/updates",
+)  # one file a part
 
 
 def wings() -> list[str]:

@@ -8,8 +8,6 @@ clock. NaN: not measured.
 Each sensor's reading has a module of its own here, and is declared there: modules are found, not listed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final

@@ -1,7 +1,5 @@
 """Whether somebody is near."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cablewright.signals.reading import Reading, Source

@@ -1,7 +1,5 @@
 """How long a platform that retracts is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cablewright.signals.reading import Reading, Source

@@ -1,7 +1,5 @@
 """Temperature and humidity of the room."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cablewright.signals.reading import Reading, Source

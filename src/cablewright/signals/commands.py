@@ -1,7 +1,5 @@
 """What a machine is commanded, and what people order."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """What the distance sensor under the valve measures."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

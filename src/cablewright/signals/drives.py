@@ -1,7 +1,5 @@
 """What the winches' drives report."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated

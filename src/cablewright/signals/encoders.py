@@ -1,7 +1,5 @@
 """Counts of the encoders of the winches' motors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """What a machine answers in one step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TypeVar
 

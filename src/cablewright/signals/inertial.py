@@ -1,7 +1,5 @@
 """What the inertial unit on the drum measures."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cablewright.arrays import Array

@@ -1,7 +1,5 @@
 """Inputs that concern the machine's safety."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cablewright.signals.reading import Reading, Source

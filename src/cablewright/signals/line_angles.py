@@ -1,7 +1,5 @@
 """Angles of the lines at their accelerometers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

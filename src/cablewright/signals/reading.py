@@ -1,7 +1,5 @@
 """What a reading declares of its sensor: sources, streams of noise, topics, and which of its numbers are of lines."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Turns of planar lidars."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

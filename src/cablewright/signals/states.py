@@ -1,7 +1,5 @@
 """Where a machine is: truly, by estimation, and along its print."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum

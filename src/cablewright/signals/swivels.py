@@ -1,7 +1,5 @@
 """Where the swivelling sheaves look."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Tensions of the lines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated
 

@@ -4,8 +4,6 @@ A deviation is the noise of one reading; a bias is constant for one unit, and it
 all units of the kind. Each sensor has a module here: modules are found, not listed.
 """
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 from cablewright.discovery import declared

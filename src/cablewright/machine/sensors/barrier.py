@@ -1,7 +1,5 @@
 """Data sheet of the light barrier around the machine."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar, Final
 

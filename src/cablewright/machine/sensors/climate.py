@@ -1,7 +1,5 @@
 """Data sheet of thermometer and hygrometer."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar, Final
 

@@ -1,7 +1,5 @@
 """Data sheets of the planar lidars on the drum."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal, Self
 

@@ -1,7 +1,5 @@
 """Data sheet of the accelerometers on the lines."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final
 

@@ -1,7 +1,5 @@
 """Data of a retraction's drive, and of the sensor of its length."""
 
-from __future__ import annotations
-
 from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator

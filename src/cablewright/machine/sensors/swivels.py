@@ -1,7 +1,5 @@
 """Data sheet of the encoders of swivelling sheaves."""
 
-from __future__ import annotations
-
 from typing import Annotated, Final
 
 from pydantic import Field

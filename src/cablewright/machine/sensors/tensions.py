@@ -1,7 +1,5 @@
 """Data sheets of load cells, and of motors whose torques tell tensions."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from cablewright.machine.quantities import Factor, Rate, Share, Size

@@ -35,7 +35,6 @@ class Cells(Update):
 
     @classmethod
     def told(cls, source: str, sheet: Any) -> Self:
-        """As `Update`."""
         noise, zero = max(sheet.deviation, _LEAST_ZERO), max(sheet.bias, _LEAST_ZERO)
         return cls(source, noise, zero, max(sheet.gain_deviation, _LEAST_GAIN))
 
@@ -53,17 +52,14 @@ class Cells(Update):
         return reading.tensions
 
     def shown(self, there: Equilibrium) -> Array:
-        """As `Update`."""
         return there.tensions
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        """As `Update`."""
         return np.asarray(
             (1.0 + state.belief.unknowns[state.layout.gain]) * shown + state.belief.unknowns[state.layout.zero]
         )
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
-        """As `Update`."""
         variances[layout.gain], variances[layout.zero] = self.gain**2, self.zero**2
 
     def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:

@@ -33,11 +33,9 @@ class Swivelling(Update):
 
     @classmethod
     def told(cls, source: str, sheet: Any) -> Self:
-        """As `Update`."""
         return cls(max(sheet.deviation, _LEAST), max(sheet.bias, _LEAST))
 
     def read(self, settings: BodySettings, state: BodyState, reading: Reading) -> Array | None:
-        """As `Update`."""
         assert isinstance(reading, Swivels)  # its kind
         return reading.angles
 
@@ -49,17 +47,14 @@ class Swivelling(Update):
         return np.asarray(angles)
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        """As `Update`."""
         planes, exits = state.taut.planes, state.belief.unknowns[state.layout.exit].reshape(-1, 3)
         by_exit = (planes[:, 1] * exits[:, 0] - planes[:, 0] * exits[:, 1]) / planes[:, 2]
         return np.asarray(shown + by_exit + state.belief.unknowns[state.layout.swivel])
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
-        """As `Update`."""
         variances[layout.swivel] = self.zero**2
 
     def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
-        """As `Update`."""
         layout, planes = state.layout, state.taut.planes
         lines = np.flatnonzero(np.isfinite(read).any(axis=0))
         across = np.stack([-planes[:, 1], planes[:, 0], np.zeros(layout.m)], axis=1) / planes[:, 2:3]
@@ -75,5 +70,4 @@ class Swivelling(Update):
         return Part(middle(read[:, lines]), gradients[lines], noise * np.eye(len(lines)), lines)
 
     def wrapped(self, off: Array) -> Array:
-        """As `Update`."""
         return np.asarray(np.arctan2(np.sin(off), np.cos(off)))

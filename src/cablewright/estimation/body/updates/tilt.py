@@ -37,7 +37,6 @@ class Tilt(Update):
 
     @classmethod
     def told(cls, source: str, sheet: Any) -> Self:
-        """As `Update`."""
         given = (sheet.acceleration_deviation, sheet.acceleration_bias, sheet.turn_deviation)
         return cls(*(max(each, _LEAST) for each in given))
 
@@ -52,19 +51,15 @@ class Tilt(Update):
         return force[:2] / size
 
     def shown(self, there: Equilibrium) -> Array:
-        """As `Update`."""
         return np.asarray(matrix_of(there.pose[3:])[2, :2])
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        """As `Update`."""
         return shown + state.belief.unknowns[state.layout.tilt]
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
-        """As `Update`."""
         variances[layout.tilt] = self.turn**2 + (self.bias / settings.model.robot.scene.gravity) ** 2
 
     def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
-        """As `Update`."""
         layout, gravity = state.layout, settings.model.robot.scene.gravity
         by_turn = (matrix_of(state.pose[3:]).T @ UPWARD)[:2]
         gradients = by_turn @ slopes.pose[3:] @ state.belief.gradients

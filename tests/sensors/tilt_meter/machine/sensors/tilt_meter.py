@@ -1,0 +1,18 @@
+"""Data sheet of a tilt meter."""
+
+from typing import Final
+
+from cablewright.machine.quantities import Rate
+from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.units import Angle, NonNegative
+
+
+class TiltSheet(SensorSheet):
+    """Noise and zero, standard deviations, rad."""
+
+    rate: Rate
+    deviation: NonNegative[Angle]
+    bias: NonNegative[Angle] = 0.0
+
+
+TILT_METER: Final = Sensor("tilt_meter", TiltSheet)
