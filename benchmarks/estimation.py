@@ -150,7 +150,7 @@ def step_times(estimator: str, size: Size) -> tuple[Array, NDArray[np.bool_]]:
     for _ in range(size.repeats):
         state, times = one.start(known), []
         for k, (frame, _) in enumerate(drive):
-            waits = estimator == "paper" and (bool(state.pending_scans) or state.extracted_turn is not None)
+            waits = estimator == "paper" and (bool(state.turns.pending) or state.turns.extracted is not None)
             turned[k] = waits or any(isinstance(reading, Scan) for reading in frame.readings)
             begin = time.perf_counter()
             one.step(known, state, frame)

@@ -19,8 +19,8 @@ from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
-from cablewright.machine.simulated.snapshot import read_snapshots, write_snapshots
 from cablewright.robot import load
+from cablewright.saving import read_snapshots, write_snapshots
 from cablewright.signals import Command, Scan, SensorFrame, Truth
 
 Step = tuple[SensorFrame, Command, Truth]

@@ -48,10 +48,10 @@ from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import read_snapshots, write_snapshots
 from cablewright.printing.job import load_job
 from cablewright.printing.stl import read_stl
 from cablewright.robot import library_names, library_text, load, load_bracket, load_uncertainty
+from cablewright.saving import read_snapshots, write_snapshots
 from cablewright.signals import Command
 from cablewright.studies.store import read_manifest
 

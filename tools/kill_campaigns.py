@@ -37,8 +37,8 @@ from cablewright.arrays import Array
 from cablewright.control.guide import TimedPath
 from cablewright.errors import MAX_MESSAGE
 from cablewright.machine.log.log import read_log
-from cablewright.machine.simulated.snapshot import read_snapshots
 from cablewright.printing.job import load_job
+from cablewright.saving import read_snapshots
 from cablewright.signals import Scan
 from cablewright.studies.user_key import DIRECTORY
 

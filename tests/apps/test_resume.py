@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
+from cablewright.saving import LAYOUT, Snapshot, read_snapshots, write_snapshots
 from cablewright.studies.prints import run as prints
 from cablewright.studies.prints.run import CHECKPOINT, LOCK
 from cablewright.studies.store import MANIFEST
@@ -70,6 +70,19 @@ def test_a_forged_checkpoint_is_not_believed(cli, copied: tuple[Path, Path], tmp
         before = file.read_bytes()
         assert f"{CHECKPOINT}: not signed by this user" in again(cli, *copied, "--resume").refusal
         assert file.read_bytes() == before
+    assert again(cli, *copied, "--restart").json["status"] == "finished"
+
+
+def test_a_checkpoint_of_another_layout_is_refused_with_the_next_step(cli, copied: tuple[Path, Path]) -> None:
+    """It was written, at the end of such a print, by the version before."""
+    file = copied[1] / CHECKPOINT
+    old = read_snapshots(Path(__file__).parents[1] / "data" / "print_checkpoint_layout_1.bin")
+    write_snapshots(file, old, sign=signature)
+    before = file.read_bytes()
+    says = again(cli, *copied, "--resume").refusal
+    assert f"{CHECKPOINT}: is a checkpoint of layout 1, this version of cablewright reads layout {LAYOUT}" in says
+    assert f"--resume with the version in {MANIFEST}, or --restart to print all again" in says
+    assert file.read_bytes() == before
     assert again(cli, *copied, "--restart").json["status"] == "finished"
 
 

@@ -60,9 +60,7 @@ def test_units_of_time():
 
 
 def test_enlargements_are_round_and_never_shrink():
-    found = [
-        enlargement(goal, size) for goal, size in ((1.0, 0.3), (1.0, 0.1), (1.0, 0.004), (1.0, 2.0), (1.0, 0.0))
-    ]
+    found = [enlargement(goal, size) for goal, size in ((1.0, 0.3), (1.0, 0.1), (1.0, 0.004), (1.0, 2.0), (1.0, 0.0))]
     assert found == pytest.approx([2.0, 10.0, 200.0, 1.0, 1.0])
 
 

@@ -47,8 +47,8 @@ def stands(plant: BodyPlant, settings: BodySettings, state: BodyState) -> Estima
     """Stand: the machine is to stop by the third measurement, and by the twelfth it is to know the line."""
     for k in range(12):
         estimate = of_body.step(settings, state, plant.step(np.zeros(ROBOT.m), DT))
-        assert bool(state.danger) == (k >= 2)
-    assert state.search is None
+        assert bool(state.judged.danger) == (k >= 2)
+    assert state.judged.search is None
     return estimate
 
 
@@ -98,7 +98,7 @@ def test_a_cell_that_is_off_is_named_and_left_out(line: int) -> None:
     plant.cell_offset[line] = 150.0
     estimates = [of_body.step(settings, state, plant.step(np.zeros(8), DT)) for _ in range(10)]
     assert [fault.sentence.split(" is off")[0] for fault in estimates[-1].faults] == [f"the cell of line {NAMES[line]}"]
-    assert not state.danger
+    assert not state.judged.danger
     assert np.linalg.norm(off(plant, estimates[-1])) < 8e-3
 
 
@@ -108,8 +108,8 @@ def test_a_line_that_is_longer_than_its_encoder_says_is_named(line: int, slip: f
     state, _ = driven(plant, settings, 60)
     plant.slipped[line] = slip
     stands(plant, settings, state)
-    named, *alike = state.danger.split("; ")  # of two lines that would show the same, both
-    assert NAMES[line] in state.danger.replace(";", "").split()
+    named, *alike = state.judged.danger.split("; ")  # of two lines that would show the same, both
+    assert NAMES[line] in state.judged.danger.replace(";", "").split()
     assert abs(abs(float(named.split(" mm")[0].split()[-1])) - 1e3 * abs(slip)) < 4.0
     assert len(alike) <= 1
 
@@ -117,12 +117,12 @@ def test_a_line_that_is_longer_than_its_encoder_says_is_named(line: int, slip: f
 def test_counts_that_jump_have_slipped_and_are_left_out() -> None:
     plant, settings = BodyPlant(ROBOT, HOME, 933), told(ROBOT)
     state, _ = driven(plant, settings, 60)
-    before = state.paid.copy()
+    before = state.wound.paid.copy()
     plant.counted[3] += 6.0  # rad: no winch turns so far in a step
     for _ in range(3):
         of_body.step(settings, state, plant.step(np.zeros(8), DT))
-    assert state.danger.startswith(f"the encoder of line {NAMES[3]} slipped by")
-    assert state.paid == pytest.approx(before, abs=1e-3)
+    assert state.judged.danger.startswith(f"the encoder of line {NAMES[3]} slipped by")
+    assert state.wound.paid == pytest.approx(before, abs=1e-3)
 
 
 def test_a_broken_line_is_named_with_where_the_platform_hangs() -> None:
@@ -130,7 +130,7 @@ def test_a_broken_line_is_named_with_where_the_platform_hangs() -> None:
     state, _ = driven(plant, settings, 60)
     plant.cut = 4
     estimate = stands(plant, settings, state)
-    assert state.danger.startswith(f"line {NAMES[4]} pulls nothing: it broke, or left its sheave; the platform")
+    assert state.judged.danger.startswith(f"line {NAMES[4]} pulls nothing: it broke, or left its sheave; the platform")
     assert np.linalg.norm(off(plant, estimate)) < 0.02
 
 
@@ -140,13 +140,15 @@ def test_without_further_readings_nobody_waits_for_a_name() -> None:
     plant.cut = 4
     for _ in range(3):
         of_body.step(settings, state, plant.step(np.zeros(8), DT))
-    assert state.search is not None
+    assert state.judged.search is not None
     for _ in range(60):
         frame = plant.step(np.zeros(8), DT)
         kept = tuple(each for each in frame.readings if isinstance(each, Encoders))
         of_body.step(settings, state, replace(frame, readings=kept))
-    assert state.search is None
-    assert state.danger.endswith("a line slipped, left its sheave or broke; there are too few readings to say which")
+    assert state.judged.search is None
+    assert state.judged.danger.endswith(
+        "a line slipped, left its sheave or broke; there are too few readings to say which"
+    )
 
 
 def test_the_equilibria_without_a_line_balance() -> None:

@@ -19,12 +19,13 @@ from cablewright.estimation.body.unknowns import load
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.creep import HOUR, log_response, scaled_creep, usual_creep, voigt_response
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.robot import load as load_robot
 from cablewright.robot.cable import Creep
+from cablewright.saving import load as restore
+from cablewright.saving import save
 from cablewright.signals import Command, Encoders, Estimate, SensorFrame
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
@@ -146,7 +147,7 @@ def test_softer_lines_move_the_platform_as_the_statics_say(part: str) -> None:
     if part == "mount":
         lines = tuple(line.model_copy(update={"exit_compliance": softer}) for line in ROBOT.lines)
         other = Model(ROBOT.model_copy(update={"lines": lines}))
-        lengths, change = state.home_lengths, np.full(8, softer)
+        lengths, change = state.home.lengths, np.full(8, softer)
         moved = solve_forward(other, lengths, guess=HOME).checked().pose - HOME
     else:  # as an elastic strain that grows with the load from that at home, of which the length there has none
         state.lengths, share = held.lengths.copy(), 1e-6
@@ -164,9 +165,9 @@ def test_softer_lines_move_the_platform_as_the_statics_say(part: str) -> None:
         of_body.step(settings, state, SensorFrame(0.0, (Encoders(0.0, STILL),)))
         found = slopes_of(state)
         assert found is not None
-    expected = found.pose @ state.gradients[:, own] @ change
+    expected = found.pose @ state.belief.gradients[:, own] @ change
     assert moved == pytest.approx(expected, rel=0.02, abs=2e-8)
-    state.unknowns[own] = change
+    state.belief.unknowns[own] = change
     set_load(state, settings.model)
     assert state.tracker.step(lengths).word == "ok"
     assert state.pose == pytest.approx(solve_forward(other, lengths, guess=state.pose).checked().pose, abs=1e-7)
@@ -175,7 +176,7 @@ def test_softer_lines_move_the_platform_as_the_statics_say(part: str) -> None:
 def test_a_line_never_gets_stiffer_than_twice_its_description() -> None:
     settings = told(ROBOT)
     state = start(settings, HOME)
-    state.unknowns[state.layout.mount] = -1.0
+    state.belief.unknowns[state.layout.mount] = -1.0
     set_load(state, settings.model)
     assert state.tracker.step(state.lengths).word == "ok"
 
@@ -208,13 +209,13 @@ def test_what_is_learnt_of_a_law_is_not_all_believed() -> None:
     of_body.step(told(ROBOT), state, SensorFrame(0.0, (Encoders(0.0, STILL),)))
     slopes, laws = slopes_of(state), state.layout.laws
     assert slopes is not None
-    state.gradients[:, laws] = np.hstack([np.eye(8), np.eye(8), np.eye(8)])
-    by = slopes.pose @ state.gradients[:, laws]
-    state.covariance = np.zeros_like(state.covariance)
-    state.covariance[laws, laws] = state.untold
-    whole = by @ state.untold @ by.T
+    state.belief.gradients[:, laws] = np.hstack([np.eye(8), np.eye(8), np.eye(8)])
+    by = slopes.pose @ state.belief.gradients[:, laws]
+    state.belief.covariance = np.zeros_like(state.belief.covariance)
+    state.belief.covariance[laws, laws] = state.belief.untold
+    whole = by @ state.belief.untold @ by.T
     np.testing.assert_allclose(pose_covariance(state, slopes), whole, rtol=1e-9, atol=1e-15)
-    state.covariance[laws, laws] = 0.0
+    state.belief.covariance[laws, laws] = 0.0
     np.testing.assert_allclose(pose_covariance(state, slopes), 0.09 * whole, rtol=1e-9, atol=1e-15)
 
 
@@ -256,10 +257,9 @@ def test_what_crept_is_saved_with_a_print() -> None:
     began = estimator("encoders", robot, owner, HOME)
     for k in range(300):
         began.step(SensorFrame(1.0 * k, (Encoders(1.0 * k, STILL),)))
-    archive = Archive()
-    began.archive_state(archive)
+    snapshot = save(began)
     resumed = estimator("encoders", robot, owner, HOME + np.array([0.0, 0.0, 0.2, 0.0, 0.0, 0.0]))
-    resumed.archive_state(Archive(archive.snapshot, loading=True))
+    restore(resumed, snapshot)
     for k in range(300, 600):
         frame = SensorFrame(1.0 * k, (Encoders(1.0 * k, STILL),))
         one, other = began.step(frame), resumed.step(frame)

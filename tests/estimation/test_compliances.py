@@ -28,7 +28,7 @@ def test_a_compliance_moves_b_as_differences_of_its_motion(later: FilterState) -
     paid_out, step = np.array([2e-3, -1e-3, 3e-3, 1e-3]), 1e-6
     state = copy.deepcopy(later)
     line_update.update_jacobian(KNOWN, state, at_once=True)
-    taut, sag = state.taut, state.sag
+    taut, sag = state.taut, state.hung.sag
     assert taut is not None
     assert sag is not None
     lines, h = KNOWN.machine.model.lines, sag.forces(line_update.excess(state))
@@ -39,17 +39,17 @@ def test_a_compliance_moves_b_as_differences_of_its_motion(later: FilterState) -
         weighted = taut.toward.T / (stretching * np.exp(shares) + sagging)
         return np.asarray(np.linalg.solve(weighted @ taut.toward, weighted) @ paid_out)
 
-    assert state.jacobian @ paid_out == pytest.approx(moved(np.zeros(4)), rel=1e-6)
+    assert state.hung.jacobian @ paid_out == pytest.approx(moved(np.zeros(4)), rel=1e-6)
     loosened = paid_out - taut.toward @ moved(np.zeros(4))
     assert np.abs(loosened).max() > 1e-4
-    for way, by in zip(step * np.eye(4), (state.by_compliance * loosened).T, strict=True):
+    for way, by in zip(step * np.eye(4), (state.hung.by_compliance * loosened).T, strict=True):
         assert (moved(way) - moved(-way)) / (2.0 * step) == pytest.approx(by, rel=1e-5, abs=1e-9)
 
 
 def test_it_is_in_the_covariance_of_b_once(later: FilterState) -> None:
     state, lay = copy.deepcopy(later), later.layout
-    state.stretching, state.loosened = 0.0, np.array([1e-3, -2e-3, 1e-3, 0.0])
-    by, before = state.by_compliance * state.loosened, state.P.copy()
+    state.lines.stretching, state.lines.loosened = 0.0, np.array([1e-3, -2e-3, 1e-3, 0.0])
+    by, before = state.hung.by_compliance * state.lines.loosened, state.P.copy()
     line_update._spread_compliances(state)
     F = np.eye(lay.size)
     F[lay.position, lay.compliances] = by
@@ -71,11 +71,11 @@ def test_a_line_that_gives_twice_as_much_is_found_by_equilibria(later: FilterSta
     )
     model = Model(robot.model_copy(update={"lines": lines}))
     state, lay = copy.deepcopy(later), later.layout
-    state.zeros, state.shaken_time, state.mass = np.zeros(4), -np.inf, SETTINGS.carrier.empty_mass
-    state.mass += SETTINGS.carrier.powder
+    state.lines.zeros, state.attitude.shaken_time, state.motion.mass = np.zeros(4), -np.inf, SETTINGS.carrier.empty_mass
+    state.motion.mass += SETTINGS.carrier.powder
     settings = dataclasses.replace(KNOWN, mass_sigma=1e-3)
     first = settings.compliance_sigma
-    state.compliances = np.ones(4)
+    state.lines.compliances = np.ones(4)
     state.P[:] = 0.0
     rows = np.arange(lay.compliances.start, lay.compliances.stop)
     state.P[rows, rows] = first**2
@@ -83,19 +83,19 @@ def test_a_line_that_gives_twice_as_much_is_found_by_equilibria(later: FilterSta
     for place in places:
         held, taut = solve_inverse(model, place).checked(), taut_at(KNOWN.machine.model, place)
         own = LineStates(held.states)
-        state.position, state.lengths = place.copy(), held.lengths.copy()
+        state.motion.position, state.lines.lengths = place.copy(), held.lengths.copy()
         line_update.update_jacobian(settings, state, at_once=True)
-        assert state.sag is not None
+        assert state.hung.sag is not None
         forces = np.exp(own.log_tension) * np.cos(own.free_angle)
         state.slackness = state.slackness._replace(
-            differences=state.sag.differences(forces), excess=np.zeros(4), variances=np.full(4, 1e-8)
+            differences=state.hung.sag.differences(forces), excess=np.zeros(4), variances=np.full(4, 1e-8)
         )
         assert taut.lengths == pytest.approx(state.taut.lengths if state.taut else np.nan, rel=1e-12)
-        state.last_angle_time = -np.inf
+        state.lines.last_angle_time = -np.inf
         line_update.update(settings, state)
     sigma = np.sqrt(state.P[rows, rows])
     true = np.ones(4)
     true[soft] = 2.0
     assert sigma.max() < 0.5 * first
-    assert (np.abs(np.log(state.compliances / true)) < 3.0 * sigma).all()
-    assert state.compliances[soft] > 1.5
+    assert (np.abs(np.log(state.lines.compliances / true)) < 3.0 * sigma).all()
+    assert state.lines.compliances[soft] > 1.5

@@ -36,15 +36,15 @@ def mounted(later: FilterState, sigma: float) -> FilterState:
     """A state that knows nothing of its mounts and walls but *sigma*, m and rad."""
     state, known = copy.deepcopy(later), later.layout.surveyed
     state.P[known], state.P[:, known] = 0.0, 0.0
-    state.survey_variances = np.full(known.stop - known.start, sigma**2)
-    state.P[known, known] = np.diag(state.survey_variances)
+    state.built.survey_variances = np.full(known.stop - known.start, sigma**2)
+    state.P[known, known] = np.diag(state.built.survey_variances)
     return state
 
 
 def test_a_mount_does_not_follow_a_wrong_height_for_hours(later: FilterState) -> None:
     """Lines believe in a height that is 60 mm off, a little each second; the floor tells height and mount together."""
     state, sigma = mounted(later, 2e-3), 2e-3
-    lay, true = state.layout, float(later.position[2])
+    lay, true = state.layout, float(later.motion.position[2])
     height, mount = lay.position.start + 2, lay.vertical_mount.start + 2
     by_lines, by_floor = np.zeros((1, lay.size)), np.zeros((1, lay.size))
     by_lines[0, height] = by_floor[0, height] = by_floor[0, mount] = 1.0
@@ -52,12 +52,12 @@ def test_a_mount_does_not_follow_a_wrong_height_for_hours(later: FilterState) ->
     for _ in range(3600 * HOURS):
         fade_survey(state, 1.0)
         state.P[height, height] += 2e-8
-        apply_update(state, by_lines, np.array([true - 0.06 - state.position[2]]), np.array([[0.2]]))
-        seen = true - float(state.position[2] + state.vertical_mount_error[2])
+        apply_update(state, by_lines, np.array([true - 0.06 - state.motion.position[2]]), np.array([[0.2]]))
+        seen = true - float(state.motion.position[2] + state.built.vertical_mount_error[2])
         apply_update(state, by_floor, np.array([seen]), np.array([[1e-7]]))
-        farthest = max(farthest, abs(float(state.vertical_mount_error[2])))
+        farthest = max(farthest, abs(float(state.built.vertical_mount_error[2])))
     assert farthest < 2.0 * sigma
-    assert abs(float(state.position[2]) - true) < 2.0 * sigma
+    assert abs(float(state.motion.position[2]) - true) < 2.0 * sigma
     assert state.P[mount, mount] == pytest.approx(sigma**2, rel=0.1)
 
 
@@ -69,5 +69,5 @@ def test_what_lidars_see_of_a_mount_stays_known(later: FilterState) -> None:
     turned[0, lay.mounts.start + 2] = 1.0
     for _ in range(3600):
         fade_survey(state, 1.0)
-        apply_update(state, turned, np.array([2.0 * sigma - state.mount_errors[0, 2]]), np.array([[1e-6]]))
-    assert state.mount_errors[0, 2] == pytest.approx(2.0 * sigma, rel=0.01)
+        apply_update(state, turned, np.array([2.0 * sigma - state.built.mount_errors[0, 2]]), np.array([[1e-6]]))
+    assert state.built.mount_errors[0, 2] == pytest.approx(2.0 * sigma, rel=0.01)

@@ -121,7 +121,7 @@ def walls(state: FilterState, scan: Scan) -> dict[tuple[int, int], tuple[lidar_u
     """What a turn's lines say as walls, as seen from *state*, and whether that passes the gate."""
     state = copy.deepcopy(state)
     lidar_update.extract(KNOWN, state, scan)
-    turn = state.extracted_turn
+    turn = state.turns.extracted
     assert turn is not None
     changes = [state.change_since([turn.end, turn.end - sweep[0]]) for sweep in turn.sweeps]
     found = lidar_update.equations(KNOWN, state, turn, changes, set(range(len(turn))))
@@ -285,15 +285,21 @@ def test_a_clock_that_jumps_back_is_named_and_survived(whole: Any) -> None:
 
 def test_ground_that_was_seen_is_forgotten_where_the_clock_is_set_back(later: FilterState) -> None:
     """Nobody knows what was laid since. Where the position is found anew it stays: the floor was in sight."""
-    state, here = copy.deepcopy(later), later.position[None, :2]
-    state.ground_map.write(here, np.array([0.1]))
+    state, here = copy.deepcopy(later), later.motion.position[None, :2]
+    state.built.ground_map.write(here, np.array([0.1]))
     first = FirstState(
-        state.time, state.position, state.velocity, state.yaw, state.lengths, state.radii, state.slackness
+        state.time,
+        state.motion.position,
+        state.motion.velocity,
+        state.attitude.yaw,
+        state.lines.lengths,
+        state.lines.radii,
+        state.slackness,
     )
     assert error_state.begin(KNOWN, state, first)
-    assert state.ground_map.at(here).known.all()
+    assert state.built.ground_map.at(here).known.all()
     error_state.step(KNOWN, state, SensorFrame(state.time - 5.0, ()))
-    assert not state.ground_map.at(here).known.any()
+    assert not state.built.ground_map.at(here).known.any()
 
 
 def test_a_quasi_static_machine_is_found_too() -> None:

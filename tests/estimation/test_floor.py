@@ -57,8 +57,8 @@ def move(state: FilterState, up: float, sigma: float) -> None:
     """Let a *state* be wrong by *up*, m, in all that has a height, and doubt that by *sigma*, m."""
     assert state.taut is not None
     wrong = np.array([0.0, 0.0, up])
-    state.position = state.position + wrong
-    state.lengths = state.lengths + state.taut.toward @ wrong
+    state.motion.position = state.motion.position + wrong
+    state.lines.lengths = state.lines.lengths + state.taut.toward @ wrong
     inflate_position(state, [0.0, 0.0, sigma])
     ground = state.layout.ground
     state.P[ground, ground] += 0.1**2  # or the distance sensor would correct the height at once
@@ -133,7 +133,7 @@ def test_a_wrong_height_does_not_make_its_own_ground() -> None:
             lay(twin, -0.3, 1.8, 33.0)
         if step == 61:
             move(state.filter, 8e-3, 3e-3)
-            state.filter.ground_map = GroundMap()
+            state.filter.built.ground_map = GroundMap()
 
     _, off = stand("filter", 1000, mistaken)
     assert np.abs(off[20:60]).max() < 3e-3

@@ -76,8 +76,9 @@ class Watch:
         if file.startswith("machine/"):
             return
         for value in list(frame.f_locals.values()):
-            if isinstance(value, Scan | LidarTurn) or any(map(of_a_turn, inside(value))):
-                self.containers.add(type(value).__name__)
+            for part in (value, *inside(value)):
+                if isinstance(part, Scan | LidarTurn) or any(map(of_a_turn, inside(part))):
+                    self.containers.add(type(part).__name__)
             if of_a_turn(value) or (self.ranges is not None and value is self.ranges):
                 self.files.add(file)
             if isinstance(value, Scan) and of_a_turn(value):
@@ -119,6 +120,6 @@ def test_a_turn_passes_through_the_files_that_are_described_and_no_others() -> N
     assert set(files) > WITHOUT_ITS_OBJECTS
     assert f"**{len(files)} files, {len(containers)} containers**" in text
     assert len(files) <= 11
-    assert watch.containers == set(containers[:4]) == {"SensorFrame", "Scan", "LidarTurn", "FilterState"}
+    assert watch.containers == set(containers[:4]) == {"SensorFrame", "Scan", "LidarTurn", "Turns"}
     assert containers[4:] == [Estimate.__name__, Command.__name__]
     assert len(containers) <= 6

@@ -23,8 +23,8 @@ KNOWN = started_settings(load("merlet2023"), SETTINGS).filter
 def slackest(settings: FilterSettings, state: FilterState) -> tuple[int, Callable[[float], Array]]:
     """The line that pulls least, and angles (m,), rad, of all lines less those of taut ones by its excess, m."""
     assert state.taut is not None
-    assert state.sag is not None
-    sag, weight = state.sag, state.mass * settings.machine.tilt.gravity
+    assert state.hung.sag is not None
+    sag, weight = state.hung.sag, state.motion.mass * settings.machine.tilt.gravity
     may_be = balanced(settings.machine.slackness, state.taut, weight, 0.2 * weight)
     assert may_be is not None
     line, shares = int(np.argmin(may_be.first)), np.geomspace(1e-3, 0.2, 400)
@@ -41,11 +41,11 @@ def test_lines_lead_where_taut_lines_lead(later: FilterState) -> None:
     """Lengths that grow as the taut ones do from here to there move B from here to there."""
     assert later.taut is not None
     for way in np.eye(3):
-        assert later.jacobian @ (later.taut.toward @ way) == pytest.approx(way, abs=1e-9)
-    before, slack = later.position.copy(), line_update.excess(later)
+        assert later.hung.jacobian @ (later.taut.toward @ way) == pytest.approx(way, abs=1e-9)
+    before, slack = later.motion.position.copy(), line_update.excess(later)
     state = copy.deepcopy(later)
     line_update.predict(KNOWN, state, np.array([1e-3, -2e-3, 1e-3, 0.0]), 0.01)
-    assert np.linalg.norm(state.position - before) < 3e-4
+    assert np.linalg.norm(state.motion.position - before) < 3e-4
     assert np.abs(line_update.excess(state) - slack).max() < 3e-4
     assert np.linalg.eigvalsh(state.P)[0] > -1e-12
 
@@ -55,20 +55,20 @@ def test_a_zero_that_is_doubted_goes_back_to_what_was_told(later: FilterState) -
     state = copy.deepcopy(later)
     rows, first = np.arange(state.layout.zeros.start, state.layout.zeros.stop), 0.026**2
     state.P[rows, rows] = 0.1 * first
-    state.zeros = np.full(4, 0.03)
+    state.lines.zeros = np.full(4, 0.03)
     line_update._doubt_zeros(settings, state, lines[:2], np.array([0.3, 9.0]) * first)
     assert state.P[rows, rows] == pytest.approx(first * np.array([0.4, 1.0, 0.1, 0.1]))
     # told and learnt together, before: 0.03; what was learnt alone is unchanged where its weight is less
-    assert state.zeros == pytest.approx([0.03 * 0.6 / 0.9, 0.0, 0.03, 0.03])
+    assert state.lines.zeros == pytest.approx([0.03 * 0.6 / 0.9, 0.0, 0.03, 0.03])
     for _ in range(100):
         line_update._doubt_zeros(settings, state, lines, np.full(4, first))
-    assert np.abs(state.zeros).max() < 1e-9
+    assert np.abs(state.lines.zeros).max() < 1e-9
 
 
 def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: FilterState) -> None:
     """Half a millimetre each 0.2 s: by the weight, which is hardly known, its force is as small as its angle says."""
     settings, state = dataclasses.replace(KNOWN, layers=None), copy.deepcopy(later)
-    m, (line, hanging) = len(state.lengths), slackest(settings, state)
+    m, (line, hanging) = len(state.lines.lengths), slackest(settings, state)
     begin = max(float(line_update.excess(state)[line]), 1e-3)
     for k in range(80):
         differences, seen = hanging(begin + 5e-4 * k), state.slackness
@@ -84,9 +84,9 @@ def test_a_line_that_gets_slack_uncounted_is_followed_by_its_angle(later: Filter
 def test_the_zero_of_a_slack_line_stays_within_what_was_told(later: FilterState) -> None:
     """A line that the state takes for taut hangs loose by 20 mm: its length is wrong, and not its accelerometer."""
     settings, state = dataclasses.replace(KNOWN, layers=None, zero_sigma=np.radians(0.5)), copy.deepcopy(later)
-    lay, m, (line, hanging) = state.layout, len(state.lengths), slackest(settings, state)
+    lay, m, (line, hanging) = state.layout, len(state.lines.lengths), slackest(settings, state)
     differences = hanging(0.02)
-    state.lengths[line] -= line_update.excess(state)[line]
+    state.lines.lengths[line] -= line_update.excess(state)[line]
     for states, sigma in ((lay.lengths, 7e-3), (lay.zeros, settings.zero_sigma)):
         state.P[states], state.P[:, states] = 0.0, 0.0
         state.P[states, states] = sigma**2 * np.eye(m)
@@ -96,7 +96,7 @@ def test_the_zero_of_a_slack_line_stays_within_what_was_told(later: FilterState)
         line_update.predict(settings, state, np.zeros(m), 1.0)
         state.time += 1.0
         line_update.update(settings, state)
-        assert np.abs(state.zeros).max() < 2.0 * settings.zero_sigma
+        assert np.abs(state.lines.zeros).max() < 2.0 * settings.zero_sigma
     assert line_update.excess(state)[line] == pytest.approx(0.02, abs=4e-3)
 
 
@@ -104,7 +104,7 @@ def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covaria
     """The covariance of a prediction is that of its own differences, but for what it adds as noise."""
     lay, rotation, dt = later.layout, np.array([1e-3, -2e-3, 1e-3, 5e-4]), 0.01
     settings, later = dataclasses.replace(KNOWN, layers=None), copy.deepcopy(later)
-    later.stretching, later.loosened = 0.0, np.zeros(4)
+    later.lines.stretching, later.lines.loosened = 0.0, np.zeros(4)
     later.P[lay.compliances] = later.P[:, lay.compliances] = 0.0  # their part is in test_compliances
     parts = np.r_[lay.position, lay.lengths, lay.radii, lay.stretch]
 
@@ -116,7 +116,9 @@ def test_stretch_that_no_count_shows_moves_lengths_and_the_drum_with_its_covaria
         return state
 
     def numbers(state: FilterState) -> np.ndarray:
-        return np.concatenate([state.position, state.lengths, np.log(state.radii), state.stretch_rates])
+        return np.concatenate(
+            [state.motion.position, state.lines.lengths, np.log(state.lines.radii), state.lines.stretch_rates]
+        )
 
     state, step = predicted(np.zeros(lay.size)), 1e-5
     ways = step * np.eye(lay.size)[parts]

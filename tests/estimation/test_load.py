@@ -32,29 +32,29 @@ def heavier(mass: float) -> Model:
 @pytest.mark.parametrize(("change", "looser"), [(2.0, 0.0), (-10.0, 0.0), (20.0, 0.012), (-18.0, 0.012)])
 def test_it_sinks_as_the_equilibrium_of_the_same_lengths(later: FilterState, change: float, looser: float) -> None:
     """Also where a line, *looser* by m, gets slack meanwhile."""
-    state, evenly = copy.deepcopy(later), solve_inverse(Model(ROBOT), later.position).checked()
+    state, evenly = copy.deepcopy(later), solve_inverse(Model(ROBOT), later.motion.position).checked()
     lengths = evenly.lengths + looser * (evenly.tensions == evenly.tensions.min())
     held = solve_forward(Model(ROBOT), lengths, guess=evenly.pose).checked()
-    state.position, state.lengths, state.compliances = held.pose.copy(), lengths.copy(), np.ones(4)
+    state.motion.position, state.lines.lengths, state.lines.compliances = held.pose.copy(), lengths.copy(), np.ones(4)
     line_update.update_jacobian(KNOWN, state, at_once=True)
-    weigh(KNOWN, state, state.mass + change)
-    sunk = solve_forward(heavier(state.mass), lengths, guess=held.pose).checked().pose - held.pose
+    weigh(KNOWN, state, state.motion.mass + change)
+    sunk = solve_forward(heavier(state.motion.mass), lengths, guess=held.pose).checked().pose - held.pose
     assert abs(sunk[2]) > 3e-4
     assert np.sign(sunk[2]) == -np.sign(change)
-    moved = state.position - held.pose
+    moved = state.motion.position - held.pose
     assert np.linalg.norm(moved - sunk) < 0.05 * np.linalg.norm(sunk)
-    assert (state.lengths == lengths).all()
+    assert (state.lines.lengths == lengths).all()
 
 
 def test_that_is_as_unsure_as_it_is_far_and_nothing_else_is(later: FilterState) -> None:
     state, position = copy.deepcopy(later), later.layout.position
-    weigh(KNOWN, state, state.mass + 2.0)  # so little that nothing else is predicted with it
-    moved = state.position - later.position
+    weigh(KNOWN, state, state.motion.mass + 2.0)  # so little that nothing else is predicted with it
+    moved = state.motion.position - later.motion.position
     added = state.P - later.P
     assert added[position, position] == pytest.approx(KNOWN.load_sigma**2 * float(moved @ moved) * np.eye(3), abs=1e-15)
     added[position, position] = 0.0
     assert not added.any()
-    assert state.coasted[:3] - later.coasted[:3] == pytest.approx(moved)  # of what lidars saw before
+    assert state.motion.coasted[:3] - later.motion.coasted[:3] == pytest.approx(moved)  # of what lidars saw before
 
 
 def test_a_turn_tells_no_height_that_began_before_it_sank_or_bounced(
@@ -66,19 +66,19 @@ def test_a_turn_tells_no_height_that_began_before_it_sank_or_bounced(
     left = []
     for bounce_end in (scan.times[0] - 0.01, scan.times[0] + 0.01):
         state = copy.deepcopy(later)
-        state.bounce_end = bounce_end
-        state.position = state.position + np.array([0.0, 0.0, 4e-3])
+        state.motion.bounce_end = bounce_end
+        state.motion.position = state.motion.position + np.array([0.0, 0.0, 4e-3])
         inflate_position(state, [0.0, 0.0, 4e-3])
-        state.pending_scans.append(scan)
-        error_state._process_scan(KNOWN, state)
-        assert not state.pending_scans
-        left.append(state.position[2] - later.position[2])
+        state.turns.pending.append(scan)
+        error_state._process_turn(KNOWN, state)
+        assert not state.turns.pending
+        left.append(state.motion.position[2] - later.motion.position[2])
     assert abs(left[0]) < 1e-3
     assert left[1] == pytest.approx(4e-3)
-    weigh(KNOWN, state, state.mass + 1e-3)
-    assert state.bounce_end == bounce_end
-    weigh(KNOWN, state, state.mass + 15.0)
-    assert state.bounce_end == pytest.approx(state.time + 0.5)
+    weigh(KNOWN, state, state.motion.mass + 1e-3)
+    assert state.motion.bounce_end == bounce_end
+    weigh(KNOWN, state, state.motion.mass + 15.0)
+    assert state.motion.bounce_end == pytest.approx(state.time + 0.5)
 
 
 def test_a_drum_that_bounces_after_a_refill_leaves_no_fault_and_is_found() -> None:
@@ -102,13 +102,13 @@ def test_a_drum_that_bounces_after_a_refill_leaves_no_fault_and_is_found() -> No
 
 def test_the_same_mass_again_changes_nothing(later: FilterState) -> None:
     state = copy.deepcopy(later)
-    weigh(KNOWN, state, state.mass)
-    assert (state.position == later.position).all()
+    weigh(KNOWN, state, state.motion.mass)
+    assert (state.motion.position == later.motion.position).all()
     assert (state.P == later.P).all()
 
 
 def test_before_the_first_position_it_is_a_number() -> None:
     state = started_filter.start(STARTED)
     started_filter.weigh(STARTED, state, 42.0)
-    assert state.filter.mass == 42.0
-    assert np.isnan(state.filter.position).all()
+    assert state.filter.motion.mass == 42.0
+    assert np.isnan(state.filter.motion.position).all()

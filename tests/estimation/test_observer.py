@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import math
+import pkgutil
 from typing import Any
 
 import numpy as np
@@ -188,11 +190,11 @@ def test_turns_do_not_queue_up(whole: Any) -> None:
     for k in range(20):
         readings = tuple(dataclasses.replace(scan, begin=scan.begin + 14.0 * k) for scan in scans)  # type: ignore[type-var]
         observer.step(known, state, SensorFrame(14.0 * (k + 1), readings))
-        assert not state.pending_scans or k == 0
+        assert not state.turns.pending or k == 0
     observer.step(
         known, state, SensorFrame(280.01, tuple(dataclasses.replace(s, begin=s.begin + 266.0) for s in scans))
     )  # type: ignore[type-var]
-    assert len(state.pending_scans) <= 3 * known.walls.kept_turns
+    assert len(state.turns.pending) <= 3 * known.walls.kept_turns
     empty = Scan("north", 300.0, 1e-3, 0.0, 0.01, np.empty(0))
     observer.step(known, state, SensorFrame(301.0, (empty,)))
 
@@ -246,7 +248,7 @@ def test_nothing_is_kept_without_end() -> None:
 def test_start_knows_nothing() -> None:
     state = observer.start(observer_settings(ROBOT, SETTINGS))
     assert state.tracker is None
-    assert math.isnan(state.yaw_offset)
+    assert math.isnan(state.located.yaw_offset)
 
 
 @pytest.mark.parametrize(("floor_cone", "low", "high"), [(math.radians(70.0), -0.01, 0.01), (None, -0.3, -0.02)])
@@ -281,3 +283,13 @@ def test_a_scan_that_comes_late_is_no_first_position(seed: int) -> None:
     moved = np.linalg.norm(late[first][1].position - recording[200][1].position)
     assert moved > 0.02
     assert np.linalg.norm(found[first].position - late[first][1].position) < 0.6 * moved
+
+
+def test_states_are_nested_in_parts_of_at_most_15_fields() -> None:
+    counted = {}
+    for each in pkgutil.walk_packages(cablewright.estimation.__path__, "cablewright.estimation."):
+        for name, kind in vars(importlib.import_module(each.name)).items():
+            if dataclasses.is_dataclass(kind) and not kind.__dataclass_params__.frozen:
+                counted[name] = len(dataclasses.fields(kind))
+    assert {"FilterState", "ObserverState", "BodyState", "ReckoningState"} <= counted.keys()
+    assert max(counted.values()) <= 15, counted

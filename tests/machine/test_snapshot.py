@@ -15,8 +15,8 @@ from cablewright.kernels.plant import winding
 from cablewright.machine.log.messages import encode
 from cablewright.machine.simulated.settings import FaultPlan
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.robot import load
+from cablewright.saving import Snapshot, read_snapshots, write_snapshots
 from cablewright.signals import Barrier, Command
 from twins import TWIN, changed, machine, run
 
@@ -120,12 +120,13 @@ def _without(snapshot: Snapshot, **changes: Any) -> Snapshot:
         ("rig.motion", np.zeros(11), "float64 (12,) is expected"),
         ("rig.winch_flags", np.zeros(4), "int64 (4,) is expected"),
         ("rig.winches.state", np.full((4, winding.WINCH), 1e6), "a winch drum is wound"),
-        ("rig.ground.heights", [0], "where a block begins"),
-        ("rig.ground.heights", [0, 501], "does not fit into (250, 500)"),
-        ("rig.ground.heights", [-1, 0], "where a block begins"),
-        ("rig.ground.heights", np.zeros(3), "does not fit into (250, 500)"),
-        ("rig.ground.heights", np.full((2, 2), np.inf), "not finite"),
-        ("north.poses", np.zeros((6, 7)), "up to 5 rows"),
+        ("rig.ground.field.heights", [0], "where a block begins"),
+        ("rig.ground.field.heights", [0, 501], "does not fit into (250, 500)"),
+        ("rig.ground.field.heights", [-1, 0], "where a block begins"),
+        ("rig.ground.field.heights", np.zeros(3), "does not fit into (250, 500)"),
+        ("rig.ground.field.heights", np.full((2, 2), np.inf), "not finite"),
+        ("sensors.north.poses", np.zeros((5, 7)), "float64 (6, 7) is expected"),
+        ("sensors.north.count", 6, "up to 5 poses of a turn"),
         ("wire.sent", [[1.0, "/truth", "{}"]], "a message of /truth"),
         ("wire.sent", [[1.0, "/climate", "{"]], "no JSON"),
         ("wire.sent", [[1.0, "/frame", '{"time": 1, "notices": []}']], "no topic of a reading"),
@@ -168,7 +169,7 @@ def test_a_damaged_file_is_refused_whatever_the_damage(tmp_path: Path) -> None:
         (b"[" * 100_000, "Invalid JSON"),
         (b'{"schema":2,"parts":{}}', "schema: must be 1"),
         (b'{"schema":1,"parts":{"a":[]}}', "must be an object"),
-        (b'{"schema":1,"parts":{"a":{"values":{},"arrays":{"y":["O8",[1]]}}}}', "must be 'f8' or 'i8'"),
+        (b'{"schema":1,"parts":{"a":{"values":{},"arrays":{"y":["O8",[1]]}}}}', "must be 'b1', 'f8' or 'i8'"),
         (b'{"schema":1,"parts":{"a":{"values":{},"arrays":{"y":["f8",[-1]]}}}}', "must be greater than or equal to 0"),
         (b'{"schema":1,"parts":{"a":{"values":{},"arrays":{"y":["f8",[1000000000000]]}}}}', "longer than the file"),
         (

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
+from cablewright.saving import Snapshot, read_snapshots, write_snapshots
 from cablewright.studies.prints import snapshot_writer as keepers
 from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from cablewright.errors import EnvironmentFault, InputError
-from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.robot import load
+from cablewright.saving import Snapshot, read_snapshots, write_snapshots
 from cablewright.solvers.equilibria import Equilibria, equilibria
 from cablewright.studies import user_key
 from cablewright.studies.equilibria import search_all
@@ -132,6 +132,15 @@ def test_a_state_that_lacks_something_is_none(found: Equilibria, tmp_path: Path,
     write_snapshots(file, {"search": Snapshot(values, arrays)})
     with pytest.raises(InputError, match="no state of a search"):
         search_all(found, BOX, file, time_limit=1e-9)
+
+
+def test_a_search_of_an_earlier_version_begins_anew(found: Equilibria, tmp_path: Path) -> None:
+    """Its proof rests on other kernels, so that nothing is taken from it; the file is read nevertheless."""
+    file = tmp_path / "search.state"
+    file.write_bytes((Path(__file__).parents[1] / "data" / "search_of_equilibria.state").read_bytes())
+    before = read_snapshots(file)["search"]
+    assert not search_all(found, BOX, file, time_limit=1e-9).finished
+    assert read_snapshots(file)["search"].values["question"] != before.values["question"]
 
 
 def test_a_search_of_something_else_begins_anew(found: Equilibria, tmp_path: Path) -> None:

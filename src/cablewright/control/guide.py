@@ -159,6 +159,8 @@ class TimedPath:
 class GuideState:
     """Changed in place by `step`. `path_time`, `height_offset` and `toured` are enough to continue after a restart."""
 
+    SAVED = ("path_time", "height_offset", "toured")
+
     path_time: float = 0.0  # s of the time law
     speed_factor: float = 0.0  # share of the law's speed
     position: Array | None = None  # (3,) m, of a target off the path; None: on the path

@@ -74,6 +74,8 @@ class SupervisorSettings:
 class SupervisorState:
     """Changed in place by `step`. It begins with a fault: nothing moves that nobody has reset."""
 
+    SAVED = ("barrier_stops", "refills", "finished")
+
     state: PrintState = PrintState.FAULT
     reason: str = NOT_RESET
     state_start: float = -math.inf  # s
@@ -89,6 +91,11 @@ class SupervisorState:
     reset_before: bool = False  # a reset was ordered in the last step: it is held
     barrier_stops: int = 0
     refills: int = 0
+
+    def after_load(self) -> None:
+        """Tell that a print was finished before."""
+        if self.finished:
+            self.reason = FINISHED
 
     @property
     def is_new(self) -> bool:

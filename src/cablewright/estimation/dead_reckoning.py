@@ -67,6 +67,8 @@ class ReckoningSettings:
 class ReckoningState:
     """Changed in place by `step`."""
 
+    SAVED = ("creep", "learnt")
+
     tracker: Tracker
     start_lengths: Array  # (m,) m
     start_angles: Array  # (m,) rad, wound on each drum at the start
@@ -75,7 +77,7 @@ class ReckoningState:
     creep: CreepMemory | None = None  # of cables that creep as described
     start_strain: Array | float = 0.0  # (m,) by creep, at the start lengths
     air: FeltAir = field(default_factory=FeltAir)
-    rotation: Array = field(default_factory=lambda: np.zeros(1))  # (m,) or (1,) rad, paid out since the start
+    rotation: Array = field(default_factory=lambda: np.zeros(1))  # (m,) rad, paid out since the start
     lengths: Array | None = None
     velocity: Array | None = None
     measured: Array | None = None  # (m,) tensions, N, smoothed; NaN: not read
@@ -90,6 +92,7 @@ def start(settings: ReckoningSettings, place: Array) -> ReckoningState:
     state = _begin(settings, held.lengths, None, creep)
     if settings.priors is not None:
         state.learnt = LearntLengths.of(settings.priors, settings.model, held.tensions)
+        state.learnt.counted = held.lengths.copy()
     return state
 
 
@@ -106,7 +109,9 @@ def _begin(
 ) -> ReckoningState:
     tracker = Tracker(settings.model, lengths, TrackerSettings(certify=False))
     monitor = FaultMonitor({"encoders": settings.timeout})
-    return ReckoningState(tracker, lengths.copy(), _wound(settings, lengths), monitor, counts, creep)
+    state = ReckoningState(tracker, lengths.copy(), _wound(settings, lengths), monitor, counts, creep)
+    state.rotation = np.zeros(len(lengths))
+    return state
 
 
 def _wound(settings: ReckoningSettings, lengths: Array) -> Array:
@@ -152,8 +157,8 @@ def taught(settings: ReckoningSettings, state: ReckoningState, place: Array) -> 
         raise AnswerError("dead reckoning has read no encoder yet")
     if state.learnt is None:
         raise AnswerError("dead reckoning has no priors of lengths, from which places teach more")
-    remembered, rotation = state.learnt.remembered, np.broadcast_to(state.rotation, state.lengths.shape)
-    measured = MeasuredPlace(state.lengths.copy(), place.copy(), remembered, rotation.copy(), state.time)
+    remembered, rotation = state.learnt.remembered, state.rotation.copy()
+    measured = MeasuredPlace(state.lengths.copy(), place.copy(), remembered, rotation, state.time)
     there = state.learnt.told(settings.model, measured)
     state.tracker.change(state.learnt.packed(settings.model))
     if not state.tracker.restart(there.lengths):
@@ -166,16 +171,19 @@ def counted(state: ReckoningState) -> Array:
     return state.start_lengths if state.lengths is None else state.lengths
 
 
-def resumed(settings: ReckoningSettings, state: ReckoningState, lengths: Array) -> None:
-    """Let a *state* that begins count on from *lengths* (m,), m, with what was learnt before; it changes in place.
+def resumed(settings: ReckoningSettings, state: ReckoningState) -> None:
+    """Let a *state* that begins go on with what was loaded: what has crept, and what was learnt with its lengths.
 
     Raises `AnswerError` where there is no equilibrium.
     """
-    state.start_lengths, state.start_angles = lengths.copy(), _wound(settings, lengths)
-    if state.learnt is not None:
-        state.tracker.change(state.learnt.packed(settings.model))
-        lengths = lengths + state.learnt.longer(lengths)
-    if not state.tracker.restart(lengths):
+    if state.creep is not None:
+        state.start_strain = state.creep.strain
+    if state.learnt is None:
+        return
+    lengths = state.learnt.counted.copy()
+    state.start_lengths, state.start_angles = lengths, _wound(settings, lengths)
+    state.tracker.change(state.learnt.packed(settings.model))
+    if not state.tracker.restart(lengths + state.learnt.longer(lengths)):
         raise AnswerError("dead reckoning finds no equilibrium of what was learnt")
 
 
@@ -227,6 +235,7 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
     _read_tensions(settings, state, frame, dt)
     paid = counted(state)
     if state.learnt is not None:
+        state.learnt.counted, state.learnt.rotation = paid, state.rotation
         paid = paid + state.learnt.longer(paid)
     status = state.tracker.step(paid)
     for memory in memories if math.isfinite(dt) else ():

@@ -25,17 +25,14 @@ _GAP: Final = 60.0  # s without loads, after which nothing is made good: lidars 
 class KnownCreep:
     """``rates`` (m,): 1/s, of the strain of each line, until the next time."""
 
+    SAVED = ("_memory",)
+
     def __init__(self, memory: CreepMemory, m: int) -> None:
         """Of *m* lines that have not been loaded yet."""
         self.rates = np.zeros(m)
         self._memory, self._period, self._time = memory, _PERIOD, math.nan
         self._loads, self._counted = np.zeros(m), np.zeros(m)
         self._air = FeltAir()
-
-    @property
-    def stretched(self) -> Array:
-        """Strain (m, k) of each element of each line: all that is remembered, to be saved or set."""
-        return self._memory.stretched
 
     def read(self, reading: Climate) -> None:
         """Let cables creep at the pace of the climate of a *reading*."""

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -33,6 +33,7 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.cable import Creep
 from cablewright.robot.mount import compliance_matrix
 from cablewright.robot.parameters import Parameter
+from cablewright.saving import SavedRows
 from cablewright.solvers.forward import solve_again, solve_forward
 from cablewright.solvers.linearise import linearise
 from cablewright.solvers.parameters import mount_lengths, response
@@ -95,10 +96,12 @@ class MeasuredPlace:
 class LearntValues:
     """Unknowns of m lines, `SHARE`, `CREEP` and `MOUNT` of each, by places up to ``since``, s. Changed in place."""
 
+    SAVED = ("values", "covariance", "since", "rotation")
+
     values: Array  # (m, 3)
     covariance: Array  # (3 m, 3 m)
+    rotation: Array  # (m,) rad, paid out by ``since``
     since: float = -math.inf
-    rotation: Array = field(default_factory=lambda: np.zeros(1))  # (m,) rad, paid out by then
 
     @property
     def sigmas(self) -> Array:
@@ -107,12 +110,14 @@ class LearntValues:
 
     def copy(self) -> LearntValues:
         """Return the same, to be changed."""
-        return LearntValues(self.values.copy(), self.covariance.copy(), self.since, self.rotation.copy())
+        return LearntValues(self.values.copy(), self.covariance.copy(), self.rotation.copy(), self.since)
 
 
 @dataclass(eq=False)
 class LearntLengths:
-    """What is known by now of m lines. Changed in place."""
+    """What is known by now of m lines. Changed in place. Rotations count from 0 where state is loaded."""
+
+    SAVED = ("memory", "before", "known", SavedRows("place_rows", KEPT), "counted", "rotation")
 
     priors: LengthPriors
     memory: CreepMemory
@@ -120,6 +125,8 @@ class LearntLengths:
     least: Array  # (m, 3), of the values: cables that do not creep, mounts that do not give; -inf: no bound
     before: LearntValues  # without the places that are kept
     known: LearntValues
+    counted: Array  # (m,) m, out at the last step, without what was learnt
+    rotation: Array  # (m,) rad, paid out by then
     places: list[MeasuredPlace] = field(default_factory=list)  # at most KEPT
 
     @classmethod
@@ -134,8 +141,27 @@ class LearntLengths:
         softest = np.maximum(np.linalg.eigvalsh(mounts)[:, 0], 0.0)
         least = np.column_stack([np.full(model.m, -np.inf), -creep, -softest])
         sigma = np.tile([priors.share, priors.creep / float(tensions.mean()), priors.mount], model.m)
-        before = LearntValues(np.zeros((model.m, _UNKNOWNS)), np.diag(sigma**2))
-        return cls(priors, memory, hour, least, before, before.copy())
+        before = LearntValues(np.zeros((model.m, _UNKNOWNS)), np.diag(sigma**2), np.zeros(model.m))
+        return cls(priors, memory, hour, least, before, before.copy(), np.zeros(model.m), np.zeros(model.m))
+
+    @property
+    def place_rows(self) -> Array:
+        """The places (k, 3 m + 4), a row each of the attributes of `MeasuredPlace` in their order."""
+        rows = [np.hstack(astuple(one)) for one in self.places]
+        return np.array(rows).reshape(-1, 3 * len(self.hour) + 4)
+
+    @place_rows.setter
+    def place_rows(self, rows: Array) -> None:
+        ends = np.cumsum([len(self.hour), 3, len(self.hour), len(self.hour)])
+        parts = [np.split(row, ends) for row in rows]
+        self.places = [MeasuredPlace(out, place, held, moved, float(at[0])) for out, place, held, moved, at in parts]
+
+    def after_load(self) -> None:
+        """Let rotations count from 0."""
+        for known in (self.before, self.known):
+            known.rotation = known.rotation - self.rotation
+        self.places = [replace(one, rotation=one.rotation - self.rotation) for one in self.places]
+        self.rotation = np.zeros_like(self.rotation)
 
     @property
     def used(self) -> Array:

@@ -1,28 +1,45 @@
-"""Checks of sensor readings, shared by the estimators: repeated, implausible and jumping ones are rejected."""
+"""Checks of readings, shared by the estimators, and what the filter and the paper's chain do alike with a frame.
+
+Repeated, implausible and jumping readings are rejected; others are sorted, and lidar turns wait.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.estimation import slackness
 from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.estimation.known_creep import KnownCreep
+from cablewright.estimation.known_machine import KnownMachine
+from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import TiltSettings
+from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.robot import Line
-from cablewright.signals import SOURCES, Encoders, Inertial, Reading, Scan, SensorFrame, per_line
+from cablewright.signals import (
+    SOURCES,
+    Climate,
+    Encoders,
+    Inertial,
+    LineAngles,
+    Reading,
+    Scan,
+    SensorFrame,
+    per_line,
+)
+from cablewright.solvers.taut import Taut
 
 HISTORY_LENGTH: Final = 1500
 """Rows of a `TimeBuffer`: 15 s at 10 ms."""
-MAX_LEAP: Final = 1e6
-"""Time between two frames, s, from which the clock was set."""
-LONG_STEP: Final = 0.05
-"""Time step, s, beyond which all lidar turns are processed in the step that they arrive in."""
+_MAX_LEAP: Final = 1e6  # s between two frames, from which the clock was set
+_LONG_STEP: Final = 0.05  # s, of a step in which all lidar turns are processed that arrive in it
 
 _Kind = TypeVar("_Kind", bound=Reading)
 _MAX_BAD: Final = 10  # identical or implausible readings in a row before the sensor is rejected
@@ -167,3 +184,95 @@ def report_line_sensors(monitor: FaultMonitor, lines: tuple[Line, ...], state: S
             monitor.report("line_angles", line.name, f"the accelerometer on line {line.name} {why}: not used")
         else:
             monitor.clear("line_angles", line.name)
+
+
+@dataclass(eq=False)
+class Turns:
+    """Lidar turns that wait, and the motion by which one that arrives late is used at its own time."""
+
+    motion: TimeBuffer  # at the encoders' times
+    attitudes: TimeBuffer  # yaw by the gyro alone and tilt x and y, rad, at the IMU's times
+    pending: list[Scan] = field(default_factory=list)
+    extracted: LidarTurn | None = None  # whose lines the next time step uses
+
+    def clear(self) -> None:
+        """Drop all, as the clock was set."""
+        self.motion.clear()
+        self.attitudes.clear()
+        self.pending.clear()
+        self.extracted = None
+
+
+@dataclass(eq=False, kw_only=True)
+class ClockedState:
+    """What is of both estimators' state. Changed in place."""
+
+    checks: ReadingChecks
+    slackness: SlacknessState
+    turns: Turns
+    time: float = -math.inf  # s
+    creep: KnownCreep | None = None  # of cables that creep as described
+    taut: Taut | None = None
+    clearance_offset: float = math.nan  # m: fictive height less z of B, or of the odometry
+
+    @property
+    def monitor(self) -> FaultMonitor:
+        """Active faults."""
+        return self.checks.monitor
+
+
+_Settings = TypeVar("_Settings")
+_State = TypeVar("_State", bound=ClockedState)
+
+
+def advance(state: _State, now: float, restart: Callable[[_State, float], None]) -> float:
+    """Advance the clock to *now*, s; return by how much, 0 where it was set.
+
+    Earlier readings cannot be ordered with later ones then: they are dropped, and *restart* is called before.
+    """
+    if not 0.0 < now - state.time <= _MAX_LEAP and math.isfinite(state.time):
+        state.monitor.restart(now, f"the clock jumped from {state.time:g} to {now:g} s: earlier readings are dropped")
+        state.checks.reset()
+        state.turns.clear()
+        state.slackness = slackness.restarted(state.slackness)
+        state.time = -math.inf
+        restart(state, now)
+    dt = now - state.time if math.isfinite(state.time) else 0.0
+    state.time = now
+    return dt
+
+
+def read(
+    settings: _Settings,
+    machine: KnownMachine,
+    state: _State,
+    frame: SensorFrame,
+    handlers: Mapping[type, Callable[[_Settings, _State, Any], None]],
+) -> list[LineAngles]:
+    """Process the readings of a *frame* by their *handlers*, queue scans, and return those of line angles."""
+    line_angles = []
+    for reading in state.checks.accepted(frame):
+        if isinstance(reading, LineAngles):
+            line_angles.append(reading)
+        elif isinstance(reading, Scan):
+            if reading.source in (*machine.lidars, "vertical"):
+                queue_scan(state.checks, state.turns.pending, reading, machine.walls.kept_turns)
+        elif isinstance(reading, Climate):
+            if state.creep is not None:
+                state.creep.read(reading)
+        elif type(reading) in handlers:
+            handlers[type(reading)](settings, state, reading)
+    return line_angles
+
+
+def process_turns(settings: _Settings, state: _State, dt: float, process: Callable[[_Settings, _State], None]) -> None:
+    """Let *process* do the next part of the work on turns: as much as a step of *dt*, s, has time for."""
+    process(settings, state)
+    while dt > _LONG_STEP and (state.turns.pending or state.turns.extracted is not None):
+        process(settings, state)
+
+
+def follow_angles(machine: KnownMachine, state: ClockedState, readings: list[LineAngles], taut: Taut) -> None:
+    """Use all *readings* of a step: lines vibrate, so that leaving out some would not average the rest."""
+    for reading in readings:
+        state.slackness = slackness.step(machine.slackness, state.slackness, reading, taut)

@@ -78,7 +78,7 @@ def _first(chain: ObserverState, now: float) -> FirstState | None:
     """Return what the *chain* has found by *now*, s; None: nothing yet."""
     if chain.tracker is None or chain.lengths is None or chain.taut is None or chain.drum_angles is None:
         return None
-    if chain.wall_pose is None or chain.wall_pose.status != "ok":
+    if chain.located.wall_pose is None or chain.located.wall_pose.status != "ok":
         return None
-    yaw, radii = chain.odometry_yaw + chain.yaw_offset, chain.radius.radii
-    return FirstState(now, chain.tracker.pose, chain.velocity, yaw, chain.lengths, radii, chain.slackness)
+    yaw, radii = chain.odometry.yaw + chain.located.yaw_offset, chain.radius.radii
+    return FirstState(now, chain.tracker.pose, chain.odometry.velocity, yaw, chain.lengths, radii, chain.slackness)

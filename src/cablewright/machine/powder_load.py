@@ -17,6 +17,8 @@ class PowderLoad:
     ``flow``: kg/s with the valve open. ``full``: kg after a refill; inf: it never ends. ``poured``: kg since then.
     """
 
+    SAVED = ("poured",)
+
     flow: float
     full: float
     poured: float = 0.0

@@ -87,6 +87,8 @@ def gains(steps: Array) -> tuple[Array, Array]:
 class CreepMemory:
     """Strains of the elements of m lines, each by its own history of loads."""
 
+    SAVED = ("stretched",)
+
     def __init__(self, times: Array, sizes: Array, pace: CreepPace | None = None) -> None:
         """*times* (k,), s, of retardation; *sizes* (m, k), 1/N, at the end of all time; none has crept yet.
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.estimation.body import filter as of_body
-from cablewright.estimation.body.creep import LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings, Deviations
-from cablewright.estimation.body.state import BodyState, set_load, start
+from cablewright.estimation.body.state import resumed, start
 from cablewright.estimation.body.updates import UPDATES
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.update import Update
@@ -20,9 +19,9 @@ from cablewright.machine.coils import coil_of
 from cablewright.machine.sensors.encoders import ENCODERS
 from cablewright.machine.sensors.retraction import RETRACTION
 from cablewright.machine.settings import MachineSettings
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
+from cablewright.saving import Saved
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.studies.estimator_settings import with_drum_mass
 
@@ -80,6 +79,8 @@ def cells_of(settings: MachineSettings) -> Cells | None:
 class BodyEstimator:
     """The estimator of a print of a rigid platform that begins at a pose (6,), m and rad."""
 
+    SAVED: ClassVar[Saved] = ("_state",)
+
     def __init__(self, settings: BodySettings, pose: Array, retraction: float = math.nan) -> None:
         """*retraction*: m, at the beginning; NaN: the robot's own. Raises `AnswerError` for a pose that is not held."""
         self._settings, self._state = settings, start(settings, pose, retraction)
@@ -96,62 +97,13 @@ class BodyEstimator:
     @property
     def danger(self) -> str:
         """Why the machine is to stop; empty: nothing."""
-        return self._state.danger
+        return self._state.judged.danger
 
     @property
     def searches(self) -> bool:
         """Whether the cause of that is still looked for."""
-        return self._state.search is not None
+        return self._state.judged.search is not None
 
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load all that it has learnt."""
-        _archive_state(self._settings, self._state, archive)
-
-
-def _archive_state(settings: BodySettings, state: BodyState, archive: Archive) -> None:
-    """Save or load what the next estimates depend on; windows and doubts begin anew."""
-    for name in (
-        "unknowns",
-        "covariance",
-        "home_lengths",
-        "home_angles",
-        "home_toward",
-        "paid",
-        "angles",
-        "lengths",
-        "measured_at",
-    ):
-        archive.array(name, getattr(state, name))
-    for name in ("gradients", "pose_covariance"):
-        archive.array(name, getattr(state, name))
-    known = archive.count("homed", int(state.home_counts is not None))
-    counts = np.zeros(state.layout.m, dtype=np.int64) if state.home_counts is None else state.home_counts
-    archive.array("home_counts", counts)
-    _archive_creep(settings, state, archive)
-    used = state.cells_used.astype(np.float64)
-    archive.array("cells_used", used)
-    pose, states = state.tracker.pose.copy(), state.tracker.states.copy()
-    archive.array("pose", pose)
-    archive.array("states", states)
-    if not math.isnan(state.retraction):
-        state.retraction = archive.number("retraction", state.retraction)
-    if archive.loading:
-        state.home_counts = counts if known else None
-        state.cells_used = used > 0.5
-        state.last_counts = None
-        state.tracker.pose, state.tracker.states = pose, states
-        set_load(state, settings.model)
-        state.tracker.restart(state.lengths)
-
-
-def _archive_creep(settings: BodySettings, state: BodyState, archive: Archive) -> None:
-    """Save or load what cables have crept, and where their loads were at home and went since."""
-    home = state.load_path.home
-    archive.array("home_loads", home)
-    if archive.loading:
-        state.load_path = LoadPath(home)
-        state.creep = creep_of(settings.model.robot, home, settings.deviations.creep)
-    archive.array("load_path", state.load_path.places)
-    for name, memory in (("creep", state.creep.described), ("creep_doubt", state.creep.doubt)):
-        if memory is not None:
-            archive.array(name, memory.stretched)
+    def after_load(self) -> None:
+        """Go on with what was loaded."""
+        resumed(self._settings, self._state)

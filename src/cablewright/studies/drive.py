@@ -143,7 +143,7 @@ class PilotedDrive:
     max_tilt: float = 0.0  # rad, largest angle of the drum's axis from the vertical
     yaw: tuple[float, float] = (0.0, 0.0)  # rad, smallest and largest
     powder: float = 0.0  # kg left
-    readings: Counter[str] = field(default_factory=Counter)  # by source
+    readings: Counter[str] = field(default_factory=Counter)  # by kind, or by source where a kind has several
     notices: Counter[str] = field(default_factory=Counter)  # steps by notice
     path: list[tuple[float, ...]] = field(default_factory=list)  # time, B, tilt, yaw, excesses, about once a second
 
@@ -172,7 +172,7 @@ class PilotedDrive:
         self.max_tilt = max(self.max_tilt, tilt)
         self.yaw = (min(self.yaw[0], yaw), max(self.yaw[1], yaw))
         self.powder = truth.powder
-        self.readings.update(getattr(reading, "source", type(reading).__name__) for reading in frame.readings)
+        self.readings.update(each.source if len(each.SOURCES) > 1 else type(each).__name__ for each in frame.readings)
         self.notices.update(f"{notice.subject}: {notice.condition.value}" for notice in frame.notices)
         if int(frame.time) != int(before.time):
             self.path.append((frame.time, *truth.position.tolist(), tilt, yaw, *truth.excess.tolist()))

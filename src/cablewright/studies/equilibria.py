@@ -18,8 +18,8 @@ import numpy as np
 from cablewright.errors import InputError
 from cablewright.kernels.cache import STAMP
 from cablewright.kernels.layout import Packed
-from cablewright.machine.simulated.snapshot import Snapshot, read_snapshots, write_snapshots
 from cablewright.progress import Progress
+from cablewright.saving import Snapshot, read_snapshots, write_snapshots
 from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
 from cablewright.studies.user_key import is_signed, signature

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, Final, Protocol, get_args, runtime_checkable
+from typing import Any, ClassVar, Final, Protocol, get_args, runtime_checkable
 
 import numpy as np
 
@@ -16,15 +16,15 @@ from cablewright.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.dead_reckoning import ReckoningSettings
 from cablewright.estimation.known_creep import KnownCreep
-from cablewright.estimation.learnt_lengths import KEPT, LearntLengths, LengthPriors, MeasuredPlace
+from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.started_filter import StartedSettings
 from cablewright.machine.coils import coil_of
 from cablewright.machine.sensors.encoders import ENCODERS
 from cablewright.machine.settings import MachineSettings
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
+from cablewright.saving import Saved
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.studies.body_estimator import BodyEstimator, body_settings, cells_of
@@ -129,6 +129,7 @@ def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
 class CreepingEstimator:
     """An estimator by lidars. What its cables have crept, as described, is saved with a print; all else begins anew."""
 
+    SAVED: ClassVar[Saved] = ("_creep",)
     danger, searches = "", False
 
     def __init__(self, observed: Estimator, creep: KnownCreep) -> None:
@@ -149,10 +150,6 @@ class CreepingEstimator:
         if isinstance(self._observed, Weighing):
             self._observed.weigh(mass)
 
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load what cables have crept."""
-        archive.array("creep", self._creep.stretched)
-
 
 class DeadReckoning(_SteppedEstimator):
     """Encoders alone, which may be told where the platform is.
@@ -160,20 +157,12 @@ class DeadReckoning(_SteppedEstimator):
     What cables have crept, and what places have taught of lengths, is saved with a print.
     """
 
+    SAVED: ClassVar[Saved] = ("_state",)
     danger, searches = "", False
 
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load what cables have crept, where that is described, and what places have taught."""
-        creep = self._state.creep
-        if creep is not None:
-            archive.array("creep", creep.stretched)
-            self._state.start_strain = creep.strain if archive.loading else self._state.start_strain
-        if self.learnt is not None:
-            _archive_learnt(archive.section("learnt"), self.learnt, self._state.rotation)
-            lengths = dead_reckoning.counted(self._state).copy()
-            archive.array("learnt.lengths", lengths)
-            if archive.loading:
-                dead_reckoning.resumed(self._settings, self._state, lengths)
+    def after_load(self) -> None:
+        """Go on with what was loaded. Raises `AnswerError` where there is no equilibrium."""
+        dead_reckoning.resumed(self._settings, self._state)
 
     @property
     def learnt(self) -> LearntLengths | None:
@@ -190,25 +179,6 @@ class DeadReckoning(_SteppedEstimator):
             dead_reckoning.taught(self._settings, self._state, place)
             return
         self._state = dead_reckoning.placed(self._settings, self._state, place, by_tensions=by_tensions)
-
-
-def _archive_learnt(archive: Archive, learnt: LearntLengths, rotation: Array) -> None:
-    """Save or load what was *learnt*; *rotation* (m,), rad, is paid out by now, and counts from 0 when it is loaded."""
-    archive.array("creep", learnt.memory.stretched)
-    for name, known in (("before", learnt.before), ("known", learnt.known)):
-        moved = np.broadcast_to(known.rotation - rotation, learnt.hour.shape).copy()
-        for key, values in (("values", known.values), ("covariance", known.covariance), ("rotation", moved)):
-            archive.array(f"{name}.{key}", values)
-        known.since = archive.number(f"{name}.since", known.since)
-        known.rotation = moved if archive.loading else known.rotation
-    m = len(learnt.hour)
-    rows = [
-        np.concatenate([one.counted, one.remembered, one.rotation - rotation, one.place, [one.time]])
-        for one in learnt.places
-    ]
-    parts = [np.split(row, [m, 2 * m, 3 * m, 3 * m + 3]) for row in archive.rows("places", rows, 3 * m + 4, KEPT)]
-    if archive.loading:
-        learnt.places = [MeasuredPlace(out, place, held, moved, float(at[0])) for out, held, moved, place, at in parts]
 
 
 class _WithTensions:

@@ -7,22 +7,21 @@ import pytest
 from tools.random_world import Followed, Shaken, plan
 
 from cablewright.control.supervisor import NOT_RESET
-from cablewright.machine.simulated.snapshot import Archive
+from cablewright.saving import Snapshot
 from cablewright.signals import PrintState
 from cablewright.studies.prints.loop import Printer
+from cablewright.studies.prints.recorder import checkpoint_of
 
 
 @pytest.mark.parametrize("finished", [True, False])
 def test_a_print_that_had_its_end_is_resumed_as_finished(finished: bool) -> None:
-    def printer(archive: Archive | None = None) -> Printer:
+    def printer(saved: dict[str, Snapshot] | None = None) -> Printer:
         machine = Shaken(np.random.default_rng(0), calm=True)
-        return Printer(plan(), machine, lambda _place, _radii: Followed(machine), archive=archive)
+        return Printer(plan(), machine, lambda _place, _radii: Followed(machine), saved=saved)
 
     first = printer()
     first.supervisor.finished = finished
-    saved = Archive()
-    first.archive_state(saved)
-    again = printer(Archive(saved.snapshot, loading=True))
+    again = printer(checkpoint_of(first))
     assert again.finished is finished
     assert (again.supervisor.state, again.supervisor.reason) == (
         PrintState.FAULT,

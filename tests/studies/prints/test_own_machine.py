@@ -14,10 +14,10 @@ from cablewright.errors import InputError
 from cablewright.machine.interface import Abilities, check_command
 from cablewright.machine.log.log import LogHead, read_log, write_log
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import read_snapshots
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
+from cablewright.saving import read_snapshots
 from cablewright.signals import (
     Command,
     Condition,

@@ -13,10 +13,11 @@ from cablewright.errors import AnswerError, InputError
 from cablewright.estimation.learnt_lengths import MOUNT
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.severities import with_severity
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.job import load_job
 from cablewright.printing.track import Track
 from cablewright.robot import load
+from cablewright.saving import load as restore
+from cablewright.saving import save
 from cablewright.signals import Encoders, SensorFrame
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.campaigns.true_errors import TrueErrors
@@ -144,11 +145,10 @@ def test_what_was_learnt_is_saved_with_a_print() -> None:
         began.place_measured(began.step(counted(300.0 * k + 20.0, counts)).position + np.array(away))
     for time in (400.0, 400.1, 400.2):
         there = began.step(counted(time, counts))
-    archive = Archive()
-    began.archive_state(archive)
+    snapshot = save(began)
     resumed = estimator("encoders", ROBOT, owner, there.position, place_sigma=1e-3)
     assert isinstance(resumed, DeadReckoning)
-    resumed.archive_state(Archive(archive.snapshot, loading=True))
+    restore(resumed, snapshot)
     again = resumed.step(counted(400.5, np.zeros(4, dtype=np.int64)))
     np.testing.assert_allclose(again.position, there.position, atol=1e-5)
     moved = counts_to(PLACE + np.array([-0.7, 0.5, -0.2])) - counts

@@ -14,10 +14,11 @@ from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
+from cablewright.saving import load as restore
+from cablewright.saving import save
 from cablewright.signals import Command, Encoders, PrintState, SensorFrame, Tensions
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import inverse
@@ -220,12 +221,11 @@ def test_what_crept_is_saved_with_a_print() -> None:
     assert isinstance(began, DeadReckoning)
     for k in range(60):
         began.step(frame(10.0 * k, np.zeros(4, dtype=np.int64)))
-    archive = Archive()
-    began.archive_state(archive)
+    snapshot = save(began)
     place = began.step(frame(600.0, np.zeros(4, dtype=np.int64))).position
     resumed, fresh = (estimator("encoders", robot, OWNER, place) for _ in range(2))
     assert isinstance(resumed, DeadReckoning)
-    resumed.archive_state(Archive(archive.snapshot, loading=True))
+    restore(resumed, snapshot)
     drops = []
     for one in (began, resumed, fresh):
         for k in range(60):

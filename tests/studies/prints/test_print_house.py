@@ -55,7 +55,6 @@ def test_the_first_metres_lie_where_they_should(twin: MachineTwin) -> None:
         machine,
         lambda place, radii: estimator(twin.estimator, twin.robot, machine.settings, place, (), radii),
         now=0.0,
-        archive=None,
     )
     attendant, fed = Attendant(lambda: None), 0.0
     for _ in range(2400):

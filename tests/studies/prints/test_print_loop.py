@@ -13,16 +13,17 @@ from cablewright.errors import AnswerError, InputError, UnknownName
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
+from cablewright.saving import Snapshot
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.studies.estimators import estimator
 from cablewright.studies.prints.attendant import Attendant
 from cablewright.studies.prints.loop import Printer, Step
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
+from cablewright.studies.prints.recorder import checkpoint_of
 from cablewright.studies.replay import replay as replayed
 
 ROBOT = load("merlet2023")
@@ -41,7 +42,9 @@ def twin(**choices: object) -> MachineTwin:
 class Print:
     """One that can be taken further step by step."""
 
-    def __init__(self, made: MachineTwin, kept: Archive | None = None, machine: SimulatedMachine | None = None) -> None:
+    def __init__(
+        self, made: MachineTwin, kept: dict[str, Snapshot] | None = None, machine: SimulatedMachine | None = None
+    ) -> None:
         begin = made.path.track.at(0.0).position
         self.machine = machine or SimulatedMachine(
             made.robot, made.settings, begin, seed=made.choices.seed, plant=made.choices.plant
@@ -52,7 +55,7 @@ class Print:
             self.machine,
             lambda place, radii: estimator(made.estimator, made.robot, settings, place, (), radii),
             now=self.machine.time,
-            archive=None if kept is None else Archive(kept.snapshot, loading=True),
+            saved=kept,
         )
         self.attendant = Attendant(lambda: self.machine.refill(self.printer.plan.powder), refill_time=10.0)
 
@@ -162,10 +165,10 @@ def test_its_filter_is_told_of_the_powder_and_a_replay_of_its_log_is_too(tmp_pat
 
 def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:
     made = twin(plant="quasi-static")
-    first, notes = Print(made), Archive()
+    first = Print(made)
     for step in first.steps(40):
         distance = step.progress.distance
-    first.printer.archive_state(notes)
+    notes = checkpoint_of(first.printer)
     snapshot = first.machine.snapshot()
     machine = SimulatedMachine.resumed(ROBOT, made.settings, snapshot, seed=0, plant="quasi-static")
     second = Print(made, notes, machine)
@@ -177,10 +180,10 @@ def test_a_print_taken_up_from_its_notes_goes_on_at_its_place() -> None:
 
 def test_a_platform_that_was_moved_meanwhile_comes_back_before_it_prints() -> None:
     made = twin(plant="quasi-static")
-    first, notes = Print(made), Archive()
+    first = Print(made)
     for _ in first.steps(40):
         pass
-    first.printer.archive_state(notes)
+    notes = checkpoint_of(first.printer)
     away = made.path.track.at(0.0).position + np.array([0.0, -0.4, 0.2])
     second = Print(made, notes, SimulatedMachine(ROBOT, made.settings, away, seed=4, plant="quasi-static"))
     steps = [(step.progress.state, second.beside(step), step.command.valve) for step in second.steps(400)]

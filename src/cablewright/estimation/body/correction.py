@@ -27,22 +27,32 @@ def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Sl
 
     *acceleration*: m/s^2, of the platform. Returns the slopes at the corrected lengths; None where there are none.
     """
-    wind(settings, state.layout, state.unknowns, state.covariance, state.paid - state.measured_at)
-    load(settings, state.layout, state.unknowns, state.covariance, state.load_path.follow(state.tensions))
-    state.measured_at = state.paid
+    wind(
+        settings,
+        state.layout,
+        state.belief.unknowns,
+        state.belief.covariance,
+        state.wound.paid - state.wound.measured_at,
+    )
+    load(settings, state.layout, state.belief.unknowns, state.belief.covariance, state.load_path.follow(state.tensions))
+    state.wound.measured_at = state.wound.paid
     measurement.set_gradients(state)
     slopes = measurement.slopes_of(state)
     measured = None if slopes is None else measurement.measurement_of(settings, state, slopes, acceleration)
     if slopes is None or measured is None or not diagnosis.fits(settings, state, measured, acceleration):
         return slopes
-    before, base, covariance = state.unknowns.copy(), measurement.predictions(settings, state), state.covariance
+    before, base, covariance = (
+        state.belief.unknowns.copy(),
+        measurement.predictions(settings, state),
+        state.belief.covariance,
+    )
     for _ in range(_ROUNDS):
         gain, after = measurement.gain_of(covariance, measured)
         innovation = measured.innovation + (base - measurement.predictions(settings, state))[measured.rows]
-        goal = before + gain @ (innovation - measured.gradients @ (before - state.unknowns))
-        moved = float(np.abs(state.gradients @ (goal - state.unknowns)).max())
+        goal = before + gain @ (innovation - measured.gradients @ (before - state.belief.unknowns))
+        moved = float(np.abs(state.belief.gradients @ (goal - state.belief.unknowns)).max())
         share = min(1.0, _LONGEST / max(moved, 1e-12))
-        if not _go_to(settings, state, state.unknowns + share * (goal - state.unknowns)):
+        if not _go_to(settings, state, state.belief.unknowns + share * (goal - state.belief.unknowns)):
             _go_to(settings, state, before)
             return slopes
         if share == 1.0 and moved < _SAME:
@@ -54,13 +64,13 @@ def correct(settings: BodySettings, state: BodyState, acceleration: float) -> Sl
         there = measurement.measurement_of(settings, state, slopes, acceleration)
         assert there is not None  # of the same window
         measured = there
-    state.covariance = after
+    state.belief.covariance = after
     return slopes
 
 
 def _go_to(settings: BodySettings, state: BodyState, unknowns: Array) -> bool:
     """Let the platform follow the lengths of other *unknowns*; whether it could."""
-    state.unknowns = unknowns
+    state.belief.unknowns = unknowns
     set_load(state, settings.model)
     state.lengths = corrected(state)
     return follow(state)

@@ -26,24 +26,24 @@ def read(settings: BodySettings, state: BodyState, reading: Encoders) -> None:
     if len(reading.counts) != state.layout.m:
         state.monitor.report("encoders", "lines", f"a reading of {len(reading.counts)} lines: not used")
         return
-    if state.home_counts is None:
-        state.home_counts = reading.counts.copy()
-    if state.last_counts is None:
-        state.last_counts = reading.time, reading.counts
-        _unwind(settings, state, reading.counts - state.home_counts)
+    if not state.home.known:
+        state.home.counts, state.home.known = reading.counts.copy(), True
+    if state.wound.last_counts is None:
+        state.wound.last_counts = reading.time, reading.counts
+        _unwind(settings, state, reading.counts - state.home.counts)
         return
-    (before, last), pending = state.last_counts, state.pending
+    (before, last), pending = state.wound.last_counts, state.wound.pending
     dt = reading.time - before
     if pending is None and _jumps(settings, reading.counts - last, dt).any():
-        state.pending = reading.counts
+        state.wound.pending = reading.counts
         return
     if pending is not None:
         jumped = _jumps(settings, pending - last, 0.5 * dt)
         if not _jumps(settings, reading.counts - pending, 0.5 * dt).any():
             _leave_out(settings, state, jumped, pending - last)
-    state.pending = None
-    state.last_counts = reading.time, reading.counts
-    _unwind(settings, state, reading.counts - state.home_counts)
+    state.wound.pending = None
+    state.wound.last_counts = reading.time, reading.counts
+    _unwind(settings, state, reading.counts - state.home.counts)
 
 
 def _jumps(settings: BodySettings, change: NDArray[np.int64], dt: float) -> NDArray[np.bool_]:
@@ -53,34 +53,33 @@ def _jumps(settings: BodySettings, change: NDArray[np.int64], dt: float) -> NDAr
 
 def _leave_out(settings: BodySettings, state: BodyState, jumped: NDArray[np.bool_], change: NDArray[np.int64]) -> None:
     """Move the home counts of the lines whose encoders slipped, and say so."""
-    assert state.home_counts is not None
-    state.home_counts = state.home_counts + np.where(jumped, change, 0)
+    state.home.counts = state.home.counts + np.where(jumped, change, 0)
     for i in np.flatnonzero(jumped):
         name = settings.model.robot.lines[i].name
-        radius = settings.coils[i].radius(float(state.angles[i]))
+        radius = settings.coils[i].radius(float(state.wound.angles[i]))
         slipped = 1e3 * float(change[i]) / settings.counts_per_radian * radius
         why = f"the encoder of line {name} slipped by {slipped:.1f} mm: it jumped by more than its winch can turn"
         state.monitor.report("encoders", f"slip {name}", why)
-        state.danger = state.danger or why
+        state.judged.danger = state.judged.danger or why
 
 
 def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64]) -> None:
     """Set the lengths paid out by *counts* (m,) since home."""
-    angles = state.home_angles - counts / settings.counts_per_radian
+    angles = state.home.angles - counts / settings.counts_per_radian
     ends = [math.tau * (len(coil.radii) - 1) for coil in settings.coils]
     if not all(0.0 <= angle <= end for angle, end in zip(angles.tolist(), ends, strict=True)):
         state.monitor.report("encoders", "jump", "the counts exceed the turns of a winch drum: not used")
         return
     state.monitor.clear("encoders", "jump")
-    rows = zip(settings.coils, state.home_angles.tolist(), angles.tolist(), strict=True)
-    state.paid = np.array([coil.length(before) - coil.length(now) for coil, before, now in rows])
-    state.angles = angles
+    rows = zip(settings.coils, state.home.angles.tolist(), angles.tolist(), strict=True)
+    state.wound.paid = np.array([coil.length(before) - coil.length(now) for coil, before, now in rows])
+    state.wound.angles = angles
 
 
 def radii(settings: BodySettings, state: BodyState) -> Array:
     """Return the radii (m,), m, at which cable leaves the drums, as estimated."""
-    bare = [_radius(coil, angle) for coil, angle in zip(settings.coils, state.angles.tolist(), strict=True)]
-    return np.array(bare) * (1.0 + state.unknowns[state.layout.radius])
+    bare = [_radius(coil, angle) for coil, angle in zip(settings.coils, state.wound.angles.tolist(), strict=True)]
+    return np.array(bare) * (1.0 + state.belief.unknowns[state.layout.radius])
 
 
 def _radius(coil: Coil, angle: float) -> float:

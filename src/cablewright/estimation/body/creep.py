@@ -32,7 +32,9 @@ _RENEWED: Final = 0.4  # of it, assumed: after such a change of load the strain 
 
 @dataclass(eq=False)
 class BodyCreep:
-    """Changed in place by `read` and `advance`."""
+    """Changed in place by `read` and `advance`. Loads and the air begin anew where state is loaded."""
+
+    SAVED = ("described", "doubt")
 
     described: CreepMemory | None  # None: of no cable
     doubt: CreepMemory  # strain of one standard deviation
@@ -64,6 +66,8 @@ class BodyCreep:
 
 class LoadPath:
     """How far the loads of m lines have gone, back and forth, but for small ways (a play operator)."""
+
+    SAVED = ("home", "places")
 
     def __init__(self, loads: Array) -> None:
         """*loads* (m,), N, at home."""

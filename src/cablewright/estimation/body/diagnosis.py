@@ -57,25 +57,25 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
 
     *acceleration*: m/s^2, of the platform.
     """
-    if state.search is not None:
+    if state.judged.search is not None:
         _search(settings, state, measured)
         return False
     inverse, contradiction = _weighed(state, measured)
     count = len(measured.innovation)
-    state.consistency = {"statics": contradiction / count}
+    state.judged.consistency = {"statics": contradiction / count}
     if contradiction <= most_likely(count):
-        state.doubts = 0
+        state.judged.doubts = 0
         state.monitor.clear("load_cells", "contradiction")
         return True
-    state.doubts += 1
-    if state.doubts > _DOUBTS and not state.danger:
+    state.judged.doubts += 1
+    if state.judged.doubts > _DOUBTS and not state.judged.danger:
         causes = _causes(settings, state, measured, inverse, contradiction)
         if acceleration > _SWINGING and causes[0].kind != "cell":
             size = math.sqrt(contradiction)
-            state.danger = (
+            state.judged.danger = (
                 f"tensions contradict the statics by {size:.0f} sigma: a line slipped, left its sheave or broke"
             )
-            state.search = Contradiction(state.time)
+            state.judged.search = Contradiction(state.time)
         else:
             _name(settings, state, measured, causes, contradiction)
     return False
@@ -83,30 +83,33 @@ def fits(settings: BodySettings, state: BodyState, measured: Measurement, accele
 
 def give_up(state: BodyState) -> None:
     """End a search for which there are no readings."""
-    search = state.search
+    search = state.judged.search
     if search is None:
         return
     search.frames += 1
     time, frames = _PATIENCE
     if state.time - search.begin > time and search.frames > frames:
-        state.search, state.danger = None, f"{state.danger}; there are too few readings to say which"
+        state.judged.search, state.judged.danger = (
+            None,
+            f"{state.judged.danger}; there are too few readings to say which",
+        )
 
 
 def _search(settings: BodySettings, state: BodyState, measured: Measurement) -> None:
     """Add a measurement to those from which a line is to be named, and name it once there are enough."""
-    search = state.search
+    search = state.judged.search
     assert search is not None
     search.add(measured.innovation, measured.rows)
     if search.count < _SEARCHED:
         return
-    mean, state.search = measured._replace(innovation=search.mean), None
+    mean, state.judged.search = measured._replace(innovation=search.mean), None
     inverse, whole = _weighed(state, mean)
     _name(settings, state, mean, _causes(settings, state, mean, inverse, whole), whole)
 
 
 def _weighed(state: BodyState, measured: Measurement) -> tuple[Array, float]:
     """Return the inverse of the innovations' covariance, and their sum of squares by it."""
-    spread = measured.gradients @ state.covariance @ measured.gradients.T + measured.noise
+    spread = measured.gradients @ state.belief.covariance @ measured.gradients.T + measured.noise
     inverse = np.asarray(np.linalg.inv(spread))
     return inverse, float(measured.innovation @ inverse @ measured.innovation)
 
@@ -138,27 +141,27 @@ def _name(settings: BodySettings, state: BodyState, measured: Measurement, cause
     if best.left > max(_LEFT * whole, most_likely(len(measured.innovation))):
         why = f"tensions contradict the statics by {math.sqrt(whole):.0f} sigma, and no single cause explains it"
         state.monitor.report("load_cells", "contradiction", why)
-        state.danger = why
+        state.judged.danger = why
     elif best.kind == "cell":
         off = float(measured.innovation[np.flatnonzero(measured.cells == best.line)[0]])
         what = f"the cell of line {name} is off by {off:.0f} N, against the statics of the others: not used"
         state.monitor.report("load_cells", f"off {name}", what)
-        state.cells_used[best.line], state.doubts = False, 0
-        if state.danger:  # it stands already
-            state.danger = what
-        elif state.cells_used.sum() < settings.model.n:
-            state.danger = f"too few load cells are left that agree: {what}"
+        state.judged.cells_used[best.line], state.judged.doubts = False, 0
+        if state.judged.danger:  # it stands already
+            state.judged.danger = what
+        elif state.judged.cells_used.sum() < settings.model.n:
+            state.judged.danger = f"too few load cells are left that agree: {what}"
     elif best.kind == "length":
         what = f"line {name} is {1e3 * best.shift:+.1f} mm longer than its encoder says: it slipped, or left its sheave"
         if alike:
             what += f"; line {' or '.join(alike)} off by as much would show the same"
         state.monitor.report("encoders", f"length {name}", what)
-        state.danger = what
+        state.judged.danger = what
         _shift(state, best.line, best.shift, _OWN_SIGMA)
     else:
-        state.danger = broken.sentence(robot, best.line, state.pose, best.hangs)
-        state.monitor.report("load_cells", f"broken {name}", state.danger)
-        state.cells_used[best.line] = False
+        state.judged.danger = broken.sentence(robot, best.line, state.pose, best.hangs)
+        state.monitor.report("load_cells", f"broken {name}", state.judged.danger)
+        state.judged.cells_used[best.line] = False
         _shift(state, best.line, _LOOSE, _OWN_SIGMA)
 
 
@@ -168,7 +171,7 @@ def _slackest(state: BodyState, measured: Measurement, causes: list[Cause], best
     if best.kind == "cell" or not len(rows):
         return best
     place = state.layout.zero.start + best.line
-    sigma = math.sqrt(float(measured.noise[rows[0], rows[0]] + state.covariance[place, place]))
+    sigma = math.sqrt(float(measured.noise[rows[0], rows[0]] + state.belief.covariance[place, place]))
     pulls = float(state.tensions[best.line] + measured.innovation[rows[0]])
     kind = best.kind
     if kind == "break" and pulls > _PULLS * sigma:
@@ -182,9 +185,9 @@ def _slackest(state: BodyState, measured: Measurement, causes: list[Cause], best
 def _shift(state: BodyState, line: int, shift: float, sigma: float) -> None:
     """Take a line to be longer by *shift*, m."""
     place = state.layout.home.start + line
-    state.unknowns[place] += shift
-    state.covariance[place, place] += sigma**2
-    state.doubts = 0
+    state.belief.unknowns[place] += shift
+    state.belief.covariance[place, place] += sigma**2
+    state.judged.doubts = 0
 
 
 def _cells(measured: Measurement, inverse: Array, whole: float) -> list[Cause]:

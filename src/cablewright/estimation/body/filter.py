@@ -39,7 +39,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         _read_beam(settings, state, beam.length)
     for encoders in accepted(state.monitor, frame.of(Encoders), frame.time):
         counts.read(settings, state, encoders)
-    state.gradients[_by_radius(state)] = state.paid
+    state.belief.gradients[_by_radius(state)] = state.wound.paid
     state.lengths = corrected(state)
     found = follow(state)
     for climate in accepted(state.monitor, frame.of(Climate), frame.time):
@@ -51,7 +51,7 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     if frame.time - state.window.begin >= settings.interval - 1e-9 and found:
         slopes = _measure(settings, state)
     elif math.isnan(state.window.begin):
-        state.window.begin, state.window.velocity = frame.time, state.velocity.copy()
+        state.window.begin, state.window.velocity = frame.time, state.motion.velocity.copy()
         measurement.set_gradients(state)
         slopes = measurement.slopes_of(state)
     diagnosis.give_up(state)
@@ -76,10 +76,12 @@ def _read_beam(settings: BodySettings, state: BodyState, length: float) -> None:
 
 def _smooth_velocity(settings: BodySettings, state: BodyState, before: Array, dt: float) -> None:
     if not math.isfinite(dt):
-        state.velocity = np.zeros(6)
+        state.motion.velocity = np.zeros(6)
         return
     moved = motion_between(before, state.pose) / dt
-    state.velocity = state.velocity + min(1.0, dt / settings.smoothing_time) * (moved - state.velocity)
+    state.motion.velocity = state.motion.velocity + min(1.0, dt / settings.smoothing_time) * (
+        moved - state.motion.velocity
+    )
 
 
 def _read_sensors(settings: BodySettings, state: BodyState, frame: SensorFrame) -> None:
@@ -95,10 +97,10 @@ def _read_sensors(settings: BodySettings, state: BodyState, frame: SensorFrame) 
 def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
     """Close the window: correct the unknowns by its readings."""
     window, passed = state.window, state.time - state.window.begin
-    begun = state.velocity if window.velocity is None else window.velocity
-    change = (state.velocity - begun)[:3] / max(passed, 1e-9)
-    slopes = correct(settings, state, math.sqrt(float(change @ change) + state.shaking) + _CALM)
-    window.begin, window.velocity = state.time, state.velocity.copy()
+    begun = state.motion.velocity if window.velocity is None else window.velocity
+    change = (state.motion.velocity - begun)[:3] / max(passed, 1e-9)
+    slopes = correct(settings, state, math.sqrt(float(change @ change) + state.motion.shaking) + _CALM)
+    window.begin, window.velocity = state.time, state.motion.velocity.copy()
     window.readings.clear()
     return slopes
 
@@ -106,15 +108,15 @@ def _measure(settings: BodySettings, state: BodyState) -> Slopes | None:
 def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, found: bool) -> Estimate:
     pose = state.pose
     if slopes is not None:
-        state.pose_covariance = measurement.pose_covariance(state, slopes)
+        state.belief.pose_covariance = measurement.pose_covariance(state, slopes)
     covariance = np.zeros((9, 9))
-    covariance[np.ix_(_POSE, _POSE)] = state.pose_covariance
+    covariance[np.ix_(_POSE, _POSE)] = state.belief.pose_covariance
     covariance[range(3, 6), range(3, 6)] = _SPEED_SIGMA**2
     excess = state.lengths - state.taut.lengths
     return Estimate(
         state.time,
         frozen(pose[:3]),
-        frozen(state.velocity[:3]),
+        frozen(state.motion.velocity[:3]),
         frozen(pose[3:]),
         frozen(state.lengths),
         frozen(excess),
@@ -122,8 +124,8 @@ def _estimate(settings: BodySettings, state: BodyState, slopes: Slopes | None, f
         frozen(counts.radii(settings, state)),
         covariance=frozen(covariance),
         faults=state.monitor.faults,
-        valid=found and state.home_counts is not None and not state.monitor.is_active("encoders", "quiet"),
-        consistency=state.consistency,
+        valid=found and state.home.known and not state.monitor.is_active("encoders", "quiet"),
+        consistency=state.judged.consistency,
     )
 
 

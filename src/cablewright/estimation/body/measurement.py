@@ -58,8 +58,8 @@ def set_gradients(state: BodyState) -> None:
         lines, crept = LineNumbers(state.tracker.packed.lines), state.creep.doubt.strain
         changed = (state.tensions - state.load_path.home) / state.load_path.mean
         given = state.tensions * mount_share(lines, state.taut)
-        state.gradients = length_gradients(
-            state.layout, state.paid, toward, state.home_toward, state.lengths, crept, changed, given
+        state.belief.gradients = length_gradients(
+            state.layout, state.wound.paid, toward, state.home.toward, state.lengths, crept, changed, given
         )
 
 
@@ -109,7 +109,7 @@ def pose_covariance(state: BodyState, slopes: Slopes) -> Array:
 
     Creep, softness and mounts follow no law exactly: of what measurements seem to tell of them a share is not believed.
     """
-    gradients, laws = slopes.pose @ state.gradients, state.layout.laws
+    gradients, laws = slopes.pose @ state.belief.gradients, state.layout.laws
     gradients[:, state.layout.load] = slopes.pose_by_wrench
-    told = gradients[:, laws] @ (state.untold - state.covariance[laws, laws]) @ gradients[:, laws].T
-    return np.asarray(gradients @ state.covariance @ gradients.T + _NO_LAW**2 * told)
+    told = gradients[:, laws] @ (state.belief.untold - state.belief.covariance[laws, laws]) @ gradients[:, laws].T
+    return np.asarray(gradients @ state.belief.covariance @ gradients.T + _NO_LAW**2 * told)

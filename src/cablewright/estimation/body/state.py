@@ -56,43 +56,100 @@ class Contradiction:
 
 
 @dataclass(eq=False)
+class Belief:
+    """What is believed of the unknown numbers of the machine, by `BodyLayout`."""
+
+    SAVED = ("unknowns", "covariance", "gradients", "pose_covariance")
+
+    unknowns: Array  # (size,)
+    covariance: Array  # (size, size)
+    gradients: Array  # (m, size) of the lengths by the unknowns
+    untold: Array  # covariance of `BodyLayout.laws` before a measurement
+    pose_covariance: Array = field(default_factory=lambda: np.zeros((6, 6)))
+
+
+@dataclass(eq=False)
+class Home:
+    """Where the platform was homed."""
+
+    SAVED = ("lengths", "angles", "toward", "counts", "known")
+
+    lengths: Array  # (m,) m
+    angles: Array  # (m,) rad, wound on each drum
+    toward: Array  # (m, 3)
+    counts: NDArray[np.int64]  # (m,)
+    known: bool = False  # whether the counts are
+
+
+@dataclass(eq=False)
+class Wound:
+    """What the encoders count."""
+
+    SAVED = ("paid", "angles", "measured_at")
+
+    paid: Array  # (m,) m since home
+    angles: Array  # (m,) rad, wound
+    measured_at: Array  # (m,) m paid out at the last measurement
+    last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
+    pending: NDArray[np.int64] | None = None  # (m,) counts that jumped, not yet believed
+
+
+@dataclass(eq=False)
+class BodySwing:
+    """Velocity of the platform, and how it swings."""
+
+    velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
+    force: Array | None = None  # (3,) m/s^2, platform: mean specific force of late
+    time: float = math.nan  # s, of the last
+    shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
+
+
+@dataclass(eq=False)
+class Doubts:
+    """How measurements contradict the statics. Begins anew where state is loaded, but for cells that are off."""
+
+    SAVED = ("cells_used",)
+
+    cells_used: Mask  # (m,)
+    consistency: dict[str, float] = field(default_factory=dict)
+    silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
+    doubts: int = 0  # measurements in a row that contradict the statics
+    danger: str = ""  # why the machine is to stop
+    search: Contradiction | None = None  # for the line that is to blame
+
+
+@dataclass(eq=False)
 class BodyState:
-    """Changed in place by `step`."""
+    """Changed in place by `step`. Windows and doubts begin anew where state is loaded."""
+
+    SAVED = (
+        "belief",
+        "home",
+        "wound",
+        "creep",
+        "load_path",
+        "lengths",
+        "retraction",
+        "judged",
+        "tracker.pose",
+        "tracker.states",
+    )
 
     layout: BodyLayout
     tracker: Tracker
-    unknowns: Array  # (size,)
-    covariance: Array  # (size, size)
-    home_lengths: Array  # (m,) m
-    home_angles: Array  # (m,) rad, wound on each drum at home
-    home_toward: Array  # (m, 3)
     taut: Taut
     monitor: FaultMonitor
     creep: BodyCreep
     load_path: LoadPath
-    gradients: Array  # (m, size) of the lengths by the unknowns
-    cells_used: Mask  # (m,)
-    paid: Array  # (m,) m since home, by the encoders
-    angles: Array  # (m,) rad, wound
     lengths: Array  # (m,) m, corrected
-    measured_at: Array  # (m,) m paid out at the last measurement
-    velocity: Array = field(default_factory=lambda: np.zeros(6))  # m/s and rad/s
-    home_counts: NDArray[np.int64] | None = None
-    last_counts: tuple[float, NDArray[np.int64]] | None = None  # s, and the counts of then
-    pending: NDArray[np.int64] | None = None  # (m,) counts that jumped, not yet believed
-    time: float = -math.inf
+    belief: Belief
+    home: Home
+    wound: Wound
+    judged: Doubts
     retraction: float = math.nan  # m
+    motion: BodySwing = field(default_factory=BodySwing)
+    time: float = -math.inf  # s
     window: Window = field(default_factory=Window)
-    untold: Array = field(default_factory=lambda: np.zeros((0, 0)))  # covariance of `layout.laws` before a measurement
-    pose_covariance: Array = field(default_factory=lambda: np.zeros((6, 6)))
-    consistency: dict[str, float] = field(default_factory=dict)
-    silent: Mask = field(default_factory=lambda: np.zeros(1, dtype=bool))  # (m,) or (1,) cells without a reading
-    specific_force: Array | None = None  # (3,) m/s^2, platform: its mean of late
-    shaken_at: float = math.nan  # s
-    shaking: float = 0.0  # m^2/s^4: mean square of the force's change about that
-    doubts: int = 0  # measurements in a row that contradict the statics
-    danger: str = ""  # why the machine is to stop
-    search: Contradiction | None = None  # for the line that is to blame
 
     @property
     def pose(self) -> Array:
@@ -120,27 +177,32 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
     ]
     taut = taut_of_body(model.packed.lines, tracker.pose)
     covariance = prior(settings, layout)
+    m, still = model.m, np.zeros(model.m)
     return BodyState(
         layout,
         tracker,
-        np.zeros(layout.size),
-        covariance,
-        lengths.copy(),
-        np.array(wound),
-        taut.toward,
         taut,
         FaultMonitor(dict(settings.timeouts)),
         creep_of(model.robot, tracker.tensions, settings.deviations.creep),
         LoadPath(tracker.tensions),
-        np.eye(model.m, layout.size),
-        np.ones(model.m, dtype=bool),
-        np.zeros(model.m),
-        np.array(wound),
         lengths.copy(),
-        np.zeros(model.m),
-        untold=covariance[layout.laws, layout.laws].copy(),
+        Belief(np.zeros(layout.size), covariance, np.eye(m, layout.size), covariance[layout.laws, layout.laws].copy()),
+        Home(lengths.copy(), np.array(wound), taut.toward, np.zeros(m, dtype=np.int64)),
+        Wound(still, np.array(wound), still.copy()),
+        Doubts(np.ones(m, dtype=bool)),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
     )
+
+
+def resumed(settings: BodySettings, state: BodyState) -> None:
+    """Let a *state* go on with what was loaded."""
+    crept, home, places = state.creep.memories, state.load_path.home, state.load_path.places
+    state.load_path, state.creep = LoadPath(home), creep_of(settings.model.robot, home, settings.deviations.creep)
+    state.load_path.places = places
+    for memory, loaded in zip(state.creep.memories, crept, strict=True):
+        memory.stretched = loaded.stretched
+    set_load(state, settings.model)
+    state.tracker.restart(state.lengths)
 
 
 def _own_retraction(model: Model) -> float:
@@ -156,12 +218,17 @@ def _tracker_near(model: Model, lengths: Array, pose: Array) -> Tracker:
 
 def corrected(state: BodyState) -> Array:
     """Return the lengths (m,), m, by the encoders, creep as described, and what is known of the unknowns."""
-    counted, of_lengths, described = state.home_lengths + state.paid, state.layout.softness.start, state.creep.described
+    counted, of_lengths, described = (
+        state.home.lengths + state.wound.paid,
+        state.layout.softness.start,
+        state.creep.described,
+    )
     if described is not None:
         counted = counted * (1.0 + described.strain)
-    stretched_at_home = state.unknowns[state.layout.softness] * state.load_path.home / state.load_path.mean
+    stretched_at_home = state.belief.unknowns[state.layout.softness] * state.load_path.home / state.load_path.mean
     return np.asarray(
-        counted * (1.0 - stretched_at_home) + state.gradients[:, :of_lengths] @ state.unknowns[:of_lengths]
+        counted * (1.0 - stretched_at_home)
+        + state.belief.gradients[:, :of_lengths] @ state.belief.unknowns[:of_lengths]
     )
 
 
@@ -185,9 +252,9 @@ def set_load(state: BodyState, model: Model) -> None:
     retraction = None if math.isnan(state.retraction) else np.array([state.retraction])
     rows = model.rows(retraction=retraction)
     platform = PlatformNumbers(packed.platform.copy())
-    platform.wrench = platform.wrench + state.unknowns[state.layout.load]
+    platform.wrench = platform.wrench + state.belief.unknowns[state.layout.load]
     lines = LineNumbers(rows.lines[0].copy())
-    softer = state.unknowns[state.layout.softness] * state.lengths / state.load_path.mean
-    softer = softer + mount_share(lines, state.taut) * state.unknowns[state.layout.mount]
+    softer = state.belief.unknowns[state.layout.softness] * state.lengths / state.load_path.mean
+    softer = softer + mount_share(lines, state.taut) * state.belief.unknowns[state.layout.mount]
     lines.spring = lines.spring + np.maximum(softer, -0.5 * stretches(lines, state.taut))
     state.tracker.change(packed._replace(lines=lines.array, platform=platform.array))

@@ -8,8 +8,9 @@ drum's position.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from cablewright.arrays import Array
 from cablewright.errors import Status
 from cablewright.estimation import slackness, tilt
 from cablewright.estimation.chain import drum_radius, lengths
-from cablewright.estimation.chain.state import ObserverSettings, ObserverState
+from cablewright.estimation.chain.state import Located, ObserverSettings, ObserverState
 from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.height import HeightSettings, estimate_height
@@ -27,29 +28,20 @@ from cablewright.estimation.lidar.localisation import WallPose, WallState
 from cablewright.estimation.lidar.wall_lines import LidarTurn, scanned, turn_of
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
-    LONG_STEP,
-    MAX_LEAP,
     ReadingChecks,
+    Turns,
     accept_imu,
+    advance,
     drum_rotation,
-    queue_scan,
+    follow_angles,
+    process_turns,
+    read,
     report_line_sensors,
 )
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.signals import (
-    Climate,
-    Distance,
-    Encoders,
-    Estimate,
-    Inertial,
-    LineAngles,
-    Reading,
-    Scan,
-    SensorFrame,
-    frozen,
-)
+from cablewright.signals import Distance, Encoders, Estimate, Inertial, Scan, SensorFrame, frozen
 from cablewright.solvers.continuation import TrackerSettings
-from cablewright.solvers.taut import Taut, taut_at
+from cablewright.solvers.taut import taut_at
 
 _BIAS_GAIN: Final = 0.1  # of the update of the yaw rate's bias by one lidar yaw
 _STUCK_ENCODER_ERROR: Final = 0.01  # m of a length's change without rotation of any drum
@@ -76,18 +68,17 @@ def start(settings: ObserverSettings) -> ObserverState:
     first = turn_of(settings.walls.lidars[0], 0, settings.walls.search, _AROUND, _SQUARE_ROOM)
     localisation.step(settings.walls, localisation.start(), first)
     return ObserverState(
-        ReadingChecks(
+        checks=ReadingChecks(
             FaultMonitor(dict(settings.timeouts)),
             None if settings.clock is None else ClockLead(settings.clock),
             settings.model.m,
         ),
-        localisation.start(),
-        no_reading,
-        drum_radius.start(settings.radius),
-        tilt.start(),
-        TimeBuffer(3, HISTORY_LENGTH),
-        TimeBuffer(3, HISTORY_LENGTH),
+        slackness=no_reading,
+        turns=Turns(TimeBuffer(3, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)),
         creep=known_creep(settings.model.robot),
+        located=Located(localisation.start()),
+        radius=drum_radius.start(settings.radius),
+        tilt=tilt.start(),
     )
 
 
@@ -95,83 +86,55 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
     """Return the estimate after one frame; *state* changes in place. No frame raises an error; faults are reported."""
     if not state.checks.has_time(frame):
         return _estimate(settings, state)
-    if not 0.0 < frame.time - state.time <= MAX_LEAP and math.isfinite(state.time):
-        _restart_clock(state, frame.time)
-    dt = frame.time - state.time if math.isfinite(state.time) else 0.0
-    state.time = frame.time
-    line_angles = []
-    for reading in state.checks.accepted(frame):
-        if isinstance(reading, LineAngles):
-            line_angles.append(reading)
-        else:
-            _process(settings, state, reading)
+    dt = advance(state, frame.time, _restart)
+    line_angles = read(settings, settings, state, frame, _HANDLERS)
+    if state.turns.pending:
+        state.located.gather_start = min(state.located.gather_start, state.time)
     _predict_position(settings, state, dt)
-    _process_scan(settings, state)
-    while dt > LONG_STEP and (state.pending_scans or state.extracted_turn is not None):
-        _process_scan(settings, state)
-    complete = state.gathered_sources.issuperset((*settings.lidars, "vertical"))
-    due = complete or state.time - state.gather_start > settings.gather_time
-    if due and not state.pending_scans and state.extracted_turn is None:
+    process_turns(settings, state, dt, _process_turn)
+    complete = state.located.gathered_sources.issuperset((*settings.lidars, "vertical"))
+    due = complete or state.time - state.located.gather_start > settings.gather_time
+    if due and not state.turns.pending and state.turns.extracted is None:
         _update_lengths(settings, state)
     if state.tracker is not None:
         state.taut = taut_at(settings.model, state.tracker.pose)
-        _update_slackness(settings, state, line_angles, state.taut)
+        follow_angles(settings, state, line_angles, state.taut)
         if line_angles:
             report_line_sensors(state.monitor, settings.model.robot.lines, state.slackness)
-    elif line_angles and np.isfinite(state.position_offset).all():
-        _update_slackness(settings, state, line_angles, taut_at(settings.model, state.position_offset + state.odometry))
+    elif line_angles and np.isfinite(state.located.position_offset).all():
+        follow_angles(
+            settings,
+            state,
+            line_angles,
+            taut_at(settings.model, state.located.position_offset + state.odometry.position),
+        )
     state.monitor.check_timeouts(state.time)
     return _estimate(settings, state)
 
 
-def _update_slackness(settings: ObserverSettings, state: ObserverState, readings: list[LineAngles], taut: Taut) -> None:
-    """Use all *readings* of a step: lines vibrate, so that leaving out some would not average the rest."""
-    for reading in readings:
-        state.slackness = slackness.step(settings.slackness, state.slackness, reading, taut)
-
-
-def _process_scan(settings: ObserverSettings, state: ObserverState) -> None:
+def _process_turn(settings: ObserverSettings, state: ObserverState) -> None:
     """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
-    if state.extracted_turn is not None:
-        _localise(settings, state, state.extracted_turn)
-    elif state.pending_scans:
-        _extract(settings, state, state.pending_scans.pop(0))
+    if state.turns.extracted is not None:
+        _localise(settings, state, state.turns.extracted)
+    elif state.turns.pending:
+        _extract(settings, state, state.turns.pending.pop(0))
 
 
-def _restart_clock(state: ObserverState, now: float) -> None:
-    """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped from {state.time:g} to {now:g} s: earlier readings are dropped")
-    state.position_history.clear()
-    state.attitude_history.clear()
-    state.pending_scans.clear()
-    state.gathered_sources.clear()
+def _restart(state: ObserverState, now: float) -> None:
+    """Restart at time *now*, s."""
+    located = state.located
+    located.gathered_sources.clear()
+    located.last_turn_times.clear()
+    located.turn_ends, located.gather_start = (), math.inf
+    located.wall_state = WallState(yaw=located.wall_state.yaw, position=located.wall_state.position)
+    located.last_position_time = located.last_full_position_time = located.last_length_time = now
+    state.odometry.last_yaw_time = -math.inf
     state.tilt = state.tilt._replace(time=-math.inf)
-    state.slackness = slackness.restarted(state.slackness)
-    state.wall_state = WallState(yaw=state.wall_state.yaw, position=state.wall_state.position)
-    state.last_turn_times.clear()
-    state.extracted_turn = None
-    state.turn_ends = ()
-    state.checks.reset()
-    state.gather_start, state.time, state.last_position_time, state.last_yaw_time = math.inf, -math.inf, now, -math.inf
-    state.last_length_time = state.last_full_position_time = now
 
 
-def _process(settings: ObserverSettings, state: ObserverState, reading: Reading) -> None:
-    """Process any reading but line angles."""
-    if isinstance(reading, Inertial):
-        _predict_attitude(settings, state, reading)
-    elif isinstance(reading, Encoders):
-        _predict_lengths(settings, state, reading)
-    elif isinstance(reading, Distance):
-        state.last_distance = reading
-    elif isinstance(reading, Climate) and state.creep is not None:
-        state.creep.read(reading)
-    elif (
-        isinstance(reading, Scan)
-        and reading.source in (*settings.lidars, "vertical")
-        and queue_scan(state.checks, state.pending_scans, reading, settings.walls.kept_turns)
-    ):
-        state.gather_start = min(state.gather_start, state.time)
+def _keep_distance(_settings: ObserverSettings, state: ObserverState, reading: Distance) -> None:
+    """Keep the last distance."""
+    state.last_distance = reading
 
 
 def _predict_attitude(settings: ObserverSettings, state: ObserverState, reading: Inertial) -> None:
@@ -180,14 +143,14 @@ def _predict_attitude(settings: ObserverSettings, state: ObserverState, reading:
     accepted = accept_imu(state.checks, settings.tilt, reading)
     if not accepted:
         if accepted is not None:
-            state.yaw_rate = 0.0
+            state.odometry.yaw_rate = 0.0
         return
-    rate = float(reading.rate[2]) - state.yaw_rate_bias
-    state.yaw_rate = rate
+    rate = float(reading.rate[2]) - state.odometry.yaw_rate_bias
+    state.odometry.yaw_rate = rate
     if last is not None:
-        state.odometry_yaw += rate * min(max(reading.time - last.time, 0.0), 1.0)
+        state.odometry.yaw += rate * min(max(reading.time - last.time, 0.0), 1.0)
     state.tilt = tilt.step(settings.tilt, state.tilt, reading, rate)
-    state.attitude_history.add(reading.time, (state.odometry_yaw, state.tilt.x, state.tilt.y))
+    state.turns.attitudes.add(reading.time, (state.odometry.yaw, state.tilt.x, state.tilt.y))
 
 
 def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: Encoders) -> None:
@@ -203,17 +166,25 @@ def _predict_lengths(settings: ObserverSettings, state: ObserverState, reading: 
             state.radius = drum_radius.without_reference(state.radius)
         return
     state.drum_angles = state.drum_angles + rotation
-    if reading.time - dt < state.last_length_time - _MAX_ENCODER_GAP:  # a lidar state has included the rotation
+    if reading.time - dt < state.located.last_length_time - _MAX_ENCODER_GAP:  # a lidar state has included the rotation
         state.radius = drum_radius.without_reference(state.radius)
     elif state.lengths is not None:
         state.lengths = state.lengths + state.radius.radii * rotation
 
 
+_HANDLERS: Final[dict[type, Callable[[ObserverSettings, ObserverState, Any], None]]] = {
+    Inertial: _predict_attitude,
+    Encoders: _predict_lengths,
+    Distance: _keep_distance,
+}
+"""What reads each kind of reading, but scans, line angles and climate."""
+
+
 def _watch_standing(state: ObserverState, now: float, rotation: Array | None, dt: float) -> None:
     """Note when lines have moved last, by the *rotation* (m,), rad, of the drums in *dt*, s, until *now*, s."""
     if rotation is None or not float(np.abs(state.radius.radii * rotation).max()) <= _STANDS * dt:
-        state.last_motion_time = now
-    state.last_motion_time = min(state.last_motion_time, now)  # what was before is not known
+        state.odometry.last_motion_time = now
+    state.odometry.last_motion_time = min(state.odometry.last_motion_time, now)  # what was before is not known
 
 
 def _predict_position(settings: ObserverSettings, state: ObserverState, dt: float) -> None:
@@ -230,13 +201,13 @@ def _predict_position(settings: ObserverSettings, state: ObserverState, dt: floa
         return
     state.monitor.clear("encoders", "lost")
     moved = tracker.pose - before
-    state.odometry = state.odometry + moved
-    state.distance_without_floor += float(np.sqrt(moved @ moved))
+    state.odometry.position = state.odometry.position + moved
+    state.odometry.distance_without_floor += float(np.sqrt(moved @ moved))
     if state.checks.last_encoders is not None:
-        state.position_history.add(state.checks.last_encoders.time, state.odometry)
+        state.turns.motion.add(state.checks.last_encoders.time, state.odometry.position)
     if dt > 0.0:
         gain = min(1.0, dt / settings.slackness.smoothing_time)
-        state.velocity = state.velocity + gain * (moved / dt - state.velocity)
+        state.odometry.velocity = state.odometry.velocity + gain * (moved / dt - state.odometry.velocity)
 
 
 def _creep(state: ObserverState, creep: KnownCreep, dt: float) -> None:
@@ -253,85 +224,87 @@ def _creep(state: ObserverState, creep: KnownCreep, dt: float) -> None:
 
 def _extract(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     """Process one lidar turn: height of a vertical one, lines of a horizontal one; its pose is the next step's work."""
-    state.gathered_sources.add(scan.source)
+    state.located.gathered_sources.add(scan.source)
     times = scan.times
-    attitudes, positions = state.attitude_history.at(times), state.position_history.at(times)
+    attitudes, positions = state.turns.attitudes.at(times), state.turns.motion.at(times)
     if scan.source == "vertical":
         if settings.height is not None:
             _update_height(settings.height, state, scan, attitudes[:, 1:], float(positions[len(times) // 2, 2]))
         return
-    late = state.time - float(times[-1]) > _FRESH and state.last_motion_time > float(times[0])
+    late = state.time - float(times[-1]) > _FRESH and state.odometry.last_motion_time > float(times[0])
     if state.tracker is None and late:
         return  # nothing tells how far the platform has gone since
     _drop_stale_turns(settings, state, scan)
     end, yaw = positions[-1], float(attitudes[-1, 0])
-    offset = state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0
-    state.turn_ends = *state.turn_ends[-1:], (end, yaw)
+    offset = state.located.yaw_offset if math.isfinite(state.located.yaw_offset) else 0.0
+    state.located.turn_ends = *state.located.turn_ends[-1:], (end, yaw)
     lidar, walls = settings.lidars.index(scan.source), settings.walls
     moved = positions[:, :2] - end[:2] if settings.deskew else None
-    state.extracted_turn = scanned(scan, walls.lidars[lidar], lidar, walls.search, attitudes, moved, offset + yaw)
+    state.turns.extracted = scanned(scan, walls.lidars[lidar], lidar, walls.search, attitudes, moved, offset + yaw)
 
 
 def _update_height(settings: HeightSettings, state: ObserverState, scan: Scan, tilts: Array, z: float) -> None:
     """Update the offset of the height and the clearance by a vertical turn; *z*: m, odometry in its middle."""
-    reach = _FLOOR_TOLERANCE + _FLOOR_DRIFT * state.distance_without_floor
-    height = state.height = estimate_height(settings, scan, tilts, float(state.position_offset[2]) + z, reach)
+    reach = _FLOOR_TOLERANCE + _FLOOR_DRIFT * state.odometry.distance_without_floor
+    height = state.located.height = estimate_height(
+        settings, scan, tilts, float(state.located.position_offset[2]) + z, reach
+    )
     if math.isfinite(height.over_structure):
         state.clearance_offset = height.over_structure - z
     if height.note:
         state.monitor.report("vertical", "floor", height.note)
     else:
         state.monitor.clear("vertical", "floor")
-        state.position_offset[2], state.distance_without_floor = height.over_floor - z, 0.0
+        state.located.position_offset[2], state.odometry.distance_without_floor = height.over_floor - z, 0.0
 
 
 def _localise(settings: ObserverSettings, state: ObserverState, turn: LidarTurn) -> None:
     """Compute the drum's pose from the lines of a turn, and update by it."""
     lasers = settings.lasers if state.tracker is None else ()
-    (last, last_yaw), (end, yaw) = state.turn_ends[0], state.turn_ends[-1]
+    (last, last_yaw), (end, yaw) = state.located.turn_ends[0], state.located.turn_ends[-1]
     moved = float(end[0] - last[0]), float(end[1] - last[1]), yaw - last_yaw
-    state.wall_state, pose = localisation.step(settings.walls, state.wall_state, turn, lasers, moved)
-    state.wall_pose, state.extracted_turn = pose, None
+    state.located.wall_state, pose = localisation.step(settings.walls, state.located.wall_state, turn, lasers, moved)
+    state.located.wall_pose, state.turns.extracted = pose, None
     _update_position(settings, state, turn, pose, end, yaw)
 
 
 def _drop_stale_turns(settings: ObserverSettings, state: ObserverState, scan: Scan) -> None:
     """Drop turns of lidars that have become silent: odometry has moved them too far."""
-    state.last_turn_times[scan.source] = scan.time
-    limit, last = _STALE_TURNS * len(scan.ranges) * scan.period, state.last_turn_times
+    state.located.last_turn_times[scan.source] = scan.time
+    limit, last = _STALE_TURNS * len(scan.ranges) * scan.period, state.located.last_turn_times
     stale = [i for i, name in enumerate(settings.lidars) if scan.time - last.get(name, -math.inf) > limit]
-    if any(turn.lidar in stale for turn in state.wall_state.turns):
-        kept = tuple(turn for turn in state.wall_state.turns if turn.lidar not in stale)
-        state.wall_state = replace(state.wall_state, turns=kept)
+    if any(turn.lidar in stale for turn in state.located.wall_state.turns):
+        kept = tuple(turn for turn in state.located.wall_state.turns if turn.lidar not in stale)
+        state.located.wall_state = replace(state.located.wall_state, turns=kept)
 
 
 def _update_position(
     settings: ObserverSettings, state: ObserverState, turn: LidarTurn, pose: WallPose, end: Array, yaw: float
 ) -> None:
     """Update the offsets of position and yaw, or report why not. *end*, *yaw*: odometry at the end of the turn."""
-    known = bool(np.isfinite(state.position_offset[:2]).all())
+    known = bool(np.isfinite(state.located.position_offset[:2]).all())
     if pose.status != "ok":
         state.monitor.report(turn.source, "walls", pose.note)
     else:
         state.monitor.clear(turn.source, "walls")
     offset = pose.position - end[:2]
     if pose.status == "parallel" and known:
-        offset = _across_walls(settings, pose, state.position_offset[:2] + end[:2]) - end[:2]
+        offset = _across_walls(settings, pose, state.located.position_offset[:2] + end[:2]) - end[:2]
     elif not (pose.status == "ok" or (pose.status == "ambiguous" and known)):
         return
-    error = float(np.hypot(*(offset - state.position_offset[:2]))) if known else 0.0
+    error = float(np.hypot(*(offset - state.located.position_offset[:2]))) if known else 0.0
     if pose.status == "ambiguous" and error > _SAME_POSITION:
         return  # probably the other one of two positions; the fault has been reported
-    if error > settings.gate and state.rejections < settings.max_rejections:
-        state.rejections += 1
+    if error > settings.gate and state.located.rejections < settings.max_rejections:
+        state.located.rejections += 1
         sentence = f"its walls place the drum {error:.2f} m from the expected position: not used"
         state.monitor.report(turn.source, "gate", sentence)
         return
-    state.rejections = 0
+    state.located.rejections = 0
     state.monitor.clear(turn.source, "gate")
-    state.position_offset[:2], state.last_position_time = offset, state.time
+    state.located.position_offset[:2], state.located.last_position_time = offset, state.time
     if pose.status != "parallel":
-        state.last_full_position_time = state.time
+        state.located.last_full_position_time = state.time
     if math.isfinite(pose.yaw):
         _update_yaw(state, pose.yaw - yaw, turn.end)
 
@@ -349,22 +322,26 @@ def _across_walls(settings: ObserverSettings, pose: WallPose, expected: Array) -
 
 def _update_yaw(state: ObserverState, offset: float, time: float) -> None:
     """Set the *offset* of yaw from odometry, rad, and update the bias of the yaw rate."""
-    since = time - state.last_yaw_time
-    if 0.5 < since < 5.0 and math.isfinite(state.yaw_offset):
-        state.yaw_rate_bias -= _BIAS_GAIN * math.remainder(offset - state.yaw_offset, math.tau) / since
+    since = time - state.odometry.last_yaw_time
+    if 0.5 < since < 5.0 and math.isfinite(state.located.yaw_offset):
+        state.odometry.yaw_rate_bias -= _BIAS_GAIN * math.remainder(offset - state.located.yaw_offset, math.tau) / since
     if not since <= 0.5:
-        state.last_yaw_time = time
-    state.yaw_offset = offset
+        state.odometry.last_yaw_time = time
+    state.located.yaw_offset = offset
 
 
 def _update_lengths(settings: ObserverSettings, state: ObserverState) -> None:
     """Compute the lengths that hang the drum at the lidars' position, and the radii of the winch drums from them."""
-    state.gathered_sources.clear()
-    state.gather_start = math.inf
-    if math.isnan(state.position_offset[2]) and state.last_distance is not None and settings.valve_depth is not None:
+    state.located.gathered_sources.clear()
+    state.located.gather_start = math.inf
+    if (
+        math.isnan(state.located.position_offset[2])
+        and state.last_distance is not None
+        and settings.valve_depth is not None
+    ):
         height = state.last_distance.distance + settings.valve_depth  # over the ground or material below
-        state.position_offset[2] = height - state.odometry[2]
-    target = state.position_offset + state.odometry
+        state.located.position_offset[2] = height - state.odometry.position[2]
+    target = state.located.position_offset + state.odometry.position
     if not np.isfinite(target).all():
         return
     angular = settings.slackness
@@ -387,10 +364,10 @@ def _update_lengths(settings: ObserverSettings, state: ObserverState) -> None:
 
 def _update_radii(settings: ObserverSettings, state: ObserverState, found: Array) -> None:
     """Update the radii of the winch drums with the lengths *found* (m,), m, if there is a new lidar position."""
-    new = state.last_full_position_time > state.last_length_time
-    state.lidar_states += new
-    state.last_length_time = max(state.last_length_time, state.last_full_position_time)
-    if state.drum_angles is None or not new or state.lidar_states < settings.walls.kept_turns:
+    new = state.located.last_full_position_time > state.located.last_length_time
+    state.located.lidar_states += new
+    state.located.last_length_time = max(state.located.last_length_time, state.located.last_full_position_time)
+    if state.drum_angles is None or not new or state.located.lidar_states < settings.walls.kept_turns:
         return
     last_lengths, last_angles = state.radius.last_lengths, state.radius.last_angles
     if last_lengths is not None and last_angles is not None:
@@ -405,13 +382,13 @@ def _update_radii(settings: ObserverSettings, state: ObserverState, found: Array
 
 def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
     """Return the state as an estimate; lengths are NaN until the first position is known."""
-    yaw = state.odometry_yaw + (state.yaw_offset if math.isfinite(state.yaw_offset) else 0.0)
-    position, velocity, valid = state.position_offset + state.odometry, np.zeros(3), False
+    yaw = state.odometry.yaw + (state.located.yaw_offset if math.isfinite(state.located.yaw_offset) else 0.0)
+    position, velocity, valid = state.located.position_offset + state.odometry.position, np.zeros(3), False
     paid_out = excess = np.full(settings.model.m, np.nan)
     if state.tracker is not None and state.lengths is not None and state.taut is not None:
-        position, velocity, paid_out = state.tracker.pose, state.velocity, state.lengths
+        position, velocity, paid_out = state.tracker.pose, state.odometry.velocity, state.lengths
         excess = lengths.current_excess(settings.slackness, state.slackness, state.taut, paid_out)
-        current = state.time - state.last_position_time <= settings.position_timeout
+        current = state.time - state.located.last_position_time <= settings.position_timeout
         valid = current and not state.monitor.is_active("encoders", "lost")
     return Estimate(
         state.time,
@@ -424,5 +401,5 @@ def _estimate(settings: ObserverSettings, state: ObserverState) -> Estimate:
         frozen(state.radius.radii),
         faults=state.monitor.faults,
         valid=valid,
-        clearance=float(state.odometry[2]) + state.clearance_offset,
+        clearance=float(state.odometry.position[2]) + state.clearance_offset,
     )

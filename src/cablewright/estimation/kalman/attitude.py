@@ -17,6 +17,7 @@ from cablewright.estimation.kalman.state import (
     judge,
     passes_gate,
 )
+from cablewright.estimation.reading_checks import accept_imu
 from cablewright.kernels.covariance import add_multiples
 from cablewright.signals import Inertial
 
@@ -30,29 +31,35 @@ _MAX_INTERVAL: Final = 0.1  # s between readings, by which a swing is followed
 _SMOOTHING: Final = 0.2  # gain of the low-pass filter of B's acceleration
 
 
+def read(settings: FilterSettings, state: FilterState, reading: Inertial) -> None:
+    """Predict by an IMU *reading* that is accepted."""
+    if accept_imu(state.checks, settings.machine.tilt, reading):
+        predict(settings, state, reading)
+
+
 def predict(settings: FilterSettings, state: FilterState, reading: Inertial) -> None:
     """Integrate the attitude to the time of an accepted IMU *reading*."""
-    dt = reading.time - state.last_imu_time
-    if not dt <= state.max_gap:
-        predict_without_imu(settings, state, reading.time - 0.5 * state.max_gap)
-        dt = reading.time - state.last_imu_time if state.last_imu_time > -np.inf else 0.0
-    wx, wy, wz = (reading.rate - state.gyro_bias).tolist()
-    x, y = state.tilt.tolist()
-    state.angular_rate = np.array([wx + wz * y, wy - wz * x, wz])
-    state.tilt = state.tilt + dt * state.angular_rate[:2]
-    state.yaw += dt * wz
-    state.gyro_yaw += dt * wz
-    state.last_imu_time = reading.time
+    dt = reading.time - state.attitude.last_imu_time
+    if not dt <= state.motion.max_gap:
+        predict_without_imu(settings, state, reading.time - 0.5 * state.motion.max_gap)
+        dt = reading.time - state.attitude.last_imu_time if state.attitude.last_imu_time > -np.inf else 0.0
+    wx, wy, wz = (reading.rate - state.built.gyro_bias).tolist()
+    x, y = state.attitude.tilt.tolist()
+    state.attitude.angular_rate = np.array([wx + wz * y, wy - wz * x, wz])
+    state.attitude.tilt = state.attitude.tilt + dt * state.attitude.angular_rate[:2]
+    state.attitude.yaw += dt * wz
+    state.attitude.gyro_yaw += dt * wz
+    state.attitude.last_imu_time = reading.time
     _predict_covariance(state, dt, dt * wz)
     diagonal(state.P)[state.layout.attitude] += settings.gyro_noise**2 * dt
     if dt > _MAX_INTERVAL:  # one rate does not tell how a swing ends
         _predict_upright(settings, state)
-    state.attitude_history.add(reading.time, (state.gyro_yaw, *state.tilt.tolist()))
+    state.turns.attitudes.add(reading.time, (state.attitude.gyro_yaw, *state.attitude.tilt.tolist()))
     fx, fy, _ = reading.acceleration.tolist()
     g = settings.machine.tilt.gravity
     if math.hypot(fx, fy) < g:  # up to that a bounce's are needed, too: their mean is that of gravity. NaN is not
-        state.measured_tilts.append((fy / g, -fx / g))
-    if len(state.measured_tilts) >= _READINGS:
+        state.attitude.measured_tilts.append((fy / g, -fx / g))
+    if len(state.attitude.measured_tilts) >= _READINGS:
         _update_by_gravity(settings, state)
 
 
@@ -68,19 +75,20 @@ def _predict_covariance(state: FilterState, dt: float, turn: float) -> None:
 
 def _update_by_gravity(settings: FilterSettings, state: FilterState) -> None:
     """Update by two measurements: gravity shows tilt plus accelerometer bias; the suspension, a tilt of zero."""
-    measured = np.mean(state.measured_tilts, axis=0)
-    state.measured_tilts.clear()
-    velocity, smoothed = state.jacobian[:2] @ (state.radii * state.drum_rates), state.level_acceleration
-    acceleration = smoothed + _SMOOTHING * ((velocity - state.level_velocity) / _INTERVAL - smoothed)
-    state.level_velocity, state.level_acceleration = velocity, acceleration
+    measured = np.mean(state.attitude.measured_tilts, axis=0)
+    state.attitude.measured_tilts.clear()
+    velocity = state.hung.jacobian[:2] @ (state.lines.radii * state.motion.drum_rates)
+    smoothed = state.attitude.level_acceleration
+    acceleration = smoothed + _SMOOTHING * ((velocity - state.attitude.level_velocity) / _INTERVAL - smoothed)
+    state.attitude.level_velocity, state.attitude.level_acceleration = velocity, acceleration
     # an accelerated drum tilts, and its accelerometer does not show that
     unseen = float(acceleration @ acceleration) / settings.machine.tilt.gravity**2
     seen = settings.gravity_sigma**2 + unseen * settings.swing_period / _INTERVAL
     upright = (settings.swing_sigma**2 + unseen) * settings.swing_period / _INTERVAL
-    hangs, _ = _update_tilt(state, -state.tilt, upright, biased=False)
+    hangs, _ = _update_tilt(state, -state.attitude.tilt, upright, biased=False)
     if not hangs:  # it swings far, or the tilt is wrong
         diagonal(state.P)[state.layout.tilt] += _LEANING**2
-    innovation = measured - state.tilt - state.accelerometer_bias
+    innovation = measured - state.attitude.tilt - state.built.accelerometer_bias
     rests, nis = _update_tilt(state, innovation, seen, biased=True)
     if not rests:  # B is shaken in a way that encoders do not show
         _note_shaking(state, settings.machine.tilt.gravity * float(np.hypot(*innovation)), settings.swing_period)
@@ -108,28 +116,28 @@ def _note_shaking(state: FilterState, acceleration: float, period: float) -> Non
 
     What lasts longer than any shaking is the sensor's fault.
     """
-    now = state.last_imu_time
-    if now - state.shaken_time > _QUIET_TIME:
-        state.shaken_since = now
-    if now - state.shaken_since > _MAX_SHAKING:
+    now = state.attitude.last_imu_time
+    if now - state.attitude.shaken_time > _QUIET_TIME:
+        state.attitude.shaken_since = now
+    if now - state.attitude.shaken_since > _MAX_SHAKING:
         state.monitor.report("inertial", "shaken", "measures accelerations that nothing else shows: not used")
         return
-    state.shaken_time = now
+    state.attitude.shaken_time = now
     inflate_shaken(state, acceleration * (period / math.tau) ** 2)
 
 
 def predict_without_imu(settings: FilterSettings, state: FilterState, time: float) -> None:
     """Predict the attitude at *time*, s, without the IMU: upright, at an unknown rate of yaw."""
-    dt = time - state.last_imu_time
+    dt = time - state.attitude.last_imu_time
     if not 0.0 < dt < 1e6:
-        state.last_imu_time = max(state.last_imu_time, time)
+        state.attitude.last_imu_time = max(state.attitude.last_imu_time, time)
         return
-    state.last_imu_time = state.imu_gap_end = time
-    state.measured_tilts.clear()
+    state.attitude.last_imu_time = state.attitude.imu_gap_end = time
+    state.attitude.measured_tilts.clear()
     _predict_upright(settings, state)
     state.P[state.layout.yaw, state.layout.yaw] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
-    state.angular_rate[2] = 0.0
-    state.attitude_history.add(time, (state.gyro_yaw, 0.0, 0.0))
+    state.attitude.angular_rate[2] = 0.0
+    state.turns.attitudes.add(time, (state.attitude.gyro_yaw, 0.0, 0.0))
 
 
 def _predict_upright(settings: FilterSettings, state: FilterState) -> None:
@@ -138,4 +146,4 @@ def _predict_upright(settings: FilterSettings, state: FilterState) -> None:
     P[tilt] = 0.0
     P[:, tilt] = 0.0
     diagonal(P)[tilt] = settings.swing_sigma**2
-    state.tilt, state.angular_rate[:2] = np.zeros(2), 0.0
+    state.attitude.tilt, state.attitude.angular_rate[:2] = np.zeros(2), 0.0

@@ -33,17 +33,17 @@ def fade_clock(state: FilterState, dt: float) -> None:
     """Predict the drum's clock, which wanders within the bounds of its lag, by *dt*, s."""
     clock, at = state.checks.clock, state.layout.clock
     if clock is not None:
-        state.clock_error *= fade(state.P, slice(at, at + 1), dt / _CLOCK_TIME, clock.sigma**2)
+        state.built.clock_error *= fade(state.P, slice(at, at + 1), dt / _CLOCK_TIME, clock.sigma**2)
         state.P[at, at] = max(state.P[at, at], clock.doubt**2)
 
 
 def fade_survey(state: FilterState, dt: float) -> None:
     """Predict walls and mounts by *dt*, s, about where the owner was told that they are."""
-    state.unfaded += dt
-    if state.unfaded < _INTERVAL:
+    state.built.unfaded += dt
+    if state.built.unfaded < _INTERVAL:
         return
-    keep = fade(state.P, state.layout.surveyed, state.unfaded / _SURVEY_TIME, state.survey_variances)
-    state.unfaded = 0.0
-    state.wall_errors = keep * state.wall_errors
-    state.mount_errors = keep * state.mount_errors
-    state.vertical_mount_error = keep * state.vertical_mount_error
+    keep = fade(state.P, state.layout.surveyed, state.built.unfaded / _SURVEY_TIME, state.built.survey_variances)
+    state.built.unfaded = 0.0
+    state.built.wall_errors = keep * state.built.wall_errors
+    state.built.mount_errors = keep * state.built.mount_errors
+    state.built.vertical_mount_error = keep * state.built.vertical_mount_error

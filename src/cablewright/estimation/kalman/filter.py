@@ -8,7 +8,9 @@ a position that others have found. docs/estimation.md has the equations.
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -17,15 +19,26 @@ from cablewright.estimation import slackness
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.fading import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
-from cablewright.estimation.kalman.state import FilterLayout, FilterSettings, FilterState, diagonal, inflate_position
+from cablewright.estimation.kalman.state import (
+    AsBuilt,
+    DrumMotion,
+    FilterLayout,
+    FilterSettings,
+    FilterState,
+    Judged,
+    Lines,
+    diagonal,
+    inflate_position,
+)
 from cablewright.estimation.reading_checks import (
     HISTORY_LENGTH,
-    LONG_STEP,
-    MAX_LEAP,
     ReadingChecks,
-    accept_imu,
+    Turns,
+    advance,
     drum_rotation,
-    queue_scan,
+    follow_angles,
+    process_turns,
+    read,
     report_line_sensors,
 )
 from cablewright.estimation.slackness import SlacknessState
@@ -33,18 +46,7 @@ from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import TimeBuffer
 from cablewright.kernels.covariance import add_multiples
 from cablewright.models.packed_views import PlatformNumbers
-from cablewright.signals import (
-    Climate,
-    Distance,
-    Encoders,
-    Estimate,
-    Inertial,
-    LineAngles,
-    Reading,
-    Scan,
-    SensorFrame,
-    frozen,
-)
+from cablewright.signals import Distance, Encoders, Estimate, Inertial, SensorFrame, frozen
 
 _POSITION_SIGMA: Final = 0.01  # m, of the first position
 _WALL_RANGE: Final = 5.0  # m, typical, of a wall from a lidar
@@ -84,11 +86,12 @@ def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
     lay = FilterLayout.of(own.model.m, len(own.lidars), len(own.walls.room.walls))
     weight = float(PlatformNumbers(own.model.packed.platform).weight)
     return FilterState(
-        checks,
-        lay,
-        slackness.start(own.slackness),
-        weight / own.model.robot.scene.gravity,
-        np.zeros((lay.size, lay.size)),
+        checks=checks,
+        slackness=slackness.start(own.slackness),
+        turns=Turns(TimeBuffer(1, 1), TimeBuffer(3, 1)),
+        layout=lay,
+        P=np.zeros((lay.size, lay.size)),
+        motion=DrumMotion(weight / own.model.robot.scene.gravity),
     )
 
 
@@ -97,27 +100,19 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
     if not state.checks.has_time(frame):
         return estimate(settings, state)
     dt = _advance_clock(settings, state, frame.time)
-    line_angles = []
     fade_clock(state, dt)
     fade_survey(state, dt)
-    for reading in state.checks.accepted(frame):
-        if isinstance(reading, LineAngles):
-            line_angles.append(reading)
-        else:
-            _process(settings, state, reading)
-    if state.time - state.last_encoder_time > state.max_gap:
+    line_angles = read(settings, settings.machine, state, frame, _HANDLERS)
+    if state.time - state.motion.last_encoder_time > state.motion.max_gap:
         _start_coasting(state)
-    if state.coasting:
+    if state.motion.coasting:
         _predict_coasting(settings, state, dt)
     line_update.update_jacobian(settings, state)
     if settings.machine.height is not None:
-        state.ground_map.passing(*state.position[:2].tolist())
-    _process_scan(settings, state)
-    while dt > LONG_STEP and (state.pending_scans or state.extracted_turn is not None):
-        _process_scan(settings, state)
+        state.built.ground_map.passing(*state.motion.position[:2].tolist())
+    process_turns(settings, state, dt, _process_turn)
     if line_angles and state.taut is not None:
-        for reading in line_angles:  # all of them, as lines vibrate
-            state.slackness = slackness.step(settings.machine.slackness, state.slackness, reading, state.taut)
+        follow_angles(settings.machine, state, line_angles, state.taut)
         report_line_sensors(state.monitor, settings.machine.model.robot.lines, state.slackness)
         line_update.update(settings, state)
     state.monitor.check_timeouts(state.time)
@@ -126,10 +121,8 @@ def step(settings: FilterSettings, state: FilterState, frame: SensorFrame) -> Es
 
 def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> float:
     """Advance the clock to *now*, s; return by how much, 0 where it was set."""
-    if not 0.0 < now - state.time <= MAX_LEAP and math.isfinite(state.time):
-        _restart_clock(state, now)
-    dt = now - state.time if math.isfinite(state.time) else 0.0
-    state.time, state.max_gap = now, max(_MAX_GAP, 1.5 * dt)
+    dt = advance(state, now, _restart)
+    state.motion.max_gap = max(_MAX_GAP, 1.5 * dt)
     if now - state.slackness.time > settings.machine.slackness.timeout:
         state.slackness = state.slackness._replace(excess=np.full_like(state.slackness.excess, np.nan))
     if state.has_long_steps:  # the gyro, read once a step, does not measure the rotation
@@ -140,39 +133,57 @@ def _advance_clock(settings: FilterSettings, state: FilterState, now: float) -> 
 
 def begin(settings: FilterSettings, state: FilterState, first: FirstState) -> bool:
     """Take the state over from those who found the *first* one; return whether lines have tangents there."""
-    now = state.time = first.time
-    lay, m = state.layout, settings.machine.model.m
-    state.position, state.lengths = first.position.copy(), first.lengths.copy()
-    state.velocity, state.yaw = first.velocity.copy(), first.yaw
-    state.tilt, state.slackness = np.zeros(2), first.slackness
-    state.accelerometer_bias, state.gyro_bias, state.angular_rate = np.zeros(2), np.zeros(3), np.zeros(3)
-    state.measured_tilts.clear()
-    state.radii, state.range_bias = first.radii.copy(), np.zeros(len(settings.machine.lidars) + 1)
-    if settings.layers is not None:
-        state.layer_radii = settings.layers.radii(state.lengths)
-    state.wall_errors = np.zeros((len(settings.machine.walls.room.walls), 2))
-    state.mount_errors, state.vertical_mount_error = np.zeros((len(settings.machine.lidars), 3)), np.zeros(6)
-    state.zeros, state.clock_error, state.stretch_rates = np.zeros(m), 0.0, np.zeros(m)
-    state.compliances, state.loosened, state.by_compliance = np.ones(m), np.zeros(m), np.zeros((3, m))
-    state.drum_angles, state.drum_rates, state.ground_height = np.zeros(m), np.zeros(m), 0.0
-    state.motion_history, state.attitude_history = TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH)
-    state.gyro_yaw, state.coasted, state.stretching, state.unfaded = 0.0, np.zeros(4), 0.0, 0.0
-    checks = state.checks
-    state.last_encoder_time = now if checks.last_encoders is None else checks.last_encoders.time
-    state.last_imu_time = now if checks.last_imu is None else checks.last_imu.time
-    state.settling_start, state.last_position_time, state.coasting = now, now, False
-    state.extracted_turn = None
-    state.shaken_time = state.shaken_since = state.bounce_end = -math.inf
-    state.angles_refused_since = math.inf
-    state.pending_scans.clear()
-    state.rejections.clear()
-    state.ground_map.interrupt()
-    state.last_wall_times = dict.fromkeys({wall.kind for wall in settings.machine.walls.room.walls}, now)
+    now, checks, m = first.time, state.checks, settings.machine.model.m
+    walls, lidars = settings.machine.walls.room.walls, len(settings.machine.lidars)
+    state.time, state.slackness = now, first.slackness
+    state.turns = Turns(TimeBuffer(m + 4, HISTORY_LENGTH), TimeBuffer(3, HISTORY_LENGTH))
+    state.motion = replace(
+        state.motion,
+        position=first.position.copy(),
+        velocity=first.velocity.copy(),
+        drum_angles=np.zeros(m),
+        drum_rates=np.zeros(m),
+        coasted=np.zeros(4),
+        coasting=False,
+        last_encoder_time=now if checks.last_encoders is None else checks.last_encoders.time,
+        settling_start=now,
+        bounce_end=-math.inf,
+    )
+    state.attitude = replace(
+        state.attitude,
+        tilt=np.zeros(2),
+        yaw=first.yaw,
+        angular_rate=np.zeros(3),
+        gyro_yaw=0.0,
+        measured_tilts=[],
+        last_imu_time=now if checks.last_imu is None else checks.last_imu.time,
+        shaken_time=-math.inf,
+        shaken_since=-math.inf,
+    )
+    state.lines = Lines(
+        lengths=first.lengths.copy(),
+        radii=first.radii.copy(),
+        layer_radii=np.zeros(0) if settings.layers is None else settings.layers.radii(first.lengths),
+        stretch_rates=np.zeros(m),
+        zeros=np.zeros(m),
+        compliances=np.ones(m),
+        loosened=np.zeros(m),
+        last_angle_time=state.lines.last_angle_time,
+    )
+    state.hung = replace(state.hung, by_compliance=np.zeros((3, m)))
+    state.built = AsBuilt(
+        range_bias=np.zeros(lidars + 1),
+        wall_errors=np.zeros((len(walls), 2)),
+        mount_errors=np.zeros((lidars, 3)),
+        ground_map=state.built.ground_map,
+    )
+    state.judged = Judged(state.judged.consistency, {}, now, dict.fromkeys({wall.kind for wall in walls}, now))
+    state.built.ground_map.interrupt()
     line_update.update_jacobian(settings, state, at_once=True)
     if state.taut is None:
         return False
     state.P = _initial_covariance(settings, state, state.taut.toward)
-    state.survey_variances = diagonal(state.P)[lay.surveyed].copy()
+    state.built.survey_variances = diagonal(state.P)[state.layout.surveyed].copy()
     return True
 
 
@@ -193,7 +204,7 @@ def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Ar
     if settings.machine.height is not None:
         own = settings.machine.height
         sigma[lay.vertical_mount] = np.repeat([own.place_sigma, own.turn_sigma], 3)
-    sigma[lay.zeros], sigma[lay.stretch] = settings.zero_sigma, settings.stretch_rate_sigma * state.lengths
+    sigma[lay.zeros], sigma[lay.stretch] = settings.zero_sigma, settings.stretch_rate_sigma * state.lines.lengths
     sigma[lay.compliances] = settings.compliance_sigma
     sigma[lay.clock] = 0.0 if clock is None else clock.sigma
     P = np.diag(sigma**2)
@@ -205,105 +216,94 @@ def _initial_covariance(settings: FilterSettings, state: FilterState, toward: Ar
 
 def is_lost(settings: FilterSettings, state: FilterState) -> bool:
     """Whether a lidar's turns have been rejected too often in a row: the position may be wrong."""
-    turns = max((state.rejections.get(source, 0) for source in settings.machine.lidars), default=0)
-    lost = not math.isfinite(float(state.P.sum()) + float(state.position.sum()))  # no number in it is near overflow
-    return lost or (turns >= settings.machine.max_rejections and state.time - state.settling_start > _MIN_TRACKING_TIME)
+    turns = max((state.judged.rejections.get(source, 0) for source in settings.machine.lidars), default=0)
+    number = float(state.P.sum()) + float(state.motion.position.sum())  # no number in it is near overflow
+    tracked = state.time - state.motion.settling_start > _MIN_TRACKING_TIME
+    return not math.isfinite(number) or (turns >= settings.machine.max_rejections and tracked)
 
 
 def _is_contradicted(settings: FilterSettings, state: FilterState) -> bool:
     """Whether all horizontal lidars see walls that are elsewhere, turn after turn: B may be where they say."""
-    return all(state.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.machine.lidars)
+    return all(state.judged.rejections.get(source, 0) >= _DOUBTFUL_TURNS for source in settings.machine.lidars)
 
 
-def _restart_clock(state: FilterState, now: float) -> None:
-    """Restart at time *now*, s: earlier readings cannot be ordered with later ones."""
-    state.monitor.restart(now, f"the clock jumped from {state.time:g} to {now:g} s: earlier readings are dropped")
-    state.checks.reset()
-    state.motion_history.clear()
-    state.attitude_history.clear()
-    state.pending_scans.clear()
-    state.measured_tilts.clear()
-    state.slackness = slackness.restarted(state.slackness)
-    state.extracted_turn, state.ground_map = None, GroundMap()
-    state.taut_time = state.last_angle_time = state.shaken_time = state.shaken_since = state.bounce_end = -math.inf
-    state.time = -math.inf
-    state.last_encoder_time = state.last_motion_time = state.last_imu_time = now
-    state.last_position_time = state.settling_start = now
-    state.last_wall_times = dict.fromkeys(state.last_wall_times, now)
+def _restart(state: FilterState, now: float) -> None:
+    """Restart at time *now*, s."""
+    state.attitude.measured_tilts.clear()
+    state.built.ground_map = GroundMap()
+    state.hung.time = state.lines.last_angle_time = state.motion.bounce_end = -math.inf
+    state.attitude.shaken_time = state.attitude.shaken_since = -math.inf
+    state.motion.last_encoder_time = state.motion.last_motion_time = state.attitude.last_imu_time = now
+    state.judged.last_position_time = state.motion.settling_start = now
+    state.judged.last_wall_times = dict.fromkeys(state.judged.last_wall_times, now)
     inflate_position(state, _COASTING_SPEED)  # moved for an unknown time
     yaw = state.layout.yaw
     state.P[yaw, yaw] += _JUMP_YAW**2
-
-
-def _process(settings: FilterSettings, state: FilterState, reading: Reading) -> None:
-    """Process any reading but line angles."""
-    own, checks = settings.machine, state.checks
-    if isinstance(reading, Inertial):
-        if accept_imu(checks, own.tilt, reading):
-            attitude.predict(settings, state, reading)
-    elif isinstance(reading, Encoders):
-        _predict_from_encoders(settings, state, reading)
-    elif isinstance(reading, Distance):
-        _update_ground(settings, state, reading)
-    elif isinstance(reading, Climate) and state.creep is not None:
-        state.creep.read(reading)
-    elif isinstance(reading, Scan) and reading.source in (*own.lidars, "vertical"):
-        queue_scan(checks, state.pending_scans, reading, own.walls.kept_turns)
 
 
 def _predict_from_encoders(settings: FilterSettings, state: FilterState, reading: Encoders) -> None:
     """Predict B and the lengths; counts after a gap are not used, because lidars have updated meanwhile."""
     own = settings.machine
     rotation, dt = drum_rotation(state.checks, reading, own.counts_per_radian, own.max_drum_speed)
-    late = reading.time - state.last_encoder_time > state.max_gap
-    state.last_encoder_time = reading.time
+    late = reading.time - state.motion.last_encoder_time > state.motion.max_gap
+    state.motion.last_encoder_time = reading.time
     if rotation is None:
         if dt > 0.0:
             inflate_position(state, _COASTING_SPEED * dt)
     else:
-        rest = reading.time - state.last_motion_time
+        rest = reading.time - state.motion.last_motion_time
         if any(rotation.tolist()):
-            state.last_motion_time = reading.time
-            if state.coasting:
+            state.motion.last_motion_time = reading.time
+            if state.motion.coasting:
                 _stop_coasting(state)
-        elif state.max_gap < rest <= state.max_gap + _REST_TIME:  # B is at rest, or the encoders are stuck
+        elif (
+            state.motion.max_gap < rest <= state.motion.max_gap + _REST_TIME
+        ):  # B is at rest, or the encoders are stuck
             _start_coasting(state)
-        elif state.coasting and not late and not state.monitor.is_active("encoders", "stand"):
+        elif state.motion.coasting and not late and not state.monitor.is_active("encoders", "stand"):
             _set_at_rest(state)
         if not late:
-            state.drum_angles = state.drum_angles + rotation
-            if not state.coasting:
+            state.motion.drum_angles = state.motion.drum_angles + rotation
+            if not state.motion.coasting:
                 line_update.predict(settings, state, rotation, dt)
-    state.motion_history.add(reading.time, np.concatenate([state.drum_angles, state.coasted]))
+    state.turns.motion.add(reading.time, np.concatenate([state.motion.drum_angles, state.motion.coasted]))
 
 
 def _update_ground(settings: FilterSettings, state: FilterState, reading: Distance) -> None:
     """Update by the distance sensor: height of B over the ground under the valve."""
     depth, lay = settings.machine.valve_depth, state.layout
-    if depth is None or not abs(reading.distance) < _MAX_DISTANCE or reading.time < state.bounce_end:
+    if depth is None or not abs(reading.distance) < _MAX_DISTANCE or reading.time < state.motion.bounce_end:
         return
     H = np.zeros((1, lay.size))
     H[0, lay.position][2], H[0, lay.ground] = 1.0, -1.0
-    innovation = np.array([reading.distance + depth - float(state.position[2]) + state.ground_height])
+    innovation = np.array([reading.distance + depth - float(state.motion.position[2]) + state.built.ground_height])
     R = np.array([[settings.distance_sigma**2]])
     passes = lidar_update.gated_update(state, "distance", H, innovation, R, ("distance", "gate"), "")
-    if not passes and state.rejections["distance"] > _MAX_GROUND_REJECTIONS:
+    if not passes and state.judged.rejections["distance"] > _MAX_GROUND_REJECTIONS:
         state.P[lay.ground, lay.ground] += float(innovation[0]) ** 2
+
+
+_HANDLERS: Final[dict[type, Callable[[FilterSettings, FilterState, Any], None]]] = {
+    Inertial: attitude.read,
+    Encoders: _predict_from_encoders,
+    Distance: _update_ground,
+}
+"""What reads each kind of reading, but scans, line angles and climate."""
 
 
 def _start_coasting(state: FilterState) -> None:
     """Predict without encoders from now on, at the last velocity or any smaller one."""
-    if state.coasting:
+    if state.motion.coasting:
         return
-    state.coasting = True
+    state.motion.coasting = True
     _set_velocity_sigma(state, 0.5 * _COASTING_SPEED * _DIRECTIONS)
 
 
 def _set_at_rest(state: FilterState) -> None:
     """Take B to be at rest: no winch drum has turned for a while, and no lidar saw B move."""
-    state.coasting = False
+    state.motion.coasting = False
     _set_velocity_sigma(state, np.zeros(3))
-    state.drum_rates = np.zeros_like(state.drum_rates)
+    state.motion.drum_rates = np.zeros_like(state.motion.drum_rates)
 
 
 def _set_velocity_sigma(state: FilterState, sigma: Array) -> None:
@@ -316,8 +316,8 @@ def _set_velocity_sigma(state: FilterState, sigma: Array) -> None:
 
 def _stop_coasting(state: FilterState) -> None:
     """Predict from the encoders again. The velocity keeps its covariance, for turns that began before."""
-    state.coasting = False
-    state.settling_start = state.time  # turns that began before are distorted: lidars count less for a while
+    state.motion.coasting = False
+    state.motion.settling_start = state.time  # turns that began before are distorted: lidars count less for a while
     inflate_position(state, _POSITION_SIGMA)
     state.monitor.clear("encoders", "stand")
 
@@ -332,33 +332,33 @@ def _predict_coasting(settings: FilterSettings, state: FilterState, dt: float) -
     variances = diagonal(P)
     variances[lay.velocity] += (settings.velocity_noise * _DIRECTIONS) ** 2 * dt
     variances[lay.lengths] += _WINCH_DRIFT**2 * dt
-    moved = dt * state.velocity
-    state.position = state.position + moved
-    state.lengths = state.lengths + taut.toward @ moved
-    state.coasted = state.coasted + np.append(moved, dt)
-    state.motion_history.add(state.time, np.concatenate([state.drum_angles, state.coasted]))
+    moved = dt * state.motion.velocity
+    state.motion.position = state.motion.position + moved
+    state.lines.lengths = state.lines.lengths + taut.toward @ moved
+    state.motion.coasted = state.motion.coasted + np.append(moved, dt)
+    state.turns.motion.add(state.time, np.concatenate([state.motion.drum_angles, state.motion.coasted]))
 
 
-def _process_scan(settings: FilterSettings, state: FilterState) -> None:
+def _process_turn(settings: FilterSettings, state: FilterState) -> None:
     """Do the next part of the work on the queued lidar turns: as much as one time step has time for."""
-    if state.extracted_turn is not None:
-        source = state.extracted_turn.source
+    if state.turns.extracted is not None:
+        source = state.turns.extracted.source
         lidar_update.update(settings, state)
         _report_stuck_encoders(state)
-        rejections = state.rejections.get(source, 0)
-        if rejections and not state.coasting:  # B may move though the counts do not
-            state.last_motion_time = max(state.last_motion_time, state.time - state.max_gap)
+        rejections = state.judged.rejections.get(source, 0)
+        if rejections and not state.motion.coasting:  # B may move though the counts do not
+            state.motion.last_motion_time = max(state.motion.last_motion_time, state.time - state.motion.max_gap)
         if rejections >= _DOUBTFUL_TURNS:
             inflate_position(state, _POSITION_SIGMA)
             yaw = state.layout.yaw
             state.P[yaw, yaw] += _YAW_SIGMA**2
         return
-    if not state.pending_scans:
+    if not state.turns.pending:
         return
-    scan = state.pending_scans.pop(0)
-    if scan.time - state.last_imu_time > state.max_gap:
+    scan = state.turns.pending.pop(0)
+    if scan.time - state.attitude.last_imu_time > state.motion.max_gap:
         attitude.predict_without_imu(settings, state, scan.time)
-    if scan.times[0] < state.bounce_end:
+    if scan.times[0] < state.motion.bounce_end:
         return
     if scan.source == "vertical":
         vertical_update.update(settings, state, scan)
@@ -369,7 +369,11 @@ def _process_scan(settings: FilterSettings, state: FilterState) -> None:
 def _report_stuck_encoders(state: FilterState) -> None:
     """Report that the counts are constant while the lidars see B move."""
     variance = float(np.trace(state.P[state.layout.velocity, state.layout.velocity]))
-    if state.coasting and state.time - state.last_encoder_time < state.max_gap and _is_moving(state.velocity, variance):
+    if (
+        state.motion.coasting
+        and state.time - state.motion.last_encoder_time < state.motion.max_gap
+        and _is_moving(state.motion.velocity, variance)
+    ):
         state.monitor.report("encoders", "stand", "no winch drum turns by its counts, but the drum moves: not used")
 
 
@@ -381,31 +385,32 @@ def _is_moving(velocity: Array, variance: float) -> bool:
 
 def estimate(settings: FilterSettings, state: FilterState) -> Estimate:
     """Return the state, predicted to the current time, with its covariance."""
-    if not state.coasting:
-        state.velocity = state.jacobian @ (state.radii * state.drum_rates)
-    dt = min(max(state.time - state.last_encoder_time, 0.0), state.max_gap) if not state.coasting else 0.0
-    position, paid_out = state.position + dt * state.velocity, dt * state.radii * state.drum_rates
-    late, (wx, wy, wz) = min(max(state.time - state.last_imu_time, 0.0), state.max_gap), state.angular_rate.tolist()
+    motion, lines, turned = state.motion, state.lines, state.attitude
+    if not motion.coasting:
+        motion.velocity = state.hung.jacobian @ (lines.radii * motion.drum_rates)
+    dt = min(max(state.time - motion.last_encoder_time, 0.0), motion.max_gap) if not motion.coasting else 0.0
+    position, paid_out = motion.position + dt * motion.velocity, dt * lines.radii * motion.drum_rates
+    late, (wx, wy, wz) = min(max(state.time - turned.last_imu_time, 0.0), motion.max_gap), turned.angular_rate.tolist()
     covariance = _covariance(settings, state)
     own, monitor = settings.machine, state.monitor
     sure = float(covariance[0, 0] + covariance[1, 1] + covariance[2, 2]) <= settings.max_position_sigma**2
-    current = state.time - state.last_position_time <= own.position_timeout
-    x, y = state.tilt.tolist()
+    current = state.time - state.judged.last_position_time <= own.position_timeout
+    x, y = turned.tilt.tolist()
     excess = line_update.excess(state)
     return Estimate(
         state.time,
         _sealed(position),
-        frozen(state.velocity),
-        frozen(rotation_vector(state.yaw + late * wz, x + late * wx, y + late * wy)),
-        _sealed(state.lengths + paid_out),
+        frozen(motion.velocity),
+        frozen(rotation_vector(turned.yaw + late * wz, x + late * wx, y + late * wy)),
+        _sealed(lines.lengths + paid_out),
         _sealed(excess),
         excess > own.slackness.threshold,
-        frozen(state.radii),
+        frozen(lines.radii),
         covariance,
         monitor.faults,
         valid=sure and current and not monitor.is_active("encoders", "lost") and not _is_contradicted(settings, state),
         clearance=float(position[2]) + state.clearance_offset,
-        consistency=state.consistency.means,
+        consistency=state.judged.consistency.means,
     )
 
 
@@ -421,21 +426,21 @@ def _covariance(settings: FilterSettings, state: FilterState) -> Array:
     size = lay.radii.stop  # of the states that these depend on, which come first
     G = np.zeros((9, size))
     G[:3, lay.position] = _EYE
-    if state.coasting:
+    if state.motion.coasting:
         G[3:6, lay.velocity] = _EYE
     else:
-        G[3:6, lay.radii] = state.jacobian * (state.radii * state.drum_rates)
+        G[3:6, lay.radii] = state.hung.jacobian * (state.lines.radii * state.motion.drum_rates)
     x = lay.attitude.start
-    G[6, x] = G[7, x + 1] = math.cos(state.yaw)
-    G[7, x] = sine = math.sin(state.yaw)
+    G[6, x] = G[7, x + 1] = math.cos(state.attitude.yaw)
+    G[7, x] = sine = math.sin(state.attitude.yaw)
     G[6, x + 1] = -sine
     G[8, x + 2] = 1.0
     covariance = G @ state.P[:size, :size] @ G.T
     diagonal = covariance.reshape(-1)[::10]
     diagonal[3:6] += settings.velocity_sigma**2
-    dt = state.time - state.last_imu_time
+    dt = state.time - state.attitude.last_imu_time
     diagonal[6:] += settings.attitude_sigma**2
-    if dt > state.max_gap:
+    if dt > state.motion.max_gap:
         diagonal[6:8] += settings.swing_sigma**2
         diagonal[8] += settings.turn_rate_sigma**2 * dt * (1.0 + dt)
     return _sealed(0.5 * (covariance + covariance.T))

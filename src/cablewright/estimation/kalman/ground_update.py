@@ -31,7 +31,7 @@ _LOWEST: Final = -0.1  # m over the floor, of points that are seen on the ground
 def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> None:
     """Remember the ground of a *turn* in which the floor was in sight."""
     near, heights = _ground_points(state, height, turn)
-    state.ground_map.write(places_of(state, turn, near), heights)
+    state.built.ground_map.write(places_of(state, turn, near), heights)
 
 
 def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array]:
@@ -50,7 +50,7 @@ def _known_ground(
     of what has come or gone. None: too few are.
     """
     near, heights = _ground_points(state, height, turn)
-    expected = state.ground_map.at(places_of(state, turn, near))
+    expected = state.built.ground_map.at(places_of(state, turn, near))
     known = expected.known
     if np.count_nonzero(known) < _MIN_GROUND:
         return None

@@ -41,16 +41,16 @@ Equation = tuple[Array, Array, Array]
 def extract(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     """Find the lines in one turn of a horizontal lidar; `update`, in the next time step, uses them."""
     times, walls, lidar = scan.times, settings.machine.walls, settings.machine.lidars.index(scan.source)
-    attitudes, motion = state.attitude_history.at(times), state.motion_since(times)
+    attitudes, motion = state.turns.attitudes.at(times), state.motion_since(times)
     moved = motion.displacement[-1] - motion.displacement  # (n, 3) m, world
-    state.turn_yaw = float(attitudes[-1, 0])
-    yaw = state.yaw - state.gyro_yaw + state.turn_yaw
-    state.extracted_turn = scanned(scan, walls.lidars[lidar], lidar, walls.search, attitudes, moved[:, :2], yaw)
+    state.attitude.turn_yaw = float(attitudes[-1, 0])
+    yaw = state.attitude.yaw - state.attitude.gyro_yaw + state.attitude.turn_yaw
+    state.turns.extracted = scanned(scan, walls.lidars[lidar], lidar, walls.search, attitudes, moved[:, :2], yaw)
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
     """Update by the lines of the extracted turn, one after another; the most certain match comes first."""
-    turn, state.extracted_turn = state.extracted_turn, None
+    turn, state.turns.extracted = state.turns.extracted, None
     assert turn is not None
     walls = settings.machine.walls.room.walls
     if not len(turn):
@@ -71,7 +71,7 @@ def update(settings: FilterSettings, state: FilterState) -> None:
         line, wall = best
         left.discard(line)
         update_state(state, turn.source, *found[best])
-        state.last_wall_times[walls[wall].kind] = state.time
+        state.judged.last_wall_times[walls[wall].kind] = state.time
         used += lengths[line]
     _report(settings, state, turn, used, rejected)
     _report_walls(settings, state)
@@ -90,7 +90,7 @@ def _most_certain(gates: dict[tuple[int, int], tuple[bool, float]]) -> tuple[int
 def _report_walls(settings: FilterSettings, state: FilterState) -> None:
     """Report walls that are elsewhere than their survey's standard deviation can explain."""
     for j, wall in enumerate(settings.machine.walls.room.walls):
-        error = float(state.wall_errors[j, 0])
+        error = float(state.built.wall_errors[j, 0])
         wrong = abs(error) > _DOUBTFUL_WALL * wall.distance_sigma > 0.0
         sentence = f"wall {wall.name!r} is {1e3 * error:+.1f} mm from where it was surveyed"
         state.monitor.set("room", wall.name, sentence, active=wrong)
@@ -105,7 +105,7 @@ def equations(
     turn, and since the beam passed the line's middle.
     """
     walls, visible = settings.machine.walls.room.walls, settings.machine.walls.visible[turn.lidar].tolist()
-    yaw = state.yaw - state.gyro_yaw + state.turn_yaw
+    yaw = state.attitude.yaw - state.attitude.gyro_yaw + state.attitude.turn_yaw
     sigma = math.sqrt(float(state.P[state.layout.yaw, state.layout.yaw]))
     gate = 5.0 * sigma + math.radians(3.0)
     matches = [
@@ -119,16 +119,16 @@ def equations(
 
 def _equation(settings: FilterSettings, state: FilterState, turn: LidarTurn, change: Array, i: int, j: int) -> Equation:
     """Return the equation of line *i* as wall *j*."""
-    wall, lay, J, lidar = settings.machine.walls.room.walls[j], state.layout, state.jacobian, turn.lidar
-    m, n, (nx, ny) = len(state.radii), np.array(wall.normal), wall.normal
+    wall, lay, J, lidar = settings.machine.walls.room.walls[j], state.layout, state.hung.jacobian, turn.lidar
+    m, n, (nx, ny) = len(state.lines.radii), np.array(wall.normal), wall.normal
     to_end, along, slope, lidar_offset, angle_per_rate, offset_per_rate = turn.sweeps[i].tolist()
-    (wall_off, wall_turn), mount_yaw = state.wall_errors[j].tolist(), float(state.mount_errors[lidar, 2])
-    bias, (angle_slope, offset_slope) = float(state.range_bias[lidar]), turn.bias_slopes[i].tolist()
+    (wall_off, wall_turn), mount_yaw = state.built.wall_errors[j].tolist(), float(state.built.mount_errors[lidar, 2])
+    bias, (angle_slope, offset_slope) = float(state.built.range_bias[lidar]), turn.bias_slopes[i].tolist()
     since_end, since_middle = state.displacement(change)
-    x, y, _ = (state.position - since_end).tolist()
-    yaw = state.yaw - state.gyro_yaw + state.turn_yaw
+    x, y, _ = (state.motion.position - since_end).tolist()
+    yaw = state.attitude.yaw - state.attitude.gyro_yaw + state.attitude.turn_yaw
     c, s = math.cos(yaw), math.sin(yaw)
-    ahead, left = (turn.mount + state.mount_errors[lidar, :2]).tolist()
+    ahead, left = (turn.mount + state.built.mount_errors[lidar, :2]).tolist()
     lidar_x, lidar_y = x + c * ahead - s * left, y + s * ahead + c * left
     from_reference = wall.along[0] * lidar_x + wall.along[1] * lidar_y - wall.reference
     turned = wrap_angle(yaw + mount_yaw + float(turn.angles[i]) - wall.azimuth - wall_turn) - angle_slope * bias
@@ -136,25 +136,25 @@ def _equation(settings: FilterSettings, state: FilterState, turn: LidarTurn, cha
     off += float(turn.distances[i]) - offset_slope * bias
     # Rotating a line about the middle of its points shifts its perpendicular distance.
     coasting_time, middle_time = float(change[1, m + 3]), turn.end - to_end
-    toward = n @ J[:2] * state.radii
+    toward = n @ J[:2] * state.lines.radii
     H = np.zeros((2, lay.size))
     H[0, lay.yaw] = 1.0
     H[1, lay.position][:2] = n
-    if state.coasting:
+    if state.motion.coasting:
         H[0, lay.velocity][:2] = slope * n
         H[1, lay.velocity][:2] = (slope * along - coasting_time) * n
         H[1, lay.radii] = -toward * change[1, :m]
     else:
-        H[0, lay.radii] = by_rates = slope * toward * state.drum_rates
+        H[0, lay.radii] = by_rates = slope * toward * state.motion.drum_rates
         H[1, lay.radii] = along * by_rates - toward * change[1, :m]
         H[1, lay.velocity][:2] = -coasting_time * n
-    H[1, lay.stretch] = -(n @ J[:2]) * (state.last_encoder_time - middle_time - coasting_time)
+    H[1, lay.stretch] = -(n @ J[:2]) * (state.motion.last_encoder_time - middle_time - coasting_time)
     height = settings.machine.walls.lidars[lidar].mount[2]
     H[1, lay.attitude] = _attitude_slopes(n, yaw, np.array([ahead, left, height]))
-    late = state.last_imu_time - turn.end
+    late = state.attitude.last_imu_time - turn.end
     angle = late + angle_per_rate
     offset = late * (along + lidar_offset) + offset_per_rate
-    H[1, lay.gyro_bias] = (state.last_imu_time - middle_time) * H[1, lay.attitude]
+    H[1, lay.gyro_bias] = (state.attitude.last_imu_time - middle_time) * H[1, lay.attitude]
     H[:, lay.gyro_bias.stop - 1] = angle, along * angle - offset
     H[:, lay.range_bias.start + lidar] = -angle_slope, -offset_slope
     H[:, lay.walls.start + 2 * j] = 0.0, -1.0
@@ -163,7 +163,7 @@ def _equation(settings: FilterSettings, state: FilterState, turn: LidarTurn, cha
     H[1, first : first + 2] = nx * c + ny * s, ny * c - nx * s
     H[0, first + 2] = 1.0
     H[1, lay.clock] = by_clock = -float(n @ moving_velocity(state)[:2])
-    off += by_clock * state.clock_error
+    off += by_clock * state.built.clock_error
     R = turn.covariances[i] + settings.wall_angle_sigma**2 * _lever_covariance(along)
     R[1, 1] += settings.wall_sigma**2
     _add_motion_noise(settings, state, turn, i, since_middle, R)
@@ -191,11 +191,11 @@ def _add_motion_noise(
     to_end, along, slope, lidar_offset = turn.sweeps[i, :4].tolist()
     dt, far = min(to_end, 1.0), math.sqrt(float(moved @ moved))
     R[1, 1] += (far * far / (2.0 * _LINE_LENGTH)) ** 2 + settings.travel_noise**2 * far
-    R[0, 0] += settings.gyro_noise**2 * abs(state.last_imu_time - (turn.end - to_end))
-    if state.coasting:
+    R[0, 0] += settings.gyro_noise**2 * abs(state.attitude.last_imu_time - (turn.end - to_end))
+    if state.motion.coasting:
         R += settings.velocity_noise**2 * dt * slope**2 * _lever_covariance(along)
         R[1, 1] += settings.velocity_noise**2 * dt**3
-    if state.has_long_steps or turn.begin < state.imu_gap_end:
+    if state.has_long_steps or turn.begin < state.attitude.imu_gap_end:
         R += (settings.turn_rate_sigma * max(dt, 0.2)) ** 2 * _lever_covariance(-lidar_offset)
         R[1, 1] += (settings.turn_rate_sigma * settings.skew_time) ** 2
 
@@ -209,29 +209,29 @@ def _report(settings: FilterSettings, state: FilterState, turn: LidarTurn, used:
     """Report the faults of a turn. *used*, *rejected*: m, length of the lines that match a wall, and of the others."""
     monitor, source = state.monitor, turn.source
     if used:
-        unseen = [kind for kind, last in state.last_wall_times.items() if state.time - last > _WALL_TIMEOUT]
+        unseen = [kind for kind, last in state.judged.last_wall_times.items() if state.time - last > _WALL_TIMEOUT]
         if unseen:
             monitor.report(source, "walls", localisation.SENTENCES["parallel"])
         else:
             monitor.clear(source, "walls")
-        state.last_position_time = state.time
+        state.judged.last_position_time = state.time
     elif not rejected:
         monitor.report(source, "walls", "no line in sight can be a wall at the estimated yaw")
     if rejected > used:
-        state.rejections[source] = state.rejections.get(source, 0) + 1
+        state.judged.rejections[source] = state.judged.rejections.get(source, 0) + 1
         sentence, walls = "its walls contradict the estimated position: not used", settings.machine.walls
-        yaws = state.yaw - walls.yaw_step, state.yaw + walls.yaw_step
+        yaws = state.attitude.yaw - walls.yaw_step, state.attitude.yaw + walls.yaw_step
         seen = find_constraints([turn], walls.visible, walls.room, yaws)
         why = contradicting_walls(seen, walls.room, walls.gate)
         monitor.report(source, "gate", f"{sentence}; {why}" if why else sentence)
     else:
-        state.rejections[source] = 0
+        state.judged.rejections[source] = 0
         monitor.clear(source, "gate")
 
 
 def noise_factor(state: FilterState) -> float:
     """Factor on the variance of a lidar's measurement: larger while swing and rates, which distort a turn, settle."""
-    return _SETTLING_FACTOR if state.time - state.settling_start < _SETTLING_TIME else 1.0
+    return _SETTLING_FACTOR if state.time - state.motion.settling_start < _SETTLING_TIME else 1.0
 
 
 def gated_update(
@@ -239,11 +239,11 @@ def gated_update(
 ) -> bool:
     """Update by one measurement if it passes the gate, else count and report the rejection; return whether it did."""
     if not passes_gate(state.P, H, innovation, R)[0]:
-        state.rejections[what] = state.rejections.get(what, 0) + 1
-        if sentence and state.rejections[what] >= _REPORTED:
+        state.judged.rejections[what] = state.judged.rejections.get(what, 0) + 1
+        if sentence and state.judged.rejections[what] >= _REPORTED:
             state.monitor.report(*fault, sentence)
         return False
-    state.rejections[what] = 0
+    state.judged.rejections[what] = 0
     state.monitor.clear(*fault)
     update_state(state, fault[0], H, innovation, R)
     return True

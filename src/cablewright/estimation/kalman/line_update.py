@@ -49,56 +49,56 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     What changes as slowly is predicted with them: rates of stretch, what compliances did, and radii where layers of the
     coils end.
     """
-    if not at_once and state.time - state.taut_time < _JACOBIAN_INTERVAL:
+    if not at_once and state.time - state.hung.time < _JACOBIAN_INTERVAL:
         return
     _spread_stretch(settings, state)
     _spread_compliances(state)
     if settings.layers is not None:
         _predict_layers(settings.layers, state)
     model = settings.machine.model
-    taut = taut_at(model, state.position)
+    taut = taut_at(model, state.motion.position)
     if not np.isfinite(taut.toward).all():
         state.monitor.report("encoders", "lost", "a line has no tangent at the estimated position")
         return
     state.monitor.clear("encoders", "lost")
-    state.taut, state.taut_position, state.taut_time = taut, state.position.copy(), state.time
+    state.taut, state.hung.position, state.hung.time = taut, state.motion.position.copy(), state.time
     lines, c = model.lines, np.cos(taut.angles)
-    state.sag = Sag.at(settings.machine.slackness, taut, state.compliances)
-    h = state.sag.forces(excess(state))
+    state.hung.sag = Sag.at(settings.machine.slackness, taut, state.lines.compliances)
+    h = state.hung.sag.forces(excess(state))
     sag = (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
-    stretching = state.compliances * stretches(lines, taut)
+    stretching = state.lines.compliances * stretches(lines, taut)
     stiffness = 1.0 / (stretching + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)
-    state.stiffness = weighted @ taut.toward
-    state.jacobian = np.asarray(np.linalg.solve(state.stiffness, weighted), dtype=np.float64)
-    state.by_compliance = -state.jacobian * (stiffness * stretching)
+    state.hung.stiffness = weighted @ taut.toward
+    state.hung.jacobian = np.asarray(np.linalg.solve(state.hung.stiffness, weighted), dtype=np.float64)
+    state.hung.by_compliance = -state.hung.jacobian * (stiffness * stretching)
 
 
 def excess(state: FilterState) -> Array:
     """Excess (m,), m, of each line over its taut length."""
     assert state.taut is not None  # `update_jacobian` has run
-    moved = state.position - state.taut_position
-    return np.asarray(state.lengths - state.taut.lengths - state.taut.toward @ moved)
+    moved = state.motion.position - state.hung.position
+    return np.asarray(state.lines.lengths - state.taut.lengths - state.taut.toward @ moved)
 
 
 def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: float) -> None:
     """Predict lengths, B and the covariance by the *rotation* (m,), rad, of the winch drums in *dt*, s."""
-    lay, P, J = state.layout, state.P, state.jacobian
-    paid_out = state.radii * rotation
-    stretched = dt * state.stretch_rates
+    lay, P, J = state.layout, state.P, state.hung.jacobian
+    paid_out = state.lines.radii * rotation
+    stretched = dt * state.lines.stretch_rates
     if state.creep is not None:
-        stretched = stretched + dt * state.creep.rates * state.lengths
-    state.stretching += dt
+        stretched = stretched + dt * state.creep.rates * state.lines.lengths
+    state.lines.stretching += dt
     unseen = J @ stretched
     moved = J @ paid_out + unseen
-    state.coasted[:3] += unseen
-    state.lengths = state.lengths + paid_out + stretched
+    state.motion.coasted[:3] += unseen
+    state.lines.lengths = state.lines.lengths + paid_out + stretched
     assert state.taut is not None  # `begin` has found it
-    state.loosened = state.loosened + paid_out + stretched - state.taut.toward @ moved
-    state.position = state.position + moved
+    state.lines.loosened = state.lines.loosened + paid_out + stretched - state.taut.toward @ moved
+    state.motion.position = state.motion.position + moved
     if dt > 0.0 and any(rotation.tolist()):
         gain = min(1.0, dt / settings.machine.slackness.smoothing_time)
-        state.drum_rates = state.drum_rates + gain * (rotation / dt - state.drum_rates)
+        state.motion.drum_rates = state.motion.drum_rates + gain * (rotation / dt - state.motion.drum_rates)
     add_multiples(P, lay.position.start, lay.radii.start, J * paid_out)  # radii as shares
     add_multiples(P, lay.lengths.start, lay.radii.start, np.diag(paid_out))
     distance = math.sqrt(float(moved @ moved))
@@ -114,11 +114,11 @@ def predict(settings: FilterSettings, state: FilterState, rotation: Array, dt: f
 
 def _predict_layers(layers: CoilLayers, state: FilterState) -> None:
     """Predict the radii where layers of the coils end."""
-    expected = layers.radii(state.lengths)
-    change, state.layer_radii = expected - state.layer_radii, expected
+    expected = layers.radii(state.lines.lengths)
+    change, state.lines.layer_radii = expected - state.lines.layer_radii, expected
     if change.any():
-        diagonal(state.P)[state.layout.radii] += layers.doubt(change, state.radii)
-        state.radii = state.radii + change
+        diagonal(state.P)[state.layout.radii] += layers.doubt(change, state.lines.radii)
+        state.lines.radii = state.lines.radii + change
 
 
 def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
@@ -126,14 +126,14 @@ def _spread_stretch(settings: FilterSettings, state: FilterState) -> None:
 
     A rate is a Gauss-Markov process.
     """
-    lay, P, J, dt = state.layout, state.P, state.jacobian, state.stretching
+    lay, P, J, dt = state.layout, state.P, state.hung.jacobian, state.lines.stretching
     if not dt > 0.0:
         return
-    state.stretching = 0.0
+    state.lines.stretching = 0.0
     add_multiples(P, lay.position.start, lay.stretch.start, dt * J)
-    add_multiples(P, lay.lengths.start, lay.stretch.start, dt * np.eye(len(state.lengths)))
-    keep = fade(P, lay.stretch, dt / settings.stretch_time, (settings.stretch_rate_sigma * state.lengths) ** 2)
-    state.stretch_rates = keep * state.stretch_rates
+    add_multiples(P, lay.lengths.start, lay.stretch.start, dt * np.eye(len(state.lines.lengths)))
+    keep = fade(P, lay.stretch, dt / settings.stretch_time, (settings.stretch_rate_sigma * state.lines.lengths) ** 2)
+    state.lines.stretch_rates = keep * state.lines.stretch_rates
 
 
 def _spread_compliances(state: FilterState) -> None:
@@ -142,8 +142,8 @@ def _spread_compliances(state: FilterState) -> None:
     A line that gives more than its stiffness k tells moves B by less for a change e of its excess: (u'Ku) dp = u e dk.
     """
     lay = state.layout
-    add_multiples(state.P, lay.position.start, lay.compliances.start, state.by_compliance * state.loosened)
-    state.loosened = np.zeros_like(state.loosened)
+    add_multiples(state.P, lay.position.start, lay.compliances.start, state.hung.by_compliance * state.lines.loosened)
+    state.lines.loosened = np.zeros_like(state.lines.loosened)
 
 
 def update(settings: FilterSettings, state: FilterState) -> None:
@@ -152,14 +152,14 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     Of all forces that balance the drum the likeliest are taken, by their excesses and angles; along the number that the
     balance leaves open they are not relied on.
     """
-    if state.time - state.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.sag is None:
+    if state.time - state.lines.last_angle_time < _ANGLE_INTERVAL or state.taut is None or state.hung.sag is None:
         return
-    state.last_angle_time = state.time
-    sensors, lay, m = settings.machine.slackness, state.layout, len(state.lengths)
+    state.lines.last_angle_time = state.time
+    sensors, lay, m = settings.machine.slackness, state.layout, len(state.lines.lengths)
     lines = np.flatnonzero(np.isfinite(state.slackness.excess))
     if not len(lines):
         return
-    sag, now = state.sag, excess(state)
+    sag, now = state.hung.sag, excess(state)
     alone = sag.forces(now)
     H = np.zeros((m + len(lines), lay.size))
     H[:m, lay.position] = -state.taut.toward
@@ -167,18 +167,20 @@ def update(settings: FilterSettings, state: FilterState) -> None:
     H[m + np.arange(len(lines)), lay.zeros.start + lines] = 1.0
     H[:m, lay.compliances] = np.diag(sag.stretching * alone)
     known = H @ state.P @ H.T
-    angles = (state.slackness.differences - state.zeros)[lines]
-    measured = _Angles(lines, angles, state.slackness.variances[lines], state.zeros[lines])
-    weight = state.mass * settings.machine.tilt.gravity
+    angles = (state.slackness.differences - state.lines.zeros)[lines]
+    measured = _Angles(lines, angles, state.slackness.variances[lines], state.lines.zeros[lines])
+    weight = state.motion.mass * settings.machine.tilt.gravity
     may_be = balanced(sensors, state.taut, weight, settings.mass_sigma * weight) or each_alone(alone)
     found = _mixture(settings, sag, may_be, known, now, measured)
     if state.creep is not None:
         state.creep.follow(found.forces / np.cos(state.taut.angles), state.time)
-    if state.time - state.shaken_time < _SHAKEN_TIME or state.time < state.bounce_end:
+    if state.time - state.attitude.shaken_time < _SHAKEN_TIME or state.time < state.motion.bounce_end:
         return
     refused = not found.nis <= _CHI2_OF_LINES
-    state.angles_refused_since = min(state.angles_refused_since, state.time) if refused else math.inf
-    if state.time - state.angles_refused_since < _MAX_SHAKEN and refused:  # a shaken drum's forces do not balance it
+    state.lines.angles_refused_since = min(state.lines.angles_refused_since, state.time) if refused else math.inf
+    if (
+        state.time - state.lines.angles_refused_since < _MAX_SHAKEN and refused
+    ):  # a shaken drum's forces do not balance it
         inflate_shaken(state)
         return
     if refused:  # the position is measured, so lengths must be wrong
@@ -201,7 +203,7 @@ def _doubt_zeros(settings: FilterSettings, state: FilterState, lines: NDArray[np
         after = np.maximum(before, np.minimum(before + more, first))
         variances[lines] = after
         learnt = np.maximum(first - before, 1e-3 * first)
-        state.zeros[lines] *= np.clip((first - after) / learnt, 0.0, 1.0)
+        state.lines.zeros[lines] *= np.clip((first - after) / learnt, 0.0, 1.0)
 
 
 class _Angles(NamedTuple):

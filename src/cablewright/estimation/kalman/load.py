@@ -22,20 +22,20 @@ def weigh(settings: FilterSettings, state: FilterState, mass: float) -> None:
     With K the stiffness of all lines at B, B moves by K^-1 times the change of weight. Much of it changes K: slack
     lines get taut. What is off by the same share in each of many small changes is not counted: B is measured meanwhile.
     """
-    before, state.mass = state.mass, mass
+    before, state.motion.mass = state.motion.mass, mass
     if mass == before or state.taut is None:
         return
     parts = min(math.ceil(abs(mass - before) / (_SHARE * before)), _MOST_PARTS)
-    part, start = np.array([0.0, 0.0, (before - mass) * settings.machine.tilt.gravity / parts]), state.position
+    part, start = np.array([0.0, 0.0, (before - mass) * settings.machine.tilt.gravity / parts]), state.motion.position
     for _ in range(parts):
-        moved = np.linalg.solve(state.stiffness, part)
-        state.position = state.position + moved
-        state.loosened = state.loosened - state.taut.toward @ moved
+        moved = np.linalg.solve(state.hung.stiffness, part)
+        state.motion.position = state.motion.position + moved
+        state.lines.loosened = state.lines.loosened - state.taut.toward @ moved
         if parts > 1:
             update_jacobian(settings, state, at_once=True)
-    sunk = state.position - start
-    state.coasted[:3] += sunk
+    sunk = state.motion.position - start
+    state.motion.coasted[:3] += sunk
     squared = float(sunk @ sunk)
     diagonal(state.P)[state.layout.position] += settings.load_sigma**2 * squared
     if squared > _MUCH**2:
-        state.bounce_end, state.extracted_turn = state.time + (0.0 if state.has_long_steps else _BOUNCE), None
+        state.motion.bounce_end, state.turns.extracted = state.time + (0.0 if state.has_long_steps else _BOUNCE), None

@@ -11,19 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
-from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.sag import Sag
-from cablewright.estimation.known_creep import KnownCreep
 from cablewright.estimation.known_machine import KnownMachine
-from cablewright.estimation.lidar.wall_lines import LidarTurn
-from cablewright.estimation.reading_checks import ReadingChecks
-from cablewright.estimation.slackness import SlacknessState
-from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.signals import Scan
-from cablewright.solvers.taut import Taut
+from cablewright.estimation.reading_checks import ClockedState
 
 _LONG_GAP: Final = 0.15  # s, of a step and a half
 _SHAKEN_SIGMA: Final = 0.01  # m
@@ -125,7 +118,7 @@ class FilterLayout(NamedTuple):
     mounts: slice  # of each horizontal lidar: x, y and yaw, drum's axes
     vertical_mount: slice  # x, y, z and rotation vector, drum's axes
     zeros: slice  # of the line accelerometers
-    compliances: slice  # of each line with its mount, as logarithms of `FilterState.compliances`
+    compliances: slice  # of each line with its mount, as logarithms of `Lines.compliances`
     clock: int  # of the drum's clock, ahead of the machine's
     size: int
 
@@ -167,101 +160,131 @@ class MotionSince(NamedTuple):
 
 
 @dataclass(eq=False)
-class FilterState:
-    """Changed in place by `step`. Position, velocity, tilt and so on are what `FilterLayout` names."""
+class DrumMotion:
+    """Place and velocity of B, rotation of the drums, and when encoders were last relied on. Times are in s."""
 
-    checks: ReadingChecks
-    layout: FilterLayout
-    slackness: SlacknessState
     mass: float  # kg of the drum, see `load.weigh`
-    P: Array  # (size, size)
-    time: float = -math.inf
     position: Array = field(default_factory=lambda: np.full(3, np.nan))
     velocity: Array = field(default_factory=lambda: np.zeros(3))
-    tilt: Array = field(default_factory=lambda: np.zeros(2))
-    yaw: float = 0.0
-    lengths: Array = field(default_factory=lambda: np.zeros(0))
-    radii: Array = field(default_factory=lambda: np.zeros(0))
-    gyro_bias: Array = field(default_factory=lambda: np.zeros(3))
-    accelerometer_bias: Array = field(default_factory=lambda: np.zeros(2))
-    range_bias: Array = field(default_factory=lambda: np.zeros(0))
-    ground_height: float = 0.0  # m, under the valve
-    ground_map: GroundMap = field(default_factory=GroundMap)
-    layer_radii: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m, expected by the layers of the coils
-    stretching: float = 0.0  # s since the covariance had what the rates of stretch did
-    stretch_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m/s, of unstrained lengths
-    creep: KnownCreep | None = None  # of cables that creep as described
-    wall_errors: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (w, 2) m, and rad
-    mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
-    vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
-    zeros: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad
-    compliances: Array = field(default_factory=lambda: np.ones(0))  # (m,) of lines with mounts, over those described
-    loosened: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m of excess, since the covariance had it
-    by_compliance: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B, per `loosened`
-    clock_error: float = 0.0  # s
-    unfaded: float = 0.0  # s since what was learnt of surveyed numbers faded
-    survey_variances: Array = field(default_factory=lambda: np.zeros(0))  # of `FilterLayout.surveyed`, at first
-    consistency: Consistency = field(default_factory=Consistency)
     drum_angles: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad, paid out
     drum_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad/s, smoothed
     coasted: Array = field(default_factory=lambda: np.zeros(4))  # (4,): motion that no count shows, m; coasting, s
-    motion_history: TimeBuffer = field(default_factory=lambda: TimeBuffer(1, 1))  # `drum_angles` and `coasted`
-    attitude_history: TimeBuffer = field(default_factory=lambda: TimeBuffer(3, 1))  # `gyro_yaw` and `tilt`
+    coasting: bool = False  # predicting without encoders
+    max_gap: float = 0.1  # s without readings after which a sensor is not relied on
+    last_encoder_time: float = -math.inf  # of the last encoder reading ...
+    last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
+    settling_start: float = -math.inf  # when the first state, or encoders after a gap, were first used
+    bounce_end: float = -math.inf  # of the drum, after its mass changed by much at once
+
+
+@dataclass(eq=False)
+class DrumAttitude:
+    """Attitude of the drum, by gyro and accelerometer. Times are in s."""
+
+    tilt: Array = field(default_factory=lambda: np.zeros(2))
+    yaw: float = 0.0
     angular_rate: Array = field(default_factory=lambda: np.zeros(3))  # rad/s, of tilt and yaw
     gyro_yaw: float = 0.0  # rad: yaw by the gyro alone
-    max_gap: float = 0.1  # s without readings after which a sensor is not relied on
-    last_encoder_time: float = -math.inf  # s: of the last encoder reading ...
-    last_motion_time: float = -math.inf  # ... and the last in which the counts had changed
-    last_imu_time: float = -math.inf  # s: to which the attitude is integrated
-    bounce_end: float = -math.inf  # s: of the drum, after its mass changed by much at once
-    shaken_time: float = -math.inf  # s: when B was last accelerated in a way that encoders do not show
-    shaken_since: float = -math.inf  # s: when that began
-    imu_gap_end: float = -math.inf  # s: end of the last time without an IMU
-    pending_scans: list[Scan] = field(default_factory=list)
-    extracted_turn: LidarTurn | None = None  # by which the next time step updates the state
-    turn_yaw: float = 0.0  # rad, of `gyro_yaw` at its end
-    taut: Taut | None = None
-    sag: Sag | None = None  # of `taut`
-    taut_position: Array = field(default_factory=lambda: np.zeros(3))
-    taut_time: float = -math.inf  # s: when `taut` and `jacobian` were computed
-    jacobian: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B per length
-    stiffness: Array = field(default_factory=lambda: np.eye(3))  # (3, 3) N/m, of all lines at B
+    turn_yaw: float = 0.0  # rad, of `gyro_yaw` at the end of the extracted turn
     level_velocity: Array = field(default_factory=lambda: np.zeros(2))  # m/s of B, at the last update by gravity ...
     level_acceleration: Array = field(default_factory=lambda: np.zeros(2))  # ... and m/s^2, smoothed
     measured_tilts: list[tuple[float, float]] = field(default_factory=list)  # rad, by the accelerometer, not used yet
-    last_angle_time: float = -math.inf  # s: of the last update by line angles
-    angles_refused_since: float = math.inf  # s: of the first in a row that was refused; inf: the last was not
-    rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
-    settling_start: float = -math.inf  # s: when the first state, or encoders after a gap, were first used
-    last_position_time: float = -math.inf  # s: of the last update by a wall
-    last_wall_times: dict[str, float] = field(default_factory=dict)  # s: of the last update, by kind of wall
-    clearance_offset: float = math.nan  # m: fictive height less z of B
-    coasting: bool = False  # predicting without encoders
+    last_imu_time: float = -math.inf  # to which the attitude is integrated
+    imu_gap_end: float = -math.inf  # of the last time without an IMU
+    shaken_time: float = -math.inf  # when B was last accelerated in a way that encoders do not show
+    shaken_since: float = -math.inf  # when that began
 
-    @property
-    def monitor(self) -> FaultMonitor:
-        """Active faults."""
-        return self.checks.monitor
+
+@dataclass(eq=False)
+class Lines:
+    """What is estimated of the m lines, and the times, s, of updates by their angles."""
+
+    lengths: Array = field(default_factory=lambda: np.zeros(0))
+    radii: Array = field(default_factory=lambda: np.zeros(0))
+    layer_radii: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m, expected by the layers of the coils
+    stretching: float = 0.0  # s since the covariance had what the rates of stretch did
+    stretch_rates: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m/s, of unstrained lengths
+    zeros: Array = field(default_factory=lambda: np.zeros(0))  # (m,) rad
+    compliances: Array = field(default_factory=lambda: np.ones(0))  # (m,) of lines with mounts, over those described
+    loosened: Array = field(default_factory=lambda: np.zeros(0))  # (m,) m of excess, since the covariance had it
+    last_angle_time: float = -math.inf  # of the last update by line angles
+    angles_refused_since: float = math.inf  # of the first in a row that was refused; inf: the last was not
+
+
+@dataclass(eq=False)
+class Hung:
+    """Linearised statics at the place of B where lines were last computed."""
+
+    position: Array = field(default_factory=lambda: np.zeros(3))
+    time: float = -math.inf  # s
+    sag: Sag | None = None
+    jacobian: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B per length
+    stiffness: Array = field(default_factory=lambda: np.eye(3))  # (3, 3) N/m, of all lines at B
+    by_compliance: Array = field(default_factory=lambda: np.zeros((3, 0)))  # (3, m): motion of B, per `Lines.loosened`
+
+
+@dataclass(eq=False)
+class AsBuilt:
+    """Errors of sensors and of what the owner was told, and the ground."""
+
+    gyro_bias: Array = field(default_factory=lambda: np.zeros(3))
+    accelerometer_bias: Array = field(default_factory=lambda: np.zeros(2))
+    range_bias: Array = field(default_factory=lambda: np.zeros(0))
+    wall_errors: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (w, 2) m, and rad
+    mount_errors: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (l, 3) m, m and rad
+    vertical_mount_error: Array = field(default_factory=lambda: np.zeros(6))  # m and rad
+    clock_error: float = 0.0  # s
+    unfaded: float = 0.0  # s since what was learnt of surveyed numbers faded
+    survey_variances: Array = field(default_factory=lambda: np.zeros(0))  # of `FilterLayout.surveyed`, at first
+    ground_height: float = 0.0  # m, under the valve
+    ground_map: GroundMap = field(default_factory=GroundMap)
+
+
+@dataclass(eq=False)
+class Judged:
+    """How measurements agree with the state. Times are in s."""
+
+    consistency: Consistency = field(default_factory=Consistency)
+    rejections: dict[str, int] = field(default_factory=dict)  # in a row, by measurement
+    last_position_time: float = -math.inf  # of the last update by a wall
+    last_wall_times: dict[str, float] = field(default_factory=dict)  # of the last update, by kind of wall
+
+
+@dataclass(eq=False, kw_only=True)
+class FilterState(ClockedState):
+    """Changed in place by `step`. Position, velocity, tilt and so on are what `FilterLayout` names.
+
+    The motion of its ``turns`` is `DrumMotion.drum_angles` and `DrumMotion.coasted`.
+    """
+
+    layout: FilterLayout
+    P: Array  # (size, size)
+    motion: DrumMotion
+    attitude: DrumAttitude = field(default_factory=DrumAttitude)
+    lines: Lines = field(default_factory=Lines)
+    hung: Hung = field(default_factory=Hung)
+    built: AsBuilt = field(default_factory=AsBuilt)
+    judged: Judged = field(default_factory=Judged)
 
     @property
     def has_long_steps(self) -> bool:
         """Whether steps are too long to integrate the gyro: those of a quasi-static plant."""
-        return self.max_gap > _LONG_GAP
+        return self.motion.max_gap > _LONG_GAP
 
     def motion_since(self, times: ArrayLike) -> MotionSince:
         """Return the motion since *times* (k,), s."""
         change = self.change_since(times)
-        m = len(self.drum_angles)
+        m = len(self.motion.drum_angles)
         return MotionSince(change[:, :m], change[:, m + 3], self.displacement(change))
 
     def change_since(self, times: ArrayLike) -> Array:
         """Return the change (k, m + 4) of `drum_angles` and `coasted` since *times* (k,), s."""
-        return np.concatenate([self.drum_angles, self.coasted]) - self.motion_history.at(times)
+        return np.concatenate([self.motion.drum_angles, self.motion.coasted]) - self.turns.motion.at(times)
 
     def displacement(self, change: Array) -> Array:
         """Return the displacement of B (k, 3), m, that a *change* (k, m + 4) gives with the present radii."""
-        m = len(self.drum_angles)
-        return np.asarray((change[:, :m] * self.radii) @ self.jacobian.T + change[:, m : m + 3])
+        m = len(self.motion.drum_angles)
+        return np.asarray((change[:, :m] * self.lines.radii) @ self.hung.jacobian.T + change[:, m : m + 3])
 
 
 def kalman_update(
@@ -306,12 +329,16 @@ def apply_update(
 
 def moving_velocity(state: FilterState) -> Array:
     """Velocity (3,) of B, m/s: by the winches, or its own state while no encoder tells it."""
-    return state.velocity if state.coasting else np.asarray(state.jacobian @ (state.radii * state.drum_rates))
+    return (
+        state.motion.velocity
+        if state.motion.coasting
+        else np.asarray(state.hung.jacobian @ (state.lines.radii * state.motion.drum_rates))
+    )
 
 
 def judge(state: FilterState, sensor: str, nis: float, freedoms: int) -> None:
     """Add an innovation's normalised square to the mean of its *sensor*, and report the sensor if that is large."""
-    consistent = state.consistency.add(sensor, nis, freedoms)
+    consistent = state.judged.consistency.add(sensor, nis, freedoms)
     if consistent is not None:
         state.monitor.set(sensor, "consistency", INCONSISTENT, active=not consistent)
 
@@ -324,23 +351,23 @@ def diagonal(P: Array) -> Array:
 def inject_correction(state: FilterState, correction: Array) -> None:
     """Add an error-state *correction* (size,) to the state."""
     lay = state.layout
-    state.position = state.position + correction[lay.position]
-    state.velocity = state.velocity + correction[lay.velocity]
-    state.tilt = state.tilt + correction[lay.attitude][:2]
-    state.yaw += float(correction[lay.attitude][2])
-    state.lengths = state.lengths + correction[lay.lengths]
-    state.radii = state.radii * np.exp(np.clip(correction[lay.radii], -0.2, 0.2))
-    state.gyro_bias = state.gyro_bias + correction[lay.gyro_bias]
-    state.accelerometer_bias = state.accelerometer_bias + correction[lay.accelerometer_bias]
-    state.range_bias = state.range_bias + correction[lay.range_bias]
-    state.ground_height += float(correction[lay.ground])
-    state.stretch_rates = state.stretch_rates + correction[lay.stretch]
-    state.wall_errors = state.wall_errors + correction[lay.walls].reshape(-1, 2)
-    state.mount_errors = state.mount_errors + correction[lay.mounts].reshape(-1, 3)
-    state.vertical_mount_error = state.vertical_mount_error + correction[lay.vertical_mount]
-    state.zeros = state.zeros + correction[lay.zeros]
-    state.compliances = state.compliances * np.exp(np.clip(correction[lay.compliances], -0.5, 0.5))
-    state.clock_error += float(correction[lay.clock])
+    state.motion.position = state.motion.position + correction[lay.position]
+    state.motion.velocity = state.motion.velocity + correction[lay.velocity]
+    state.attitude.tilt = state.attitude.tilt + correction[lay.attitude][:2]
+    state.attitude.yaw += float(correction[lay.attitude][2])
+    state.lines.lengths = state.lines.lengths + correction[lay.lengths]
+    state.lines.radii = state.lines.radii * np.exp(np.clip(correction[lay.radii], -0.2, 0.2))
+    state.built.gyro_bias = state.built.gyro_bias + correction[lay.gyro_bias]
+    state.built.accelerometer_bias = state.built.accelerometer_bias + correction[lay.accelerometer_bias]
+    state.built.range_bias = state.built.range_bias + correction[lay.range_bias]
+    state.built.ground_height += float(correction[lay.ground])
+    state.lines.stretch_rates = state.lines.stretch_rates + correction[lay.stretch]
+    state.built.wall_errors = state.built.wall_errors + correction[lay.walls].reshape(-1, 2)
+    state.built.mount_errors = state.built.mount_errors + correction[lay.mounts].reshape(-1, 3)
+    state.built.vertical_mount_error = state.built.vertical_mount_error + correction[lay.vertical_mount]
+    state.lines.zeros = state.lines.zeros + correction[lay.zeros]
+    state.lines.compliances = state.lines.compliances * np.exp(np.clip(correction[lay.compliances], -0.5, 0.5))
+    state.built.clock_error += float(correction[lay.clock])
 
 
 def inflate_shaken(state: FilterState, most: float = math.inf) -> None:
@@ -353,7 +380,7 @@ def inflate_shaken(state: FilterState, most: float = math.inf) -> None:
 def inflate_position(state: FilterState, deviation: ArrayLike) -> None:
     """Add a *deviation* of B, m, to the covariance, and the lengths' with it: along every axis, or (3,) along each."""
     lay = state.layout
-    toward = np.zeros((len(state.lengths), 3)) if state.taut is None else state.taut.toward
+    toward = np.zeros((len(state.lines.lengths), 3)) if state.taut is None else state.taut.toward
     spread = np.vstack([np.eye(3), toward]) * deviation
     rows = np.r_[lay.position, lay.lengths]
     state.P[np.ix_(rows, rows)] += spread @ spread.T

@@ -46,12 +46,12 @@ def turn_of(
     straight = np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y
     tilts = attitudes[good, 1:]
     rays = tilted(straight, tilts)
-    place, turn = state.vertical_mount_error[:3], state.vertical_mount_error[3:]
+    place, turn = state.built.vertical_mount_error[:3], state.built.vertical_mount_error[3:]
     rays = rays + np.cross(turn, rays)
     beams = scan.ranges[good, None] * rays
     arms = tilted(np.broadcast_to(height.mount + place, rays.shape), tilts)
-    yaw = state.yaw - state.gyro_yaw + attitudes[good, 0]
-    gyro_time = state.last_imu_time - scan.times[good]
+    yaw = state.attitude.yaw - state.attitude.gyro_yaw + attitudes[good, 0]
+    gyro_time = state.attitude.last_imu_time - scan.times[good]
     return VerticalTurn(
         -straight[:, 2],
         rays,
@@ -61,21 +61,23 @@ def turn_of(
         gyro_time,
         motion.rotation[good],
         motion.coasting_time[good],
-        state.last_encoder_time - scan.times[good] - motion.coasting_time[good],
-        state.position - motion.displacement[good],
-        state.position,
+        state.motion.last_encoder_time - scan.times[good] - motion.coasting_time[good],
+        state.motion.position - motion.displacement[good],
+        state.motion.position,
     )
 
 
 def moved(state: FilterState, turn: VerticalTurn) -> Array:
     """By how much (3,), m, updates and the drum's clock have moved B's place at the rays of a *turn*."""
-    return state.position - turn.estimate - state.clock_error * moving_velocity(state)
+    return state.motion.position - turn.estimate - state.built.clock_error * moving_velocity(state)
 
 
 def heights_of(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> Array:
     """Heights (k,), m, of the points of a *turn* over the floor."""
     place = turn.position + moved(state, turn)
-    return np.asarray(place[:, 2] + turn.points[:, 2] - height.floor - float(state.range_bias[-1]) * turn.rays[:, 2])
+    return np.asarray(
+        place[:, 2] + turn.points[:, 2] - height.floor - float(state.built.range_bias[-1]) * turn.rays[:, 2]
+    )
 
 
 def places_of(state: FilterState, turn: VerticalTurn, chosen: Mask) -> Array:
@@ -100,10 +102,10 @@ def mean_height(
     steep = turn.rays[good, 2]
     H = np.zeros((1, lay.size))
     H[0, lay.position][2] = 1.0
-    H[0, lay.radii] = -state.jacobian[2] * state.radii * turn.rotation[good].mean(axis=0)
+    H[0, lay.radii] = -state.hung.jacobian[2] * state.lines.radii * turn.rotation[good].mean(axis=0)
     coasting_time = float(turn.coasting_time[good].mean())
     H[0, lay.velocity][2] = -coasting_time
-    H[0, lay.stretch] = -state.jacobian[2] * turn.counted_time[good].mean()
+    H[0, lay.stretch] = -state.hung.jacobian[2] * turn.counted_time[good].mean()
     H[0, lay.attitude] = y, -x, 0.0
     H[0, lay.gyro_bias] = turn.gyro_time[good].mean() * H[0, lay.attitude]
     H[0, lay.range_bias.stop - 1] = -float(steep.mean())

@@ -58,11 +58,11 @@ def update(settings: FilterSettings, state: FilterState, scan: Scan) -> None:
     height = settings.machine.height
     if height is None:
         return
-    attitudes, motion = state.attitude_history.at(scan.times), state.motion_since(scan.times)
+    attitudes, motion = state.turns.attitudes.at(scan.times), state.motion_since(scan.times)
     turn = turn_of(state, height, scan, attitudes, motion)
     over = height_over_structure(height, scan, attitudes[:, 1:])
     if math.isfinite(over):
-        state.clearance_offset = over - float((state.position - motion.displacement[len(attitudes) // 2])[2])
+        state.clearance_offset = over - float((state.motion.position - motion.displacement[len(attitudes) // 2])[2])
     _update_floor(settings, state, height, turn)
     _update_walls(settings, state, height, turn)
 
@@ -95,7 +95,7 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
         innovation = np.array([-over])
         sank = floor.most and not accepted and _was_floor(state, turn, floor)
         if over < 0.0 or sank:  # nothing is below a floor
-            refusals = state.rejections.get(floor.what, 0)
+            refusals = state.judged.rejections.get(floor.what, 0)
             if refusals >= _REFUSALS and not passes_gate(state.P, H, innovation, R)[0]:
                 inflate_position(state, [0.0, 0.0, over])
         if not gated_update(state, floor.what, H, innovation, R, ("vertical", "gate"), sentence):
@@ -115,7 +115,7 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
 
 def _was_floor(state: FilterState, turn: VerticalTurn, floor: _Floor) -> bool:
     """Whether most points of a *floor* were floor just now."""
-    were = state.ground_map.was_floor(places_of(state, turn, floor.good))
+    were = state.built.ground_map.was_floor(places_of(state, turn, floor.good))
     return int(np.count_nonzero(were)) >= FLOOR_MAJORITY * len(were)
 
 
@@ -126,7 +126,7 @@ def _floor_in(
     low, high = _RINGS[name]
     ring = (turn.axis_cosine <= math.cos(math.radians(low))) & (turn.axis_cosine > math.cos(math.radians(high)))
     heights, good = heights_of(state, height, turn), ring.copy()
-    possible = np.where(state.ground_map.may_be_floor(places_of(state, turn, ring)), heights[ring], np.inf)
+    possible = np.where(state.built.ground_map.may_be_floor(places_of(state, turn, ring)), heights[ring], np.inf)
     band, ceiling = GATE * range_sigma(settings, height) * turn.axis_cosine[ring], _FLOOR_BAND + GATE * sigma
     good[ring] = floor_points(height, turn.points[ring], possible, band, _MIN_SHARE, ceiling)
     count = int(np.count_nonzero(good))
@@ -148,14 +148,14 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
     for j, wall in enumerate(settings.machine.walls.room.walls):
         position = turn.position[flat] + moved(state, turn)
         n, along = np.array(wall.normal), np.array(wall.along)
-        wall_off, wall_turn = state.wall_errors[j].tolist()
+        wall_off, wall_turn = state.built.wall_errors[j].tolist()
         ahead, left = n[0] * c + n[1] * s, n[1] * c - n[0] * s  # the normal along the drum's axes
         steep = ahead * rays[:, 0] + left * rays[:, 1]
         across = ahead * points[:, 0] + left * points[:, 1]
         sideways = (along[0] * c + along[1] * s) * points[:, 0] + (along[1] * c - along[0] * s) * points[:, 1]
         from_reference = position[:, :2] @ along + sideways - wall.reference
         off = position[:, :2] @ n + across - wall.distance - wall_off + wall_turn * from_reference
-        off -= float(state.range_bias[-1]) * steep
+        off -= float(state.built.range_bias[-1]) * steep
         good = above & (steep > 0.5) & (np.abs(off) < _WALL_BAND)
         if np.count_nonzero(good) >= _MIN_POINTS:
             good &= np.abs(off - np.median(off[good])) < GATE * sigma
@@ -166,10 +166,10 @@ def _update_walls(settings: FilterSettings, state: FilterState, height: HeightSe
         a, b = float(ahead[good].mean()), float(left[good].mean())
         H = np.zeros((1, lay.size))
         H[0, lay.position][:2] = n
-        H[0, lay.radii] = -(n @ state.jacobian[:2]) * state.radii * rotation[good].mean(axis=0)
+        H[0, lay.radii] = -(n @ state.hung.jacobian[:2]) * state.lines.radii * rotation[good].mean(axis=0)
         coasting_time = float(coasting_times[good].mean())
         H[0, lay.velocity][:2] = -n * coasting_time
-        H[0, lay.stretch] = -(n @ state.jacobian[:2]) * counted_time[good].mean()
+        H[0, lay.stretch] = -(n @ state.hung.jacobian[:2]) * counted_time[good].mean()
         H[0, lay.attitude] = -b * z, a * z, b * x - a * y
         H[0, lay.gyro_bias] = gyro_time[good].mean() * H[0, lay.attitude]
         H[0, lay.range_bias.stop - 1] = -float(steep[good].mean())

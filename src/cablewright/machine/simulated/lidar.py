@@ -8,13 +8,13 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.errors import InputError
 from cablewright.kernels.plant.lidar_rays import turn_lidar
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.simulated.found_room import FoundRoom, detours
 from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.sensors.timed_sensor import steps_per_interval
 from cablewright.machine.simulated.settings import LidarFlaws
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.signals import SOURCES, Scan
 
@@ -23,6 +23,8 @@ _FIRST: Final = -math.pi  # rad, of a turn's first ray
 
 class SimulatedLidar:
     """One lidar; its bias is drawn once."""
+
+    SAVED = ("_poses", "_count", "_random")
 
     def __init__(
         self,
@@ -45,16 +47,17 @@ class SimulatedLidar:
         x, y = np.array(settings.axes)
         self.mount = np.column_stack([x, y, np.cross(x, y), settings.place])  # (3, 4)
         self._masks = np.array(settings.masks, dtype=np.float64).reshape(-1, 2)
-        self._poses: list[Array] = []  # time and pose at each step of this turn
+        self._poses, self._count = np.zeros((self._steps + 1, 7)), 0  # time and pose at so many steps of this turn
 
     def read(self, state: RigState) -> Scan | None:
         """Record the drum's pose; return a scan at the end of a turn."""
         truth = state.truth
-        self._poses.append(np.concatenate([[truth.time], truth.position, truth.rotation]))
-        if len(self._poses) <= self._steps:
+        self._poses[self._count] = truth.time, *truth.position, *truth.rotation
+        self._count += 1
+        if self._count <= self._steps:
             return None
-        poses = np.array(self._poses)
-        self._poses = self._poses[-1:]
+        poses = self._poses.copy()
+        self._poses[0], self._count = poses[-1], 1
         settings, middle = self.settings, poses[len(poses) // 2]
         begin, between = float(poses[0, 0]), settings.turn / settings.rays
         faces = self._room.faces(float(middle[0]), middle[1:3])
@@ -62,10 +65,10 @@ class SimulatedLidar:
         found = self._find(ranges, poses, faces, state.ground)
         return Scan(self.source, begin, between, _FIRST, math.tau / settings.rays, self._add_noise(found))
 
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        self._poses = archive.rows("poses", self._poses, 7, self._steps)
-        archive.random("random", self._random)
+    def after_load(self) -> None:
+        """Raise `InputError` for more poses than a turn has."""
+        if self._count > self._steps:
+            raise InputError(f"snapshot: lidar {self.source!r}: up to {self._steps} poses of a turn are expected")
 
     def _cast(self, poses: Array, faces: Array, ground: Ground) -> Array:
         """Ranges (k,), m, of the rays of a turn along *poses* to *faces*, ceiling and *ground*."""

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
+from typing import Annotated, Any, Final
 
 import numpy as np
+from pydantic import Field, TypeAdapter, ValidationError
 
+from cablewright.errors import InputError
+from cablewright.machine.log.messages import decode, encode
 from cablewright.machine.simulated.as_built_parts import GAPS
 from cablewright.machine.simulated.settings import Link
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.spells import Spells
+from cablewright.saving import Coded
 from cablewright.signals import Reading
+
+_MESSAGES: Final = TypeAdapter(
+    list[tuple[Annotated[float, Field(strict=True, allow_inf_nan=False)], Annotated[str, Field(strict=True)], str]]
+)
 
 
 class Gaps:
@@ -36,8 +45,31 @@ class Gaps:
             time = later
 
 
+def encode_readings(readings: Iterable[tuple[float, Reading]]) -> list[tuple[float, str, str]]:
+    """Return *readings*, each with a number, as number, topic and message of a log."""
+    encoded = ((number, *encode(reading, (), 1)) for number, reading in readings)
+    return [(float(number), topic, data.decode()) for number, topic, data in encoded]
+
+
+def decode_readings(messages: Any) -> deque[tuple[float, Reading]]:
+    """Return what `encode_readings` encoded. Raises `InputError` for anything else."""
+    try:
+        rows = _MESSAGES.validate_python(messages)
+    except ValidationError:
+        raise InputError("a list of number, topic and message is expected") from None
+    found = deque[tuple[float, Reading]]()
+    for number, topic, text in rows:
+        reading = decode(topic, text.encode(), "snapshot")
+        if not isinstance(reading, Reading):
+            raise InputError(f"{topic[:60]!r} is no topic of a reading")
+        found.append((number, reading))
+    return found
+
+
 class Channel:
     """One link with the readings in transit."""
+
+    SAVED = (Coded("_sent", encode_readings, decode_readings), "_next_arrival", "last_arrival_time", "_random")
 
     def __init__(self, settings: Link, random: np.random.Generator, gaps: Gaps) -> None:
         """Begin empty; *random* decides on delays and losses."""
@@ -62,10 +94,3 @@ class Channel:
             self.last_arrival_time, reading = self._sent.popleft()
             readings.append(reading)
         return readings
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the readings in transit. Gaps follow from the seed and the time."""
-        self._sent = deque(archive.readings("sent", tuple(self._sent)))
-        self._next_arrival = archive.number("last", self._next_arrival)
-        self.last_arrival_time = archive.number("heard", self.last_arrival_time)
-        archive.random("random", self._random)

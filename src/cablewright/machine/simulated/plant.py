@@ -17,7 +17,6 @@ from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.packed_views import LineStates
 from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
@@ -36,12 +35,11 @@ class Plant(Protocol):
     def advance(self, speeds: Array) -> list[Notice]:
         """Turn the winches at *speeds* (m,), rad/s of the drums, for one period, and move the platform."""
 
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the plant's own state, without its rig's."""
-
 
 class DynamicPlant:
     """Drum or body swings; lines hang as in statics at each time, with a vibration of their first mode added."""
+
+    SAVED = ("_lengths_after", "_random")
 
     def __init__(self, rig: Rig) -> None:
         """Raises `InputError` unless a whole number of substeps fills the period."""
@@ -86,14 +84,11 @@ class DynamicPlant:
         )
         return [] if code == 0 else [Notice(Condition.NO_EQUILIBRIUM)]
 
-    def archive_state(self, archive: Archive) -> None:
-        """As `Plant`."""
-        archive.array("after", self._lengths_after)
-        archive.random("random", self._random)
-
 
 class QuasiStaticPlant:
     """Each period ends in the equilibrium followed from the last one. A drum hangs upright and turns only in yaw."""
+
+    SAVED = ("_lengths_after", "_solved", "_pose")
 
     def __init__(self, rig: Rig) -> None:
         """Start from the state of *rig*."""
@@ -179,13 +174,9 @@ class QuasiStaticPlant:
         told = [each for each in notices if each.condition != Condition.UNCERTIFIED]
         return (0, [*told, Notice(Condition.UNCERTIFIED)]) if code == Code.UNCERTIFIED else (code, told)
 
-    def archive_state(self, archive: Archive) -> None:
-        """As `Plant`; its rig is loaded before it."""
-        for name, live in (("after", self._lengths_after), ("solved", self._solved), ("pose", self._pose)):
-            archive.array(name, live)
-        if archive.loading:
-            self._fit()
-        archive.scratch("work", self._work)
+    def after_load(self) -> None:
+        """Fit to the lines of a rig that was loaded before."""
+        self._fit()
 
     def _retract(self) -> None:
         """Move the retraction, against the pull at the last equilibrium."""

@@ -21,7 +21,6 @@ from cablewright.machine.simulated.motion.line_faults import LineFaults
 from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.motion.retraction import RetractionAxis
 from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings, require_hanging
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.unmodelled.brakes import Brakes
 from cablewright.machine.simulated.unmodelled.stuck_material import StuckMaterial
@@ -62,6 +61,33 @@ class RigState:
 
 class Rig:
     """The true robot, winches, drum or body, and surroundings. Plants change its arrays in place."""
+
+    SAVED = (
+        "powder",
+        "falling_mass",
+        "lengths",
+        "states",
+        "tensions",
+        "motion",
+        "acceleration",
+        "vibrations",
+        "winch_flags",
+        "body",
+        "packed.lines",
+        "packed.platform",
+        "retraction",
+        "line_faults",
+        "unmodelled",
+        "_last_position",
+        "_fall_start",
+        "work.planes",
+        "swing.ends",
+        "_random",
+        "winches",
+        "brakes",
+        "stuck",
+        "ground",
+    )
 
     def __init__(self, robot: Robot, settings: TwinSettings, start: ArrayLike, seed: int, along: Array) -> None:
         """Hang the drum of the true *robot* at rest at *start* (3,), m, with a random yaw; or its body at a pose (6,).
@@ -266,29 +292,6 @@ class Rig:
         matrix(self.motion[6:9], rotation)
         x, y, _ = (self.motion[:3] + rotation @ self.masses.nozzle).tolist()
         return x, y
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the rig's state."""
-        self.powder = archive.number("powder", self.powder)
-        self.falling_mass = archive.number("falling_mass", self.falling_mass)
-        for name in ("lengths", "states", "tensions", "motion", "acceleration", "vibrations", "winch_flags", "body"):
-            archive.array(name, getattr(self, name))
-        archive.array("platform", self.packed.platform)
-        self.retraction.archive_state(archive.section("retraction"), self.packed.lines)
-        self.line_faults.archive_state(archive.section("lines"), self.packed.lines)
-        self.unmodelled.archive_state(archive.section("unmodelled"), self.packed)
-        archive.array("last_position", self._last_position)
-        x, y = self._fall_start
-        self._fall_start = archive.number("fall_start_x", x), archive.number("fall_start_y", y)
-        archive.scratch("work", self.work)
-        archive.scratch("swing", self.swing)
-        archive.random("random", self._random)
-        self.winches.archive_state(archive.section("winches"))
-        if self.brakes is not None:
-            self.brakes.archive_state(archive.section("brakes"))
-        if self.stuck is not None:
-            self.stuck.archive_state(archive)
-        self.ground.archive_state(archive.section("ground"))
 
     def fill(self, powder: float) -> None:
         """Set the *powder*, kg, in the drum or hopper."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from types import SimpleNamespace
 from typing import Any, Final, Protocol, Self, get_args
 
 import numpy as np
@@ -22,7 +23,7 @@ from cablewright.machine.simulated.as_built_parts import as_built_machine, mass_
 from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.found_room import FoundRoom
 from cablewright.machine.simulated.lidar import SimulatedLidar
-from cablewright.machine.simulated.link import Channel, Gaps
+from cablewright.machine.simulated.link import Channel, Gaps, decode_readings, encode_readings
 from cablewright.machine.simulated.motion.retraction import OUTPUT
 from cablewright.machine.simulated.mounted import Mounted
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
@@ -35,8 +36,8 @@ from cablewright.machine.simulated.settings import (
     TwinSettings,
     check_faults,
 )
-from cablewright.machine.simulated.snapshot import Archive, Snapshot
 from cablewright.robot import Robot
+from cablewright.saving import Coded, Snapshot, load, save
 from cablewright.signals import (
     SOURCES,
     Barrier,
@@ -57,14 +58,25 @@ _SHIFTS: Final = {(each.sensor.source, kind): shift for each in SIMULATED for ki
 class _Sensor(Protocol):
     def read(self, state: RigState) -> Reading | None: ...
 
-    def archive_state(self, archive: Archive) -> None: ...
-
 
 _LINK_TIMEOUT: Final = 0.5  # s without a message, after which the wireless link counts as silent
 
 
 class SimulatedMachine:
     """A `Machine`. `truth` and `rig` are for the evaluation of estimates, not for estimation or control."""
+
+    SAVED = (
+        "_start",
+        "_steps",
+        "_last_command_time",
+        "rig",
+        "_plant",
+        "_sensors",
+        "_wifi",
+        "_wire",
+        "_barrier_wire",
+        Coded("_held", encode_readings, decode_readings),
+    )
 
     def __init__(
         self,
@@ -194,10 +206,9 @@ class SimulatedMachine:
 
     def snapshot(self) -> Snapshot:
         """The complete state, from which `resumed` continues."""
-        archive = Archive()
-        self._archive_state(archive)
-        archive.snapshot.values["machine"] = self._identity
-        return archive.snapshot
+        snapshot = save(self)
+        snapshot.values["machine"] = self._identity
+        return snapshot
 
     @classmethod
     def resumed(
@@ -215,26 +226,25 @@ class SimulatedMachine:
         """
         if snapshot.values.get("machine") != _identity_of(robot, settings, seed, plant):
             raise InputError("the snapshot is of another machine: robot, settings, seed or plant differ")
-        archive, start = Archive(snapshot, loading=True), np.zeros(robot.n)
-        archive.array("start", start)
-        machine = cls(robot, settings, start, seed=seed, plant=plant)
-        machine._archive_state(archive)
-        machine._rig_state = machine.rig.observe(machine.time)
+        began = SimpleNamespace(SAVED=("start",), start=np.zeros(robot.n))
+        load(began, snapshot)
+        machine = cls(robot, settings, began.start, seed=seed, plant=plant)
+        load(machine, snapshot)
         return machine
 
-    def _archive_state(self, archive: Archive) -> None:
-        """Save or load everything that changes."""
-        archive.array("start", self._start)
-        self._steps = archive.count("steps", self._steps)
-        self._last_command_time = archive.number("last_command_time", self._last_command_time)
-        self.rig.archive_state(archive.section("rig"))
-        self._plant.archive_state(archive.section("plant"))
-        for source, sensor in self._sensors.items():
-            sensor.archive_state(archive.section(source))
-        for name, channel in (("wifi", self._wifi), ("wire", self._wire), ("barrier_wire", self._barrier_wire)):
-            channel.archive_state(archive.section(name))
+    def after_load(self) -> None:
+        """Observe the rig as it is now."""
+        self._rig_state = self.rig.observe(self.time)
+
+    @property
+    def _held(self) -> list[tuple[float, Reading]]:
+        """Readings at which faults hold a sensor, with the faults' numbers."""
         plans = self.simulation.faults
-        held = archive.readings("held", [(plans.index(plan), reading) for plan, reading in self._held_readings.items()])
+        return [(plans.index(plan), reading) for plan, reading in self._held_readings.items()]
+
+    @_held.setter
+    def _held(self, held: Iterable[tuple[float, Reading]]) -> None:
+        plans = self.simulation.faults
         if not all(number in range(len(plans)) for number, _ in held):
             raise InputError("snapshot: held: a fault that is not planned")
         self._held_readings = {plans[int(number)]: reading for number, reading in held}

@@ -7,10 +7,10 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.kernels.plant.lidar_rays import ray_to_floor
 from cablewright.machine.simulated.settings import TwinSettings
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
 from cablewright.robot import Robot
+from cablewright.saving import Sparse
 
 
 class Ground:
@@ -18,6 +18,8 @@ class Ground:
 
     Changes in place. Mass that falls outside the frame is counted, so that none is lost.
     """
+
+    SAVED = (Sparse("field.heights"), "outside_mass", "_max_height")
 
     def __init__(self, robot: Robot, settings: TwinSettings) -> None:
         """Start with an empty floor."""
@@ -66,9 +68,3 @@ class Ground:
             extrude(self.field, ends[:1], ends[1:], np.array([mass / self.density]), self._extrusion.bead.width)
         near = (slice(max(0, low - 40), high + 41) for low, high in zip(cells.min(0), cells.max(0), strict=True))
         self._max_height = max(self._max_height, float(self.field.heights[tuple(near)].max()))
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the deposited material."""
-        archive.sparse("heights", self.field.heights)
-        self.outside_mass = archive.number("outside_mass", self.outside_mass)
-        self._max_height = archive.number("max_height", self._max_height)

@@ -14,7 +14,6 @@ from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import WinchSettings
 from cablewright.machine.simulated.as_built_parts import CROSSINGS, drawn
 from cablewright.machine.simulated.settings import Winding
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.coil import turns_per_layer
 from cablewright.robot import Robot
 
@@ -23,6 +22,8 @@ _TRIES: Final = 12  # each leaves of an error what a crossing is of the radius
 
 class Winches:
     """All winches of a robot. `state` (m, ...) changes in place as kernels turn the drums."""
+
+    SAVED = ("state", "start_angles")
 
     def __init__(self, robot: Robot, settings: WinchSettings, walk: Winding, lengths: Array, seed: int) -> None:
         """Wind the drums of *robot*, irregularly by *walk*, with *lengths* (m,), m, paid out.
@@ -103,10 +104,8 @@ class Winches:
         turns = (self.start_angles - self.state[:, winding.ANGLE]) * (self.settings.ratio / winding.TURN)
         return np.asarray(np.floor(turns * self.settings.counts), dtype=np.int64)
 
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the drums' state. Raises `InputError` for a drum wound out of its bounds."""
-        archive.array("state", self.state)
-        archive.array("start_angles", self.start_angles)
+    def after_load(self) -> None:
+        """Raise `InputError` for a drum wound out of its bounds."""
         last = winding.TURN * (self.radii.shape[1] - 1)
         if not ((self.angles >= 0.0) & (self.angles <= last)).all():
             raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")

@@ -21,21 +21,27 @@ from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.settings import MachineSettings, extruding
-from cablewright.machine.simulated.snapshot import Archive, read_snapshots, write_snapshots
 from cablewright.printing.job import Job
 from cablewright.progress import Progress
 from cablewright.robot import Robot
+from cablewright.saving import Snapshot, write_snapshots
 from cablewright.signals import Command, Drives, Encoders, Estimate, Order, OrderKind, PrintState, Tensions
 from cablewright.studies.drives.session import RealMachine, taking_up
 from cablewright.studies.prints import loop
 from cablewright.studies.prints.loop import Operator, Printer
 from cablewright.studies.prints.print_job import PrintedJob
 from cablewright.studies.prints.record import finish
-from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing, checkpoint_of
+from cablewright.studies.prints.recorder import (
+    CHECKPOINT_INTERVAL,
+    FolderRecorder,
+    Timing,
+    checkpoint_of,
+    read_checkpoint,
+)
 from cablewright.studies.prints.run import CHECKPOINT, PrintRun, alone_in, clear_folder, make_folder, require_folder
 from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 from cablewright.studies.store import MANIFEST, manifest_of
-from cablewright.studies.user_key import is_signed, signature
+from cablewright.studies.user_key import signature
 
 _UNREAD: Final = (Command, Drives, Encoders, Estimate, Tensions)
 _GAP: Final = 1.0  # s at least between the steps of two runs
@@ -155,8 +161,8 @@ def print_on_drives(
         PrintState.TENSIONING: taking_up(machine),
         PrintState.HOMING: machine.homing(path.track.at(0.0).position),
     }
-    archive, epoch, begin = _taken_up(folder) if resume and not restart else (None, datetime.now(UTC), 0.0)
-    printer = machine.printer(path, law, procedures, archive, begin)
+    saved, epoch, begin = _taken_up(folder) if resume and not restart else (None, datetime.now(UTC), 0.0)
+    printer = machine.printer(path, law, procedures, saved, begin)
     machine.reckon_powder(printer)
     if not option:
         make_folder(folder)
@@ -166,7 +172,7 @@ def print_on_drives(
             clear_folder(folder)
         write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
         run = PrintRun(folder, machine.machine, printer, Timing(owner.period))
-        if archive is None:
+        if saved is None:
             write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
         head = LogHead(robot, owner, owner.period, kind="real", epoch=epoch)
         if printer.finished:
@@ -203,7 +209,7 @@ def _run(
             gc.unfreeze()
 
 
-def _taken_up(folder: Path) -> tuple[Archive, datetime, float]:
+def _taken_up(folder: Path) -> tuple[dict[str, Snapshot], datetime, float]:
     """The progress of the print in *folder*, the UTC of its time 0, and the time now, s, after all that is logged.
 
     Raises `InputError` where one of them is lost.
@@ -211,9 +217,7 @@ def _taken_up(folder: Path) -> tuple[Archive, datetime, float]:
     path = folder / CHECKPOINT
     if not path.exists():
         raise InputError(f"--resume: {folder}: the checkpoint is missing: put {CHECKPOINT} back, or --restart")
-    found = read_snapshots(path, is_signed=is_signed)
-    if "print" not in found:
-        raise InputError(f"{path}: holds no print")
+    found = read_checkpoint(path)
     last = 0.0
     with read_log(folder) as log:
         epoch = log.head.epoch
@@ -221,4 +225,4 @@ def _taken_up(folder: Path) -> tuple[Archive, datetime, float]:
             last = max(last, entry.frame.time)
     if epoch is None:
         raise InputError(f"--resume: {folder}: the log tells no time of its beginning: it is not of a real machine")
-    return Archive(found["print"], loading=True), epoch, max((datetime.now(UTC) - epoch).total_seconds(), last + _GAP)
+    return found, epoch, max((datetime.now(UTC) - epoch).total_seconds(), last + _GAP)

@@ -5,7 +5,7 @@ Each order is that of the person who typed the command; whatever goes wrong afte
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -30,11 +30,11 @@ from cablewright.machine.drives.limits import require_limits
 from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK
 from cablewright.machine.settings import MachineSettings, require_robot
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.winch_counts import CountFile, Remembering
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot
+from cablewright.saving import Snapshot
 from cablewright.signals import Order, OrderKind, PrintState
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.drives.keeper import KeptEstimator, LengthKeeper, warm
@@ -143,7 +143,7 @@ class RealMachine:
         path: TimedPath,
         law: LawName,
         procedures: dict[PrintState, Procedure],
-        archive: Archive | None = None,
+        saved: Mapping[str, Snapshot] | None = None,
         begin: float = 0.0,
     ) -> Printer:
         """The loop on this machine, whose clock begins at *begin*, s.
@@ -169,7 +169,7 @@ class RealMachine:
         )
         warm(self.keeper, path.track.at(0.0).position)
         return Printer(
-            plan, self.machine, lambda place, _radii: KeptEstimator(self.keeper, place), now=begin, archive=archive
+            plan, self.machine, lambda place, _radii: KeptEstimator(self.keeper, place), now=begin, saved=saved
         )
 
     def reckon_powder(self, printer: Printer) -> None:

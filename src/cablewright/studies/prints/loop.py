@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final, Protocol, runtime_checkable
+from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -25,12 +25,12 @@ from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
 from cablewright.control.procedure import Procedure
 from cablewright.control.stop import StopKind, StopState, advance
-from cablewright.control.supervisor import FINISHED, SupervisorSettings, SupervisorState, Verdict
+from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import InputError
 from cablewright.machine.interface import RESET, Machine, check_command, require_abilities
 from cablewright.machine.powder_load import PowderLoad
-from cablewright.machine.simulated.snapshot import Archive
+from cablewright.saving import Saved, Snapshot, load
 from cablewright.signals import (
     Command,
     Estimate,
@@ -52,6 +52,8 @@ MakeEstimator = Callable[[Array, Array], Estimator]
 class Learning(Protocol):
     """An estimator whose state is saved with a print, and which may find that the machine is to stop."""
 
+    SAVED: ClassVar[Saved]
+
     @property
     def danger(self) -> str:
         """Why the machine is to stop; empty: nothing. It may become more exact."""
@@ -59,9 +61,6 @@ class Learning(Protocol):
     @property
     def searches(self) -> bool:
         """Whether it still looks for the cause of that."""
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load its state."""
 
 
 _TENSIONED: Final = 0.1  # share of the least tension by which tensions may be off when a path begins ...
@@ -103,6 +102,8 @@ class Step:
 class Printer:
     """Runs one machine through one plan. `step` raises nothing, whatever a frame contains."""
 
+    SAVED = ("guide", "load", "supervisor", "_powder_out_time", "last_pose", "radii")
+
     def __init__(
         self,
         plan: PrintPlan,
@@ -110,9 +111,9 @@ class Printer:
         make: MakeEstimator,
         *,
         now: float = 0.0,
-        archive: Archive | None = None,
+        saved: Mapping[str, Snapshot] | None = None,
     ) -> None:
-        """Start in a fault, to be reset, at the start of the path or as in *archive*; *now*: machine time, s.
+        """Start in a fault, to be reset, at the start of the path or as *saved*; *now*: machine time, s.
 
         Raises `InputError` for a machine that lacks what the plan needs.
         """
@@ -136,15 +137,15 @@ class Printer:
         self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
         self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
-        if archive is not None:
-            self.archive_state(archive)
+        if saved is not None:
+            load(self, saved["print"])
         self.estimator = make(self.last_pose, self.radii)
         self._beam = None if plan.beam is None else BeamState(plan.path.start_retraction)
-        self._learning = self.estimator if isinstance(self.estimator, Learning) else None
+        self.learning = self.estimator if isinstance(self.estimator, Learning) else None
         self._weighing = self.estimator if isinstance(self.estimator, Weighing) else None
         self._danger = ""  # that the estimator told last
-        if archive is not None and self._learning is not None:
-            self._learning.archive_state(archive.section("estimator"))
+        if saved is not None and self.learning is not None:
+            load(self.learning, saved["estimator"])
 
     @property
     def finished(self) -> bool:
@@ -160,24 +161,6 @@ class Printer:
     def command(self) -> Command:
         """The command of the next step."""
         return self._command
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the progress of the print."""
-        path, supervised = self.guide, self.supervisor
-        path.path_time = archive.number("path_time", path.path_time)
-        path.height_offset = archive.number("height_offset", path.height_offset)
-        path.toured = archive.count("toured", path.toured)
-        self.load.poured = archive.number("poured", self.load.poured)
-        self._powder_out_time = archive.number("powder_out_time", self._powder_out_time)
-        supervised.barrier_stops = archive.count("barrier_stops", supervised.barrier_stops)
-        supervised.refills = archive.count("refills", supervised.refills)
-        supervised.finished = bool(archive.count("finished", int(supervised.finished)))
-        if archive.loading and supervised.finished:
-            supervised.reason = FINISHED
-        archive.array("position", self.last_pose)
-        archive.array("radii", self.radii)
-        if not archive.loading and self._learning is not None:
-            self._learning.archive_state(archive.section("estimator"))
 
     def refilled(self) -> None:
         """Take the drum to be full."""
@@ -245,13 +228,13 @@ class Printer:
     @property
     def searches(self) -> bool:
         """Whether the estimator still looks for what made it stop the machine."""
-        return self._learning is not None and self._learning.searches
+        return self.learning is not None and self.learning.searches
 
     def _cause(self, frame: SensorFrame, state: PrintState) -> StopCause | None:
         """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
         lowest = state is PrintState.PRINTING
         found = guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions, lowest=lowest)
-        danger = "" if self._learning is None else self._learning.danger
+        danger = "" if self.learning is None else self.learning.danger
         if danger != self._danger:
             supervisor.explain(self.supervisor, self._danger, danger)
             self._danger = danger

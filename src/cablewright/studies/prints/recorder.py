@@ -5,15 +5,19 @@ from __future__ import annotations
 import time
 from array import array
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from cablewright.errors import InputError
 from cablewright.machine.log.log import LogWriter
-from cablewright.machine.simulated.snapshot import Archive, Snapshot
 from cablewright.progress import Progress
+from cablewright.saving import LAYOUT, Snapshot, read_snapshots, save
 from cablewright.studies.prints.loop import Printer, Step
 from cablewright.studies.prints.snapshot_writer import SnapshotWriter
+from cablewright.studies.store import MANIFEST
+from cablewright.studies.user_key import is_signed
 
 CHECKPOINT_INTERVAL: Final = 0.5
 """Between two checkpoints, s by the wall clock."""
@@ -89,8 +93,24 @@ class FolderRecorder:
 
 def checkpoint_of(printer: Printer) -> dict[str, Snapshot]:
     """The print at one time, and the machine with it if it can tell its whole state."""
-    archive = Archive()
-    printer.archive_state(archive)
     snapshot = printer.machine.abilities.snapshot
     whole = {} if snapshot is None else {"machine": snapshot()}
-    return whole | {"print": archive.snapshot}
+    learnt = {} if printer.learning is None else {"estimator": save(printer.learning)}
+    return whole | learnt | {"print": save(printer)}
+
+
+def read_checkpoint(path: Path) -> dict[str, Snapshot]:
+    """Return what `checkpoint_of` returned. Raises `InputError` for a file of something, or somebody, else.
+
+    So it does for one that another version of this program wrote in another layout.
+    """
+    found = read_snapshots(path, is_signed=is_signed)
+    if "print" not in found:
+        raise InputError(f"{path}: holds no print")
+    layout = found["print"].values.get("layout", 1)
+    if layout != LAYOUT:
+        raise InputError(
+            f"{path}: is a checkpoint of layout {str(layout)[:60]}, this version of cablewright reads layout {LAYOUT}: "
+            f"--resume with the version in {MANIFEST}, or --restart to print all again"
+        )
+    return found

@@ -30,19 +30,25 @@ from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
 from cablewright.machine.paced import Paced
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.machine.simulated.snapshot import Archive, read_snapshots, write_snapshots
 from cablewright.progress import Progress
 from cablewright.robot import Robot
+from cablewright.saving import write_snapshots
 from cablewright.signals import Estimate, PrintState, Scan, Truth
 from cablewright.studies.estimators import Estimator, estimator
 from cablewright.studies.prints import loop
 from cablewright.studies.prints.attendant import attendant_of
 from cablewright.studies.prints.loop import Printer, PrintPlan
 from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print
-from cablewright.studies.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing, checkpoint_of
+from cablewright.studies.prints.recorder import (
+    CHECKPOINT_INTERVAL,
+    FolderRecorder,
+    Timing,
+    checkpoint_of,
+    read_checkpoint,
+)
 from cablewright.studies.prints.snapshot_writer import SnapshotWriter
 from cablewright.studies.store import MANIFEST, manifest_of, read_manifest
-from cablewright.studies.user_key import is_signed, signature
+from cablewright.studies.user_key import signature
 
 CHECKPOINT: Final = "checkpoint.bin"
 LOCK: Final = "lock"
@@ -199,7 +205,7 @@ def begin_print(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, P
     """Return machine and print at the start of the path."""
     choices, begin, robot = twin.choices, twin.path.start_pose, started(twin.robot, twin.path)
     machine = SimulatedMachine(robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
-    return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, archive=None)
+    return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time)
 
 
 def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[SimulatedMachine, Printer]:
@@ -211,8 +217,8 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
             why = f"the checkpoint is missing, and the log shows that {done:.2f} m of the path were printed"
             raise InputError(f"--resume: {folder}: {why}: put {CHECKPOINT} back, or --restart to print all again")
         return begin_print(twin, plan)
-    found = read_snapshots(path, is_signed=is_signed)
-    if not {"machine", "print"} <= found.keys():
+    found = read_checkpoint(path)
+    if "machine" not in found:
         raise InputError(f"{path}: holds no machine and print")
     machine = SimulatedMachine.resumed(
         started(twin.robot, twin.path), twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
@@ -220,8 +226,7 @@ def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[Simulat
     if machine.time > 0.0 and not _has_log(folder):
         why = f"the log is missing, without which nobody knows what was printed until {CHECKPOINT}"
         raise InputError(f"--resume: {folder}: {why}: put it back, or --restart to print all again")
-    archive = Archive(found["print"], loading=True)
-    return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, archive=archive)
+    return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, saved=found)
 
 
 def _has_log(folder: Path) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from cablewright.machine.simulated.snapshot import Sign, Snapshot, write_snapshots
+from cablewright.saving import Sign, Snapshot, write_snapshots
 
 
 class SnapshotWriter:

@@ -44,18 +44,20 @@ class Cells(Update):
         if reading.source != self.source:
             return None
         silent = np.isnan(reading.tensions)
-        for i in np.flatnonzero(silent != state.silent):
+        for i in np.flatnonzero(silent != state.judged.silent):
             name = settings.model.robot.lines[i].name
             what = f"the cell of line {name} gives no reading"
             state.monitor.set("load_cells", f"silent {name}", what, active=bool(silent[i]))
-        state.silent = silent
+        state.judged.silent = silent
         return reading.tensions
 
     def shown(self, there: Equilibrium) -> Array:
         return there.tensions
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        return np.asarray((1.0 + state.unknowns[state.layout.gain]) * shown + state.unknowns[state.layout.zero])
+        return np.asarray(
+            (1.0 + state.belief.unknowns[state.layout.gain]) * shown + state.belief.unknowns[state.layout.zero]
+        )
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.gain], variances[layout.zero] = self.gain**2, self.zero**2
@@ -63,8 +65,8 @@ class Cells(Update):
     def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
         """As `Update`; of the cells that are used."""
         layout, lines = state.layout, np.arange(state.layout.m)
-        cells = np.flatnonzero(state.cells_used & np.isfinite(read).any(axis=0))
-        gradients = slopes.tensions @ state.gradients
+        cells = np.flatnonzero(state.judged.cells_used & np.isfinite(read).any(axis=0))
+        gradients = slopes.tensions @ state.belief.gradients
         gradients[lines, layout.gain.start + lines] = state.tensions
         gradients[lines, layout.zero.start + lines] = 1.0
         gradients[:, layout.load] = slopes.tensions_by_wrench

@@ -47,9 +47,9 @@ class Swivelling(Update):
         return np.asarray(angles)
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        planes, exits = state.taut.planes, state.unknowns[state.layout.exit].reshape(-1, 3)
+        planes, exits = state.taut.planes, state.belief.unknowns[state.layout.exit].reshape(-1, 3)
         by_exit = (planes[:, 1] * exits[:, 0] - planes[:, 0] * exits[:, 1]) / planes[:, 2]
-        return np.asarray(shown + by_exit + state.unknowns[state.layout.swivel])
+        return np.asarray(shown + by_exit + state.belief.unknowns[state.layout.swivel])
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.swivel] = self.zero**2
@@ -60,7 +60,7 @@ class Swivelling(Update):
         across = np.stack([-planes[:, 1], planes[:, 0], np.zeros(layout.m)], axis=1) / planes[:, 2:3]
         arms = LineNumbers(state.tracker.packed.lines).platform_point @ matrix_of(state.pose[3:]).T
         by_motion = np.concatenate([across, np.cross(arms, across)], axis=1)
-        gradients = by_motion @ slopes.pose @ state.gradients
+        gradients = by_motion @ slopes.pose @ state.belief.gradients
         gradients[:, layout.load] = by_motion @ slopes.pose_by_wrench
         each, places = np.arange(layout.m), layout.exit.start + 3 * np.arange(layout.m)
         gradients[each, layout.swivel.start + each] = 1.0

@@ -54,7 +54,7 @@ class Tilt(Update):
         return np.asarray(matrix_of(there.pose[3:])[2, :2])
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        return shown + state.unknowns[state.layout.tilt]
+        return shown + state.belief.unknowns[state.layout.tilt]
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.tilt] = self.turn**2 + (self.bias / settings.model.robot.scene.gravity) ** 2
@@ -62,7 +62,7 @@ class Tilt(Update):
     def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
         layout, gravity = state.layout, settings.model.robot.scene.gravity
         by_turn = (matrix_of(state.pose[3:]).T @ UPWARD)[:2]
-        gradients = by_turn @ slopes.pose[3:] @ state.gradients
+        gradients = by_turn @ slopes.pose[3:] @ state.belief.gradients
         gradients[:, layout.tilt] = np.eye(2)
         gradients[:, layout.load] = by_turn @ slopes.pose_by_wrench[3:]
         each = ((self.deviation**2) * OF_MEDIAN / len(read) + acceleration**2) / gravity**2
@@ -71,12 +71,12 @@ class Tilt(Update):
 
 def _shake(state: BodyState, force: Array, now: float) -> None:
     """Follow the mean of the specific force, and how much it changes: a platform that swings."""
-    if state.specific_force is None:
-        state.specific_force, state.shaken_at = force.copy(), now
+    if state.motion.force is None:
+        state.motion.force, state.motion.time = force.copy(), now
         return
-    share = min(1.0, (now - state.shaken_at) / _SHAKING_TIME)
-    state.shaken_at = now
-    change = force - state.specific_force
-    state.specific_force = state.specific_force + share * change
+    share = min(1.0, (now - state.motion.time) / _SHAKING_TIME)
+    state.motion.time = now
+    change = force - state.motion.force
+    state.motion.force = state.motion.force + share * change
     size = float(change @ change)
-    state.shaking = max(state.shaking + share * (size - state.shaking), _SUDDEN * size)
+    state.motion.shaking = max(state.motion.shaking + share * (size - state.motion.shaking), _SUDDEN * size)

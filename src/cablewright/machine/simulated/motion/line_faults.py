@@ -11,7 +11,6 @@ from cablewright.arrays import Array
 from cablewright.kernels.layout import EXIT_Z, PULLS, RADIUS, TAU, WEIGHT
 from cablewright.kernels.statics.line import SLACK_TENSION
 from cablewright.machine.simulated.settings import FaultPlan
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.robot import Robot
 
 FALLEN: Final = 0.02  # m, by which a cable that has left its sheave lies nearer to the axle, if a plan does not say
@@ -20,6 +19,8 @@ _AXLE: Final = 1e-3  # m, least radius
 
 class LineFaults:
     """Faults of lines, each from its time on for good."""
+
+    SAVED = ("_begun",)
 
     def __init__(self, robot: Robot, faults: Sequence[FaultPlan]) -> None:
         """Take those of *faults* that are a line's own."""
@@ -40,16 +41,6 @@ class LineFaults:
                 self._begun[k] = 1
                 if fault.kind == "broken":
                     states[i, TAU] = np.log(SLACK_TENSION)
-                _change(fault, lines[i])
-
-    def archive_state(self, archive: Archive, lines: Array) -> None:
-        """Save or load which have begun; loading changes the packed *lines*."""
-        if not self._plans:
-            return
-        before = self._begun.copy()
-        archive.array("begun", self._begun)
-        for (fault, i), was, now in zip(self._plans, before, self._begun, strict=True):
-            if now and not was:
                 _change(fault, lines[i])
 
 

@@ -9,7 +9,6 @@ from cablewright.errors import InputError
 from cablewright.kernels.plant import beam, winding
 from cablewright.kernels.plant.machine_step import Drive
 from cablewright.machine.sensors.retraction import RetractionDrive
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.robot import Robot
 from cablewright.signals import Condition, Notice
 
@@ -25,6 +24,8 @@ _CONDITIONS = (
 
 class RetractionAxis:
     """The retraction of a robot's platform; of a robot without one, nothing that moves."""
+
+    SAVED = ("drive.beam",)
 
     def __init__(self, robot: Robot, settings: RetractionDrive | None) -> None:
         """Start at the robot's own length. Raises `InputError` for a drive of a platform that has no retraction."""
@@ -75,9 +76,3 @@ class RetractionAxis:
         """Return and clear the notices since the last call."""
         flags, self.drive.flags[0] = int(self.drive.flags[0]), 0
         return [Notice(condition, OUTPUT) for bit, condition in _CONDITIONS if flags & bit]
-
-    def archive_state(self, archive: Archive, lines: Array) -> None:
-        """Save or load the state; of *lines* the platform points."""
-        if self.has_drive:
-            archive.array("beam", self.drive.beam)
-            self.put(lines)

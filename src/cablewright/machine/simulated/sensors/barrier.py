@@ -14,7 +14,6 @@ from cablewright.signals import Barrier
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.rig import RigState
-    from cablewright.machine.simulated.snapshot import Archive
 
 
 class BarrierFlaws(SensorFlaws):
@@ -31,6 +30,8 @@ class BarrierFlaws(SensorFlaws):
 class LightBarrier(TimedSensor[BarrierSensor, BarrierFlaws]):
     """One light barrier. It latches: an interruption since the last reading shows in the next one."""
 
+    SAVED = (*TimedSensor.SAVED, "_last_read")
+
     _last_read = -np.inf  # s, time of the last reading
 
     def _measure(self, state: RigState) -> Barrier | None:
@@ -40,11 +41,6 @@ class LightBarrier(TimedSensor[BarrierSensor, BarrierFlaws]):
         if chance < self.flaws.dropout:
             return None
         return Barrier(now, broken != (chance > 1.0 - self.flaws.outliers))
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        super().archive_state(archive)
-        self._last_read = archive.number("read", self._last_read)
 
 
 SIMULATED: Final = Simulated(BARRIER, BarrierFlaws, LightBarrier)

@@ -16,7 +16,6 @@ from cablewright.signals import Tensions
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted
     from cablewright.machine.simulated.rig import RigState
-    from cablewright.machine.simulated.snapshot import Archive
 
 
 _HOUR: Final = 3600.0  # s
@@ -36,6 +35,8 @@ class TensionFlaws(SensorFlaws):
 
 class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
     """One for each line. Their zeros are drawn once and then drift as a random walk."""
+
+    SAVED = (*TimedSensor.SAVED, "_zeros")
 
     def _mount(self, machine: Mounted) -> None:
         spread = self.settings.bias if self.flaws.bias is None else self.flaws.bias
@@ -57,11 +58,6 @@ class TensionSensors(TimedSensor[TensionSensor, TensionFlaws]):
         shown[chance < flaws.dropout] = np.nan
         shown.flags.writeable = False
         return Tensions(self.source, state.truth.time, shown)
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        super().archive_state(archive)
-        archive.array("zeros", self._zeros)
 
 
 def _offset(offsets: Array, _: Mounted) -> Array:

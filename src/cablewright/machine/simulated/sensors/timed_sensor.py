@@ -5,19 +5,19 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.machine.quantities import Share
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
+from cablewright.saving import Saved
 from cablewright.signals import Reading
 from cablewright.validation import Description
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted
     from cablewright.machine.simulated.rig import RigState
-    from cablewright.machine.simulated.snapshot import Archive
 
 _SheetT = TypeVar("_SheetT", bound=SensorSheet)
 _FlawsT = TypeVar("_FlawsT", bound="SensorFlaws")
@@ -45,6 +45,8 @@ def steps_per_interval(period: float, interval: float, what: str) -> int:
 class TimedSensor(ABC, Generic[_SheetT, _FlawsT]):
     """A sensor that is read at the rate of its *settings*, with the *flaws* of one unit."""
 
+    SAVED: ClassVar[Saved] = ("_step", "_random")
+
     def __init__(self, sensor: Sensor[_SheetT], settings: _SheetT, flaws: _FlawsT, machine: Mounted) -> None:
         """Mount it on *machine*. Raises `InputError` for a rate that does not fit the machine's steps."""
         self.source, self.settings, self.flaws = sensor.source, settings, flaws
@@ -64,11 +66,6 @@ class TimedSensor(ABC, Generic[_SheetT, _FlawsT]):
     @abstractmethod
     def _measure(self, state: RigState) -> Reading | None:
         """Return a reading; None if it is lost."""
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state that the next readings depend on."""
-        self._step = archive.count("step", self._step)
-        archive.random("random", self._random)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,6 @@ from cablewright.arrays import Array, Mask
 from cablewright.kernels.plant import winding
 from cablewright.machine.drives.strays import astray, slipping
 from cablewright.machine.simulated.as_built_parts import BRAKES, drawn
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes, of_lines
 from cablewright.machine.simulated.winches import Winches
 from cablewright.signals import Condition, Notice
@@ -27,6 +26,8 @@ _MOST: Final = 0.02  # m that a line may be let out in a step, if its brake held
 
 class Brakes:
     """The brakes of m winches, open at first."""
+
+    SAVED = ("_softer",)
 
     def __init__(self, law: WinchBrakes, names: tuple[str, ...], seed: int, limit: float) -> None:
         """*names* (m,) of the lines; *limit*: m of cable by which one may slip until that is told.
@@ -65,7 +66,3 @@ class Brakes:
         if lengths[worst] <= self._limit:
             return []
         return [Notice(Condition.BRAKE, slipping(astray(self._names[worst], lengths[worst])))]
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state, but that of the drums."""
-        archive.array("softer", self._softer)

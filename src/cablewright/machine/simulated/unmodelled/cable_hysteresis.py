@@ -13,13 +13,14 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.simulated.snapshot import Archive
 
 THRESHOLDS: Final = np.array([0.2, 0.4, 0.6])  # assumed: of the reference load; each makes the same part of the loop
 
 
 class CableHysteresis:
     """Strain of m lines besides their elasticity, from that at the start."""
+
+    SAVED = ("_begin", "places", "strain")
 
     def __init__(self, width: float, reference: float, loads: Array, elastic: Array) -> None:
         """*width*: strain between the ways up and down of a large cycle; *reference*: N, that the thresholds are of.
@@ -45,9 +46,3 @@ class CableHysteresis:
     def settled(self) -> Array:
         """The strain (m,) at which that of lines arrives when loads stay as they are."""
         return np.asarray((self.places - self._begin[:, None]) @ self._softness)
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state."""
-        archive.array("hysteresis_begin", self._begin)
-        archive.array("hysteresis_places", self.places)
-        archive.array("hysteresis", self.strain)

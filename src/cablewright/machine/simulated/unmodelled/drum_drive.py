@@ -11,11 +11,12 @@ import math
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.simulated.snapshot import Archive
 
 
 class DrumDrive:
     """Lag of m drums, rad: by how much less than their motors say they have paid out. At the start it is 0."""
+
+    SAVED = ("_angles", "_start", "_torque", "_twist", "slid")
 
     def __init__(
         self, torsion: float, ripple: tuple[float, float], slide: float, reference: float, angles: Array, phases: Array
@@ -52,9 +53,3 @@ class DrumDrive:
 
     def _rippled(self, angles: Array) -> Array:
         return np.asarray(self._ripple * np.sin(self._periods * angles + self._phases))
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state."""
-        for name in ("angles", "start", "torque", "twist"):
-            archive.array(f"drive_{name}", getattr(self, f"_{name}"))
-        archive.array("drive_slid", self.slid)

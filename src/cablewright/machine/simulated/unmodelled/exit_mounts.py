@@ -10,14 +10,15 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.arrays import Array, Indices
-from cablewright.kernels.layout import EXIT_X, EXIT_Z, WINCH_X, WINCH_Z, Packed
+from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import exit_mounts
 from cablewright.kernels.statics.equilibrium import Work
-from cablewright.machine.simulated.snapshot import Archive
 
 
 class ExitMountState:
     """Displacements of m exits."""
+
+    SAVED = ("displaced",)
 
     def __init__(self, compliance: Array) -> None:
         """*compliance* (m, 3, 3), m/N; no mount is displaced yet."""
@@ -39,9 +40,3 @@ class ExitMountState:
         code = int(exit_mounts.close(*given))
         self.displaced[kept] = displaced
         return code
-
-    def archive_state(self, archive: Archive, lines: Array) -> None:
-        """Save or load the displacements, and of the packed *lines* what they displace."""
-        archive.array("displaced", self.displaced)
-        archive.array("exits", lines[:, EXIT_X : EXIT_Z + 1])
-        archive.array("winches", lines[:, WINCH_X : WINCH_Z + 1])

@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.simulated.snapshot import Archive
 
 
 class GearBacklash:
     """Lag of m drums behind their motors."""
+
+    SAVED = ("_angles", "lag")
 
     def __init__(self, backlash: float, bearing_friction: float, angles: Array) -> None:
         """*backlash*: rad at the drum; *bearing_friction*: N of a line's pull; *angles* (m,), rad, wound at first."""
@@ -26,8 +27,3 @@ class GearBacklash:
         held = np.minimum(np.maximum(self.lag + self._angles - angles, 0.0), self._backlash)
         self.lag = held * (pulls < self._friction)
         self._angles = angles
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state."""
-        archive.array("gear_angles", self._angles)
-        archive.array("gear_lag", self.lag)

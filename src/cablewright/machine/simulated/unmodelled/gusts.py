@@ -7,11 +7,12 @@ import math
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.simulated.snapshot import Archive
 
 
 class Gusts:
     """The force of now."""
+
+    SAVED = ("force", "_random")
 
     def __init__(self, force: float, correlation: float, random: np.random.Generator) -> None:
         """*force*: root mean square, N; *correlation*: s; what blows at first is drawn from all that may."""
@@ -23,8 +24,3 @@ class Gusts:
         keep = math.exp(-period / self._correlation)
         self.force = keep * self.force + self._axis * math.sqrt(1.0 - keep * keep) * self._random.standard_normal(2)
         return self.force
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state."""
-        archive.array("wind", self.force)
-        archive.random("wind_random", self._random)

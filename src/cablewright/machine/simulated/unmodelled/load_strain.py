@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.machine.simulated.snapshot import Archive
 
 
 class LoadStrain:
     """Strain of m lines besides their elasticity, from that at the start."""
+
+    SAVED = ("_begin", "most", "_curved")
 
     def __init__(self, settling: float, stiffening: float, reference: float, loads: Array, elastic: Array) -> None:
         """*settling*: strain when first under the *reference*, N; *stiffening*: s. *loads* (m,), N, at the start.
@@ -54,9 +55,3 @@ class LoadStrain:
     def _stiffness(self, loads: Array) -> Array:
         """Stiffness (m,) under *loads* (m,), N, over that of the robot file."""
         return np.asarray(1.0 + self._stiffening * (loads / self._reference - 1.0))
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state."""
-        archive.array("load_begin", self._begin)
-        archive.array("load_most", self.most)
-        archive.array("load_curve", self._curved)

@@ -14,7 +14,6 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.plant import sheave_slip
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.models.packed_views import LineStates
 
 STICKS: Final = np.array([0.2e-3, 0.5e-3, 1e-3])  # assumed: m, from rest until an element slips; equal shares
@@ -25,6 +24,8 @@ class SheaveSlip:
 
     Where a winch is not described its dead span arrives vertically, as for the contact in statics.
     """
+
+    SAVED = ("_free", "elements", "ratio")
 
     def __init__(self, friction: float, states: Array) -> None:
         """*friction*: share that is lost over a right angle; *states* (m, 6) are those of lines at rest."""
@@ -40,9 +41,3 @@ class SheaveSlip:
         """Slide to where *lines* are by their *states*; return the ratio. Since the last time they went one way."""
         sheave_slip.slide(lines, states, self._rate, STICKS, self._free, self.elements, self.ratio, self.stretch)
         return self.ratio
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state."""
-        archive.array("slip_free", self._free)
-        archive.array("slip", self.elements)
-        archive.array("slip_ratio", self.ratio)

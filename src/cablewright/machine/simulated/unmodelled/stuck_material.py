@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.unmodelled.laws import StickingMaterial
 
 
 class StuckMaterial:
     """What sticks to a nozzle."""
+
+    SAVED = ("mass",)
 
     def __init__(self, law: StickingMaterial) -> None:
         """Begin with a clean one."""
@@ -28,7 +29,3 @@ class StuckMaterial:
             sticks = (self.mass - most) * math.expm1(-share * released / most)
         self.mass += sticks
         return released - sticks
-
-    def archive_state(self, archive: Archive) -> None:
-        """Save or load the state."""
-        self.mass = archive.number("stuck", self.mass)

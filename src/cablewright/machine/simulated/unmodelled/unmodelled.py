@@ -8,7 +8,6 @@ from cablewright.arrays import Array
 from cablewright.kernels.layout import Packed
 from cablewright.machine.simulated.as_built_parts import CREEP, TEETH, WIND, drawn
 from cablewright.machine.simulated.settings import SimulationSettings
-from cablewright.machine.simulated.snapshot import Archive
 from cablewright.machine.simulated.unmodelled.cable_creep import CableCreep
 from cablewright.machine.simulated.unmodelled.cable_hysteresis import CableHysteresis
 from cablewright.machine.simulated.unmodelled.drum_drive import DrumDrive
@@ -31,6 +30,19 @@ class Unmodelled:
 
     The reference load of all cables is the mean of the lines' tensions at the start.
     """
+
+    SAVED = (
+        "_loads",
+        "_time",
+        "creeps",
+        "hysteresis",
+        "load_strain",
+        "sheaves",
+        "gears",
+        "drive",
+        "wind",
+        "exits",
+    )
 
     def __init__(
         self,
@@ -133,18 +145,6 @@ class Unmodelled:
         if self.hose is not None:
             force += self.hose.pull(place)
         PlatformNumbers(packed.platform).wrench[:3] = force
-
-    def archive_state(self, archive: Archive, packed: Packed) -> None:
-        """Save or load the state, and of *packed* the lines whose exits give."""
-        archive.array("loads", self._loads)
-        self._time = archive.number("unmodelled_time", self._time)
-        for name, each in self.creeps.items():
-            archive.array(name, each.stretched)
-        for part in (self.hysteresis, self.load_strain, self.sheaves, self.gears, self.drive, self.wind):
-            if part is not None:
-                part.archive_state(archive)
-        if self.exits is not None:
-            self.exits.archive_state(archive, packed.lines)
 
 
 def softness(packed: Packed, states: Array) -> Array:
