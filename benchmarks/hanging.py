@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
+from cablewright.calibration.calibrate import Calibration, calibrate
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.pose_fit import NEAR, fit
-from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
-from cablewright.calibration.solve import Calibration, calibrate
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.fit import NEAR, fit
+from cablewright.calibration.poses.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

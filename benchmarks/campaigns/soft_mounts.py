@@ -17,10 +17,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SensorNoise, aligned, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import SensorNoise, aligned, simulate_calibration
 from cablewright.robot import Robot, load
 
 Array = NDArray[np.float64]

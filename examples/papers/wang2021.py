@@ -12,9 +12,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import cablewright as cw
-from cablewright.calibration.pose_fit import fits
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import measure, random_poses
+from cablewright.calibration.poses.fit import fits
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import measure, random_poses
 
 ROBOT = cw.load("wang2021")
 TRUE = np.array([line.exit_point for line in ROBOT.lines])

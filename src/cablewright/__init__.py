@@ -39,15 +39,20 @@ if TYPE_CHECKING:
     from cablewright.analyses.workspace.criterion import RetractionLaw
     from cablewright.analyses.workspace.retraction import RetractionStudy, retraction
     from cablewright.analyses.workspace.workspace import NodeCount, Workspace, count_nodes, workspace
+    from cablewright.calibration.calibrate import calibrate
     from cablewright.calibration.drift.drift import Drift, check_drift
     from cablewright.calibration.drift.record import CalibrationRecord
     from cablewright.calibration.guidance.guide import Guidance, guide
+    from cablewright.calibration.guidance.selection import CalibrationPoses, calibration_poses
+    from cablewright.calibration.judgement.result import Calibration
     from cablewright.calibration.measured import Measured
     from cablewright.calibration.plan import CalibrationPlan, Sigmas
-    from cablewright.calibration.poses import CalibrationPoses, calibration_poses
-    from cablewright.calibration.result import Calibration
-    from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, simulate_calibration
-    from cablewright.calibration.solve import calibrate
+    from cablewright.calibration.poses.simulation import (
+        SensorNoise,
+        SimulatedCalibration,
+        aligned,
+        simulate_calibration,
+    )
     from cablewright.calibration.survey.plan import SurveyPlan
     from cablewright.calibration.survey.result import Survey
     from cablewright.calibration.survey.shots import Shot, Shots
@@ -283,11 +288,11 @@ _HOMES = {
         "calibration.drift.record": "CalibrationRecord",
         "calibration.guidance.guide": "Guidance guide",
         "calibration.plan": "CalibrationPlan Sigmas",
-        "calibration.poses": "CalibrationPoses calibration_poses",
+        "calibration.guidance.selection": "CalibrationPoses calibration_poses",
         "calibration.measured": "Measured",
-        "calibration.result": "Calibration",
-        "calibration.simulation": "SensorNoise SimulatedCalibration aligned simulate_calibration",
-        "calibration.solve": "calibrate",
+        "calibration.judgement.result": "Calibration",
+        "calibration.poses.simulation": "SensorNoise SimulatedCalibration aligned simulate_calibration",
+        "calibration.calibrate": "calibrate",
         "calibration.survey.plan": "SurveyPlan",
         "calibration.survey.result": "Survey",
         "calibration.survey.shots": "Shot Shots",

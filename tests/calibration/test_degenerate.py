@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from cablewright.calibration.bounds import at_bound
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information, projected
 from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredDistance, Prior, Sigmas
-from cablewright.calibration.pose_fit import fit, to_file_frame
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.bounds import at_bound
+from cablewright.calibration.poses.fit import fit, to_file_frame
+from cablewright.calibration.poses.observability import information, projected
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import simulate_calibration
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot, load
 

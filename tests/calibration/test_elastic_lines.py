@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information, open_freedoms
 from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredRange, Plane, Point, Prior, Sigmas
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import (
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.observability import information, open_freedoms
+from cablewright.calibration.poses.simulation import (
     SensorNoise,
     SimulatedCalibration,
     aligned,
@@ -20,7 +21,6 @@ from cablewright.calibration.simulation import (
     random_poses,
     simulate_calibration,
 )
-from cablewright.calibration.solve import calibrate
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity

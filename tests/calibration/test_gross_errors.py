@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.gross_errors.gross_tests import FALSE_ALARM, Unexplained
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.outlier_tests import FALSE_ALARM, Unexplained
+from cablewright.calibration.judgement.sigmas import evened
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.pose_fit import fit, refit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import measure, random_poses
-from cablewright.calibration.solve import calibrate
-from cablewright.calibration.weights import evened
+from cablewright.calibration.poses.fit import fit, refit
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.robot import load
 
 WANG = load("wang2021")

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.kinds import idle, kind_fits, leverages
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.kinds import idle, kind_fits, leverages
+from cablewright.calibration.judgement.sigmas import resisting
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Plane, Sigmas
-from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import measure, random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
-from cablewright.calibration.weights import resisting
+from cablewright.calibration.poses.fit import fit
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import measure, random_poses, simulate_calibration
 from cablewright.robot import Robot, load
 
 WANG = load("wang2021")

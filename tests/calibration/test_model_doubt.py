@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
-from cablewright.calibration.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
+from cablewright.calibration.poses.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
 from cablewright.robot import Robot, load
 
 WANG, PATY = load("wang2021"), load("paty2021")

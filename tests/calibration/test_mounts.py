@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.calibration.data import write_measured
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import CalibrationRecord, load_record, record_of, record_text
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
-from cablewright.calibration.kinds import leverages
+from cablewright.calibration.judgement.kinds import leverages
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import random_poses, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.equilibrium import evaluate

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.calibration.data import read_measured, write_measured
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.comparison import compared
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import load_record, record_of, record_text
 from cablewright.calibration.guidance.guide import guide
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import read_measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SensorNoise, aligned, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import SensorNoise, aligned, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.plan import CalibrationPlan, Group, Point, Prior, load_plan
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import SensorNoise, measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import load

@@ -11,26 +11,26 @@ import pytest
 from scipy import optimize, stats
 
 import boards
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import record_of
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.guidance.guide import guide
+from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
-from cablewright.calibration.planar import on_file_side
-from cablewright.calibration.pose_fit import fit, to_file_frame
-from cablewright.calibration.poses import calibration_poses
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import (
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.fit import fit, to_file_frame
+from cablewright.calibration.poses.observability import information
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import (
     SensorNoise,
     SimulatedCalibration,
     measure,
     random_poses,
     simulate_calibration,
 )
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.sensors.positions import on_file_side
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.errors import InputError
 from cablewright.models.statics import Model

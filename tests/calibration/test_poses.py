@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cablewright.calibration.guidance.selection import calibration_poses
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information
-from cablewright.calibration.poses import calibration_poses
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.observability import information
+from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

@@ -11,12 +11,12 @@ from numba.core.types import unliteral
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Plane, Point, Prior, Sigmas
-from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.fit import fit
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import random_poses, simulate_calibration
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, MeasuredRange, Plane, Point, Prior, Sigmas
-from cablewright.calibration.pose_fit import NEAR, fits
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import (
+from cablewright.calibration.poses.fit import NEAR, fits
+from cablewright.calibration.poses.observability import information
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import (
     SimulatedCalibration,
     aligned,
     measure,
     random_poses,
     simulate_calibration,
 )
-from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
 from cablewright.models.drum import Drum
 from cablewright.models.fidelity import Fidelity

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.guidance.selection import calibration_poses
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
-from cablewright.calibration.poses import calibration_poses
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import SensorNoise, aligned, random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import SensorNoise, aligned, random_poses, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.models.drum import Drum
 from cablewright.models.fidelity import Fidelity

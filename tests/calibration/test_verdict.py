@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.cross_checks import predicted_halves
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.consistency import predicted_halves
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas
-from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.fit import fit
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.robot import Robot, load
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.calibration.checks import min_poses
-from cablewright.calibration.pose_fit import fits
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import aligned, measure, random_poses
+from cablewright.calibration.poses.fit import fits
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import aligned, measure, random_poses
+from cablewright.calibration.poses.sufficient_data import min_poses
 from cablewright.robot import load
 
 ROBOT = load("wang2021")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Indices
-from cablewright.calibration.soft_ends import on_stiff_mounts
+from cablewright.calibration.sensors.load_cells import on_stiff_mounts
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import straight_line
 from cablewright.models.parameters import lines_of

@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from cablewright.apps import style
 from cablewright.arrays import Array
-from cablewright.calibration.result import Calibration
+from cablewright.calibration.judgement.result import Calibration
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.INK)
 _MARKS: Final = "osD^vP"

@@ -14,7 +14,7 @@ from cablewright.apps.report.terms import with_terms
 from cablewright.apps.report.viewer import script, stylesheet, view
 from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.apps.web.scene import Body, SceneDescription
-from cablewright.calibration.result import Calibration
+from cablewright.calibration.judgement.result import Calibration
 
 Pictures = dict[str, bytes]
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.drift.record import CalibrationRecord
-from cablewright.calibration.drift.suspects import Evidence, Explanation, Suspect, beside
-from cablewright.calibration.observability import azimuth_offsets, motions, open_freedoms
-from cablewright.calibration.result import Calibration
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.suspects import Evidence, Explanation, Suspect, beside
+from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
 from cablewright.errors import InputError
 from cablewright.models.rotation import wrap_angles
 

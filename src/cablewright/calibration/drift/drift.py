@@ -16,17 +16,25 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.checks import check_lengths, surplus_per_pose
-from cablewright.calibration.data import read_measured
 from cablewright.calibration.drift.record import CalibrationRecord, load_record
 from cablewright.calibration.drift.states import states_at
-from cablewright.calibration.drift.suspects import CHANGE_PARTS, READING, SCALE, DriftChange, Evidence, Suspect, beside
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
-from cablewright.calibration.kinds import kind_of
+from cablewright.calibration.judgement.kinds import kind_of
+from cablewright.calibration.judgement.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
+from cablewright.calibration.judgement.suspects import (
+    CHANGE_PARTS,
+    READING,
+    SCALE,
+    DriftChange,
+    Evidence,
+    Suspect,
+    beside,
+)
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
-from cablewright.calibration.problem import CalibrationProblem, Derivatives
-from cablewright.calibration.soft_ends import require_tensions
+from cablewright.calibration.measurements import read_measured
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
+from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model

@@ -13,10 +13,10 @@ import tomlkit
 from pydantic import Field, Strict, model_validator
 
 from cablewright.arrays import Array
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.sigmas import WITH_DEFAULT
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Sigmas
-from cablewright.calibration.result import Calibration
 from cablewright.calibration.unknowns import Unknown, unknowns_of
-from cablewright.calibration.weights import WITH_DEFAULT
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.robot import Robot

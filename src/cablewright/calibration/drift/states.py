@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
-from cablewright.calibration.elastic.elastic_start import equilibria_at, straight_plan
-from cablewright.calibration.pose_fit import best_fit, fit, fitted_poses, unmirrored
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.elastic_start import equilibria_at, straight_plan
+from cablewright.calibration.poses.fit import best_fit, fit, fitted_poses, unmirrored
+from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.models.rotation import yawed
 from cablewright.models.statics import Model
 

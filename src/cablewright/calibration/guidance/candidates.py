@@ -10,11 +10,11 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.guidance.known import Known
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.planar import exit_rows
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import random_poses
+from cablewright.calibration.poses.observability import projected
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import random_poses
+from cablewright.calibration.sensors.positions import exit_rows
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
 

@@ -13,15 +13,15 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.data import read_measured
+from cablewright.calibration.calibrate import ROUGH
 from cablewright.calibration.guidance.candidates import MAX_NEXT, NextPose, PoseCandidates, Search
 from cablewright.calibration.guidance.known import Known
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.verdict import NEED
 from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import read_measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.planar import exit_rows
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.solve import ROUGH
-from cablewright.calibration.verdict import NEED
+from cablewright.calibration.sensors.positions import exit_rows
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model

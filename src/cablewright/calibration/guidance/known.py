@@ -8,14 +8,14 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.checks import check_lengths, min_poses
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.states import with_new_home
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.soft_ends import require_tensions
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.sufficient_data import check_lengths, min_poses
+from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.calibration.unknowns import coordinates_of
 from cablewright.progress import Progress
 from cablewright.robot import Robot

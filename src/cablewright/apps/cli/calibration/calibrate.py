@@ -19,8 +19,8 @@ from cablewright.models.fidelity import CableLaw
 from cablewright.units import LENGTH
 
 if TYPE_CHECKING:
+    from cablewright.calibration.judgement.result import Calibration
     from cablewright.calibration.plan import CalibrationPlan
-    from cablewright.calibration.result import Calibration
     from cablewright.robot import Robot
 
 
@@ -85,7 +85,7 @@ class CalibrateCommand:
 
     EXAMPLE: ClassVar = "calibrate wang2021 examples/calibration.csv --accept"
     ANSWERS: ClassVar = (
-        "calibration.result:Calibration",
+        "calibration.judgement.result:Calibration",
         "calibration.drift.drift:Drift",
         "calibration.guidance.guide:Guidance",
     )
@@ -163,7 +163,7 @@ class CalibrateCommand:
 
     def _found(self, machine: Robot) -> Calibration:
         """The calibration."""
-        from cablewright.calibration.solve import calibrate
+        from cablewright.calibration.calibrate import calibrate
 
         with progress() as show:
             found = calibrate(
@@ -215,8 +215,8 @@ class CalibrateCommand:
 
     def _guide(self, machine: Robot) -> int:
         """Which poses to measure next."""
-        from cablewright.calibration.data import write_measured
         from cablewright.calibration.guidance.guide import guide
+        from cablewright.calibration.measurements import write_measured
 
         given = self.guidance
         if self.out is not None or self.report is not None:
@@ -288,7 +288,7 @@ class SimulateCalibrationCommand:
     """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
 
     EXAMPLE: ClassVar = "simulate-calibration wang2021 --poses 14 --noise 1e-4 --out runs/simulated.csv"
-    ANSWERS: ClassVar = ("calibration.simulation:SimulatedCalibration",)
+    ANSWERS: ClassVar = ("calibration.poses.simulation:SimulatedCalibration",)
 
     robot: RobotName
     poses: Annotated[int, typer.Option("--poses", help="Number of poses; the first is home.")]
@@ -304,8 +304,8 @@ class SimulateCalibrationCommand:
 
     def run(self) -> int:
         """Simulate the measurements, write and print them."""
-        from cablewright.calibration.data import write_measured
-        from cablewright.calibration.simulation import SensorNoise, simulate_calibration
+        from cablewright.calibration.measurements import write_measured
+        from cablewright.calibration.poses.simulation import SensorNoise, simulate_calibration
         from cablewright.robot import load
 
         machine, given = load(self.robot), self.noises

@@ -23,7 +23,7 @@ class PosesCommand:
     """
 
     EXAMPLE: ClassVar = "poses wang2021 --count 14 --candidates 100"
-    ANSWERS: ClassVar = ("calibration.poses:CalibrationPoses",)
+    ANSWERS: ClassVar = ("calibration.guidance.selection:CalibrationPoses",)
 
     robot: RobotName
     count: Annotated[int, typer.Option("--count", help="Number of poses.")] = 40
@@ -44,9 +44,9 @@ class PosesCommand:
 
     def run(self) -> int:
         """Choose the poses, write and print them."""
-        from cablewright.calibration.data import write_measured
+        from cablewright.calibration.guidance.selection import calibration_poses
         from cablewright.calibration.measured import Measured
-        from cablewright.calibration.poses import calibration_poses
+        from cablewright.calibration.measurements import write_measured
         from cablewright.robot import load
 
         machine = load(self.robot)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
-from cablewright.calibration.fixed import line_index
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.planar import free_directions, position_rows
+from cablewright.calibration.sensors.exit_points import line_index
+from cablewright.calibration.sensors.positions import free_directions, position_rows
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.plane import within

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy import special
 
 from cablewright.arrays import Array
-from cablewright.calibration.kinds import KindFit, kind_fits, kind_of, leverages
-from cablewright.calibration.pose_fit import PoseFit, refit
-from cablewright.calibration.problem import SURVEY, CalibrationProblem
+from cablewright.calibration.judgement.kinds import KindFit, kind_fits, kind_of, leverages
+from cablewright.calibration.poses.fit import PoseFit, refit
+from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
 
 _ROUNDS: Final = 8
 _EVENING: Final = 15  # rounds: a sigma told 1000 times too large falls by a few times in each

@@ -8,12 +8,12 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.data import MAX_POSES
-from cablewright.calibration.elastic.elastic_lines import FREED, ElasticProblem
 from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import MAX_POSES
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.pose_fit import yaw_between
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.elastic import FREED, ElasticProblem
+from cablewright.calibration.poses.fit import yaw_between
+from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.unknowns import require_covered
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.observability import (
+from cablewright.calibration.poses.observability import (
     Information,
     azimuth_offsets,
     beyond_frames,
@@ -20,8 +20,8 @@ from cablewright.calibration.observability import (
     without,
     world_motions,
 )
-from cablewright.calibration.planar import free_directions, on_file_side, upwards
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.sensors.positions import free_directions, on_file_side, upwards
 from cablewright.calibration.unknowns import coordinates_of
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.kernels.fitting.calibration_residuals import MeasurementRows

@@ -13,23 +13,23 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.calibration.checks import check, check_lengths
-from cablewright.calibration.data import read_measured
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
-from cablewright.calibration.elastic.elastic_start import elastic_fit
-from cablewright.calibration.gross_errors.outliers import Rejected, without_outliers
-from cablewright.calibration.kinds import kind_fits, kind_of
+from cablewright.calibration.judgement.gross_errors import Rejected, without_outliers
+from cablewright.calibration.judgement.kinds import kind_fits, kind_of
+from cablewright.calibration.judgement.model_doubt import stretch_of
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.sigmas import ENOUGH, resisting, roughly_weighed, weighed
+from cablewright.calibration.judgement.status import status_of
+from cablewright.calibration.judgement.verdict import NEED, judged
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.model_doubt import stretch_of
-from cablewright.calibration.observability import Information, information
+from cablewright.calibration.measurements import read_measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, framed, to_file_frame
-from cablewright.calibration.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.soft_ends import of_creep
-from cablewright.calibration.status import status_of
-from cablewright.calibration.verdict import NEED, judged
-from cablewright.calibration.weights import ENOUGH, resisting, roughly_weighed, weighed
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.elastic_start import elastic_fit
+from cablewright.calibration.poses.fit import PoseFit, best_fit, first_start, framed, to_file_frame
+from cablewright.calibration.poses.observability import Information, information
+from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
+from cablewright.calibration.poses.sufficient_data import check, check_lengths
+from cablewright.calibration.sensors.load_cells import of_creep
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model

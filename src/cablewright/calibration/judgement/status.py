@@ -8,12 +8,12 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.calibration.bounds import at_bound
-from cablewright.calibration.fixed import across_rows
 from cablewright.calibration.measured import SENSORS
-from cablewright.calibration.observability import Information, beyond_frames, combination, remedy
-from cablewright.calibration.pose_fit import PoseFit
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.bounds import at_bound
+from cablewright.calibration.poses.fit import PoseFit
+from cablewright.calibration.poses.observability import Information, beyond_frames, combination, remedy
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.sensors.exit_points import across_rows
 
 _NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # max rms over the given sigma

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.observability import information
-from cablewright.calibration.pose_fit import PoseFit
-from cablewright.calibration.problem import SURVEY, CalibrationProblem
+from cablewright.calibration.poses.fit import PoseFit
+from cablewright.calibration.poses.observability import information
+from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
 from cablewright.kernels.fitting import calibration_residuals as rows_of
 
 NAMES: Final = {

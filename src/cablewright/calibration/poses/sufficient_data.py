@@ -8,9 +8,9 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.measured import SENSORS, Measured
-from cablewright.calibration.planar import check_plane
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.soft_ends import require_tensions
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.sensors.load_cells import require_tensions
+from cablewright.calibration.sensors.positions import check_plane
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot
 

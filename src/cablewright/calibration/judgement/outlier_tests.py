@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy import special
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.observability import projected
-from cablewright.calibration.pose_fit import PoseFit, fitted_poses
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.fit import PoseFit, fitted_poses
+from cablewright.calibration.poses.observability import projected
+from cablewright.calibration.poses.problem import CalibrationProblem
 
 FALSE_ALARM: Final = 0.003
 """Probability that a calibration without gross errors rejects anything."""

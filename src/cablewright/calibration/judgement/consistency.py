@@ -17,11 +17,11 @@ import numpy as np
 from scipy import special
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.kinds import idle, kind_fits, kind_of
-from cablewright.calibration.observability import information, projected
+from cablewright.calibration.judgement.kinds import idle, kind_fits, kind_of
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.pose_fit import PoseFit, fit, framed
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.fit import PoseFit, fit, framed
+from cablewright.calibration.poses.observability import information, projected
+from cablewright.calibration.poses.problem import CalibrationProblem
 
 ENOUGH: Final = 5  # redundant lengths with which they test their sigma
 _KINDS: Final = {"level": "the level", "priors": "the priors", "distances": "the distances"}

@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.fixed import line_index
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.sensors.exit_points import line_index
 from cablewright.calibration.unknowns import Unknown
 from cablewright.errors import InputError
 from cablewright.models.parameters import lines_of

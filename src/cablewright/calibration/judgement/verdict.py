@@ -10,14 +10,14 @@ import numpy as np
 from scipy import special
 
 from cablewright.arrays import Array
-from cablewright.calibration.cross_checks import others_of, predicted_halves, together
-from cablewright.calibration.kinds import kind_fits
-from cablewright.calibration.planar import exit_rows
-from cablewright.calibration.pose_fit import yaw_between
-from cablewright.calibration.rearranged import better_arrangement, motion, stray
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.status import zeros
-from cablewright.calibration.weights import WITH_DEFAULT, estimates_encoders
+from cablewright.calibration.judgement.consistency import others_of, predicted_halves, together
+from cablewright.calibration.judgement.kinds import kind_fits
+from cablewright.calibration.judgement.permuted_lines import better_arrangement, motion, stray
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.sigmas import WITH_DEFAULT, estimates_encoders
+from cablewright.calibration.judgement.status import zeros
+from cablewright.calibration.poses.fit import yaw_between
+from cablewright.calibration.sensors.positions import exit_rows
 
 NEED: Final = 2e-3
 """Default of what printing needs: max sigma of a coordinate of an exit point, m."""

@@ -11,11 +11,11 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.checks import surplus_per_pose
-from cablewright.calibration.elastic.elastic_lines import FREED, ElasticProblem
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.pose_fit import PoseFit, best_fit, first_start, fit, fitted_poses, quick_fit
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.elastic import FREED, ElasticProblem
+from cablewright.calibration.poses.fit import PoseFit, best_fit, first_start, fit, fitted_poses, quick_fit
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.sufficient_data import surplus_per_pose
 from cablewright.calibration.unknowns import with_values
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.parameters import lines_of

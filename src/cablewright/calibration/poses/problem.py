@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.bounds import ranges
-from cablewright.calibration.fixed import held_by_datum, linear_rows, mounts_tell_yaw
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.planar import free_directions
-from cablewright.calibration.sensor_rows import ENCODER_SIGMA, distance_rows, load_on, sensor_rows
+from cablewright.calibration.poses.bounds import ranges
+from cablewright.calibration.sensors.exit_points import held_by_datum, linear_rows, mounts_tell_yaw
+from cablewright.calibration.sensors.positions import free_directions
+from cablewright.calibration.sensors.rows import ENCODER_SIGMA, distance_rows, load_on, sensor_rows
 from cablewright.calibration.unknowns import (
     Unknown,
     coordinates_of,

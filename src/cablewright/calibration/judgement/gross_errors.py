@@ -10,12 +10,12 @@ import numpy as np
 from scipy import special
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.gross_errors.gross_parts import robust_fit, spread_of, unexplained
-from cablewright.calibration.gross_errors.gross_tests import FALSE_ALARM, Unexplained, counts, floor_of
-from cablewright.calibration.observability import information, projected
-from cablewright.calibration.pose_fit import PoseFit, fitted_poses, refit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.weights import evened
+from cablewright.calibration.judgement.outlier_tests import FALSE_ALARM, Unexplained, counts, floor_of
+from cablewright.calibration.judgement.robust_fit import robust_fit, spread_of, unexplained
+from cablewright.calibration.judgement.sigmas import evened
+from cablewright.calibration.poses.fit import PoseFit, fitted_poses, refit
+from cablewright.calibration.poses.observability import information, projected
+from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.progress import Progress, silent
 

@@ -10,10 +10,11 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.drift.suspects import CHANGE_PARTS, Explanation
-from cablewright.calibration.gross_errors.outliers import Rejected
-from cablewright.calibration.model_doubt import ModelDoubt, model_doubt
-from cablewright.calibration.observability import (
+from cablewright.calibration.judgement.gross_errors import Rejected
+from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
+from cablewright.calibration.judgement.suspects import CHANGE_PARTS, Explanation
+from cablewright.calibration.poses.fit import PoseFit
+from cablewright.calibration.poses.observability import (
     Direction,
     Information,
     Suggestion,
@@ -22,9 +23,8 @@ from cablewright.calibration.observability import (
     suggestions,
     weakest,
 )
-from cablewright.calibration.planar import exit_rows
-from cablewright.calibration.pose_fit import PoseFit
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.sensors.positions import exit_rows
 from cablewright.calibration.unknowns import Unknown, with_values
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot

@@ -16,11 +16,11 @@ import numpy as np
 
 from cablewright.arrays import Array, Indices
 from cablewright.calibration.measured import SENSORS, Measured
-from cablewright.calibration.observability import Information, projected
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.pose_fit import PoseFit
-from cablewright.calibration.problem import CalibrationProblem, Derivatives
-from cablewright.calibration.soft_ends import creep_share
+from cablewright.calibration.poses.fit import PoseFit
+from cablewright.calibration.poses.observability import Information, projected
+from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.sensors.load_cells import creep_share
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Line, Robot

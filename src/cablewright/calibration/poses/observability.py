@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.fixed import tilt_rows
-from cablewright.calibration.planar import exit_rows
-from cablewright.calibration.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.sensors.exit_points import tilt_rows
+from cablewright.calibration.sensors.positions import exit_rows
 from cablewright.calibration.unknowns import Unknown, coordinates_of
 from cablewright.models.plane import basis
 from cablewright.robot import Robot

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array
 from cablewright.calibration.measured import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.problem import NO_FRAME, CalibrationProblem, Derivatives, equations
-from cablewright.calibration.soft_ends import with_mounts
+from cablewright.calibration.poses.problem import NO_FRAME, CalibrationProblem, Derivatives, equations
+from cablewright.calibration.sensors.load_cells import with_mounts
 from cablewright.calibration.unknowns import Unknown
 from cablewright.errors import AnswerError
 from cablewright.kernels.fitting import straight_line

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.calibration.checks import min_poses
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import projected
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.planar import exit_rows
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import random_poses
+from cablewright.calibration.poses.observability import projected
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import random_poses
+from cablewright.calibration.poses.sufficient_data import min_poses
+from cablewright.calibration.sensors.positions import exit_rows
 from cablewright.calibration.unknowns import require_covered
 from cablewright.choices import PoseCriterion
 from cablewright.errors import InputError, UnknownName

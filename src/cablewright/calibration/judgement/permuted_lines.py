@@ -12,9 +12,9 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.measured import Measured
-from cablewright.calibration.pose_fit import PoseFit, quick_fit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import aligned
+from cablewright.calibration.poses.fit import PoseFit, quick_fit
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.simulation import aligned
 
 _ALL: Final = 4  # lines up to which every order is tried; with more: two exchanged, all shifted, all reversed
 _BETTER: Final = 0.4  # max ratio of the residuals to those of the file's order

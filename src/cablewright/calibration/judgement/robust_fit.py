@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from scipy import special
 
 from cablewright.arrays import Array
-from cablewright.calibration.checks import gauge_size
-from cablewright.calibration.gross_errors.gross_tests import counts, floor_of
-from cablewright.calibration.observability import information, projected
-from cablewright.calibration.pose_fit import QUICK, PoseFit, fit, fitted_poses
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.judgement.outlier_tests import counts, floor_of
+from cablewright.calibration.poses.fit import QUICK, PoseFit, fit, fitted_poses
+from cablewright.calibration.poses.observability import information, projected
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.sufficient_data import gauge_size
 from cablewright.progress import Progress
 
 _ROUNDS: Final = 12  # max, of re-weighting
