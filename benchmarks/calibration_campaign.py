@@ -23,7 +23,7 @@ from benchmarks.calibration import WANG
 from benchmarks.timing import interval
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.judgement.result import Calibration
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point
 from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values

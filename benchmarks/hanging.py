@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row
-from cablewright.calibration.calibrate import Calibration, calibrate
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.poses.elastic import ElasticProblem
 from cablewright.calibration.poses.fit import NEAR, fit
@@ -145,7 +146,7 @@ def speed_row(count: int) -> Row:
     robot, rng = load("paty2021"), np.random.default_rng(2)
     poses = random_poses(robot, count, rng, "catenary")
     made = measure(robot, poses, ENCODER, rng, OFF, "catenary", SensorNoise(tension=CELL))
-    problem = ElasticProblem.under(Model(robot, Fidelity.of("catenary")), made.measured, plan(), hold=False)
+    problem = ElasticProblem.of(Model(robot, Fidelity.of("catenary")), made.measured, plan(), hold=False)
     own = problem.states_of(solve_inverse(problem.model, made.poses))
     theta = problem.free.copy()
     theta[[each.name == "length_offset" for each in problem.unknowns]] = made.home_lengths

@@ -23,8 +23,7 @@ from benchmarks.timing import interval
 from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import Drift, check_drift
 from cablewright.calibration.drift.record import CalibrationRecord, record_of
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.measurements import write_measured
+from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Point
 from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.robot import Robot, load

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from cablewright.calibration.guidance.guide import Guidance, guide
     from cablewright.calibration.guidance.selection import CalibrationPoses, calibration_poses
     from cablewright.calibration.judgement.result import Calibration
-    from cablewright.calibration.measured import Measured
+    from cablewright.calibration.measurements import Measured
     from cablewright.calibration.plan import CalibrationPlan, Sigmas
     from cablewright.calibration.poses.simulation import (
         SensorNoise,
@@ -58,9 +58,8 @@ if TYPE_CHECKING:
     from cablewright.calibration.survey.shots import Shot, Shots
     from cablewright.calibration.survey.survey import survey
     from cablewright.calibration.tensile.creep import creep
-    from cablewright.calibration.tensile.modulus import modulus
+    from cablewright.calibration.tensile.modulus import TensileResult, modulus
     from cablewright.calibration.tensile.recording import TensileTest
-    from cablewright.calibration.tensile.result import TensileResult
     from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, Status, UnknownName
     from cablewright.estimation.lidar.room import Laser, RoomMap
     from cablewright.estimation.lidar.scan_file import FileScan, read_scan
@@ -284,23 +283,22 @@ _HOMES = {
         "analyses.workspace.criterion": "RetractionLaw",
         "analyses.workspace.retraction": "RetractionStudy retraction",
         "analyses.workspace.workspace": "NodeCount Workspace count_nodes workspace",
+        "calibration.calibrate": "calibrate",
         "calibration.drift.drift": "Drift check_drift",
         "calibration.drift.record": "CalibrationRecord",
         "calibration.guidance.guide": "Guidance guide",
-        "calibration.plan": "CalibrationPlan Sigmas",
         "calibration.guidance.selection": "CalibrationPoses calibration_poses",
-        "calibration.measured": "Measured",
         "calibration.judgement.result": "Calibration",
+        "calibration.measurements": "Measured",
+        "calibration.plan": "CalibrationPlan Sigmas",
         "calibration.poses.simulation": "SensorNoise SimulatedCalibration aligned simulate_calibration",
-        "calibration.calibrate": "calibrate",
         "calibration.survey.plan": "SurveyPlan",
         "calibration.survey.result": "Survey",
         "calibration.survey.shots": "Shot Shots",
         "calibration.survey.survey": "survey",
         "calibration.tensile.creep": "creep",
-        "calibration.tensile.modulus": "modulus",
+        "calibration.tensile.modulus": "TensileResult modulus",
         "calibration.tensile.recording": "TensileTest",
-        "calibration.tensile.result": "TensileResult",
         "errors": "AnswerError CablewrightError EnvironmentFault InputError Status UnknownName",
         "estimation.lidar.room": "Laser RoomMap",
         "estimation.lidar.scan_file": "FileScan read_scan",

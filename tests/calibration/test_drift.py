@@ -13,11 +13,16 @@ from scipy import stats
 
 import cablewright as cw
 from cablewright.calibration.calibrate import calibrate
-from cablewright.calibration.drift.comparison import compared
-from cablewright.calibration.drift.record import CalibrationRecord, load_record, record_of, record_path, record_text
+from cablewright.calibration.drift.record import (
+    CalibrationRecord,
+    compared,
+    load_record,
+    record_of,
+    record_path,
+    record_text,
+)
 from cablewright.calibration.judgement.suspects import Evidence, Suspect
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.measurements import write_measured
+from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
 from cablewright.errors import InputError

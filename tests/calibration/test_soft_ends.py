@@ -17,11 +17,10 @@ from cablewright.calibration.drift.record import load_record, record_of, record_
 from cablewright.calibration.guidance.guide import guide
 from cablewright.calibration.guidance.selection import calibration_poses
 from cablewright.calibration.judgement.result import Calibration
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.measurements import write_measured
+from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.poses.elastic import ElasticProblem
-from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SensorNoise, random_poses, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.kernels.plant import dynamics
@@ -174,9 +173,7 @@ def test_derivatives_are_those_of_differences(kinds: str) -> None:
         plan = WITH_MOUNTS.model_copy(update={"unknowns": (*WITH_MOUNTS.unknowns, "sheave_radius")})
         plan = plan if name == "wang2021" else WITH_MOUNTS
         problem = (
-            CalibrationProblem.of(robot, measured, plan)
-            if cable == "rigid"
-            else ElasticProblem.under(model, measured, plan)
+            StraightProblem.of(robot, measured, plan) if cable == "rigid" else ElasticProblem.of(model, measured, plan)
         )
         elastic = isinstance(problem, ElasticProblem)
         theta, states = problem.free.copy(), problem.states_of(held) if elastic else held.pose  # type: ignore[attr-defined]

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from cablewright.calibration.calibrate import calibrate
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.measurements import read_measured, write_measured
+from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.errors import InputError

@@ -14,22 +14,18 @@ from typing import Final
 import numpy as np
 
 from cablewright.calibration.judgement.gross_errors import Rejected, without_outliers
-from cablewright.calibration.judgement.kinds import kind_fits, kind_of
-from cablewright.calibration.judgement.model_doubt import stretch_of
+from cablewright.calibration.judgement.model_doubt import creep_share, stretch_of
 from cablewright.calibration.judgement.result import Calibration
-from cablewright.calibration.judgement.sigmas import ENOUGH, resisting, roughly_weighed, weighed
-from cablewright.calibration.judgement.status import status_of
-from cablewright.calibration.judgement.verdict import NEED, judged
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.measurements import read_measured
+from cablewright.calibration.judgement.sigmas import ENOUGH, kind_fits, kind_of, resisting, roughly_weighed, weighed
+from cablewright.calibration.judgement.verdict import NEED, judged, status_of
+from cablewright.calibration.measurements import Measured, read_measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
-from cablewright.calibration.poses.elastic import ElasticProblem
-from cablewright.calibration.poses.elastic_start import elastic_fit
-from cablewright.calibration.poses.fit import PoseFit, best_fit, first_start, framed, to_file_frame
+from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
+from cablewright.calibration.poses.fit import PoseFit, framed, to_file_frame
 from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
+from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
-from cablewright.calibration.sensors.load_cells import of_creep
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
@@ -85,17 +81,14 @@ def calibrate(
     plan, robot = plan_of(plan), model.robot
     measured = data if isinstance(data, Measured) else read_measured(data, robot)
     check_lengths(robot, measured)
-    problem: CalibrationProblem
-    if model.fidelity.cable is CableLaw.RIGID:
-        problem = CalibrationProblem.of(robot, measured, plan)
-    else:
-        problem = ElasticProblem.under(model, measured, plan)
+    problem = problem_of(model, measured, plan)
     free = problem.without_datum()
     check(free)
-    if isinstance(free, ElasticProblem):
-        plain = elastic_fit(free, seed, rough, progress)
-    else:
-        plain = best_fit(free, seed, rough, progress)
+    plain = (
+        elastic_fit(free, seed, rough, progress)
+        if isinstance(free, ElasticProblem)
+        else best_fit(free, seed, rough, progress)
+    )
     plain = to_file_frame(free, plain)
     found, rejected = plain, tuple[Rejected, ...]()
     if plain.code == 0:
@@ -128,8 +121,10 @@ def _to_datum(problem: CalibrationProblem, free: CalibrationProblem, found: Pose
     before, after = _rms(free, found), _rms(problem, moved)
     if after > _CONTRADICTS * before + 1e-7:
         names = ", ".join(problem.plan.datum)
-        both = f"with {names} as in the file, lengths fit to {after * 1e3:.3g} mm, otherwise to {before * 1e3:.3g} mm"
-        raise InputError(f"datum contradicts the data: {both}; hold fewer points")
+        raise InputError(
+            f"datum contradicts the data: with {names} as in the file, lengths fit to {after * 1e3:.3g} mm, otherwise "
+            f"to {before * 1e3:.3g} mm; hold fewer points"
+        )
     return replace(moved, code=max(found.code, moved.code))
 
 
@@ -174,11 +169,17 @@ def _notes(
 
 
 def _of_creep(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
-    """Yield a sentence on creep that the robot file has and no row counts."""
-    if all(line.cable.creep is None for line in problem.robot.lines):
+    """Yield a sentence on creep that the robot file has and no row counts: data do not tell the time under load."""
+    shares = np.array([creep_share(line) for line in problem.robot.lines])
+    if not shares.any():
         return
-    stretch = stretch_of(problem, found.theta, found.poses) if found.code == 0 else None
-    yield from of_creep(problem.robot, stretch)
+    stretch, size = stretch_of(problem, found.theta, found.poses) if found.code == 0 else None, ""
+    if stretch is not None:
+        longer = (stretch * shares).max(axis=0)
+        worst = int(np.argmax(longer))
+        line, most = problem.robot.lines[worst].name, 1e3 * longer[worst]
+        size = f": an hour under its load makes line {line} longer by up to {most:.3g} mm"
+    yield f"cable.creep of the robot file is not counted in lengths, for data tell no times{size}"
 
 
 def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:

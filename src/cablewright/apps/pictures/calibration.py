@@ -79,7 +79,7 @@ def _blocks(found: Calibration) -> list[tuple[str, Array, Array]]:
     for i, line in enumerate(found.problem.robot.lines):
         at = [k for k, each in enumerate(found.unknowns) if each.name == "exit_point" and each.line == line.name]
         if len(at) == 3 and np.isfinite(found.covariance[np.ix_(at, at)]).all():
-            made.append((line.name, found.problem.exit_points(found.fit.theta)[i], found.covariance[np.ix_(at, at)]))
+            made.append((line.name, found.problem.points(found.fit.theta)[i], found.covariance[np.ix_(at, at)]))
     return made
 
 

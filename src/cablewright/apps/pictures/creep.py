@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.calibration.tensile.creep_result import CreepResult
+from cablewright.calibration.tensile.creep import CreepResult
 
 _MAX_POINTS: Final = 20_000  # of a curve: the picture cannot show more
 _FROM: Final = 1.0  # s: what is earlier is stretch rather than creep

@@ -17,9 +17,8 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.drift.record import CalibrationRecord, load_record
-from cablewright.calibration.drift.states import states_at
-from cablewright.calibration.judgement.kinds import kind_of
 from cablewright.calibration.judgement.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
+from cablewright.calibration.judgement.sigmas import kind_of
 from cablewright.calibration.judgement.suspects import (
     CHANGE_PARTS,
     READING,
@@ -29,18 +28,94 @@ from cablewright.calibration.judgement.suspects import (
     Suspect,
     beside,
 )
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.measurements import read_measured
-from cablewright.calibration.poses.elastic import ElasticProblem
-from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.calibration.measurements import Measured, read_measured
+from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
+from cablewright.calibration.poses.fit import fit, fitted_poses
+from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives, StraightProblem
+from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
 from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
 from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.rotation import yawed
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.parameters import KINDS
+
+_YAWS: Final = tuple(np.radians(range(30, 360, 30)).tolist())
+_FITS: Final = 100.0  # max mean square of a pose's residuals over their sigma: beyond, other start values are tried
+_BETTER: Final = 0.5  # of the squares, to prefer those of another start
+
+
+def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tuple[Array, Array]:
+    """Return the unknowns (k,), with lengths at home that fit if they are new, and the states (N, ..) of the poses."""
+    straight = problem
+    if isinstance(problem, ElasticProblem):
+        straight = StraightProblem.of(problem.robot, problem.measured, straight_plan(problem), hold=False)
+    start = _moved(problem, theta, straight)
+    if new_home:
+        start = with_new_home(straight, start)
+    poses = _poses(straight, start)
+    if not isinstance(problem, ElasticProblem):
+        return start, fit(problem.for_poses_only(start), np.zeros(0), poses).poses
+    theta = theta.copy()
+    if new_home:
+        theta[problem.named("length_offset")] = start[straight.named("length_offset")]
+    states = problem.states_of(equilibria_at(problem, Model(problem.robot), poses))
+    return theta, fit(problem.for_poses_only(theta), np.zeros(0), states).poses
+
+
+def _moved(problem: CalibrationProblem, theta: Array, straight: CalibrationProblem) -> Array:
+    """Return the unknowns of straight lines (k,) with the values of those of *problem* that they have too."""
+    known = dict(zip(problem.unknowns, theta.tolist(), strict=True))
+    return np.array([known[each] for each in straight.unknowns])
+
+
+def _poses(problem: CalibrationProblem, theta: Array) -> Array:
+    """Return the poses (N, n) that fit, from the start values in the data, or from the middle of the frame.
+
+    A calibration with azimuths may have turned the frame, so where start values do not fit others are tried that turn
+    about the middle with it.
+    """
+    scene, guess = problem.robot.scene, problem.measured.guess
+    middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
+    start = np.zeros((problem.poses, problem.robot.n))
+    start[:, :3] = middle
+    if guess is not None:
+        known = np.asarray(np.isfinite(guess).all(axis=1))
+        start = np.where(known[:, None], guess, start)
+    best, cost = _fitted(problem, theta, start)
+    plane = problem.robot.platform.plane
+    axis = (0.0, 0.0, 1.0) if plane is None else plane.across
+    for yaw in _YAWS if (cost > _FITS * problem.per_pose).any() else ():
+        found, its = _fitted(problem, theta, yawed(start, yaw, middle, axis))
+        better = its < _BETTER * cost
+        best, cost = np.where(better[:, None], found, best), np.where(better, its, cost)
+    return best
+
+
+def _fitted(problem: CalibrationProblem, theta: Array, start: Array) -> tuple[Array, Array]:
+    """Return the poses (N, n) that fit from a *start* (N, n), and their sums (N,) of squared residuals."""
+    poses = unmirrored(problem, theta, fitted_poses(problem, theta, start))
+    squares = np.sum(problem.derivatives(theta, poses).residual ** 2, axis=1)
+    return poses, np.where(np.isfinite(squares), squares, np.inf)
+
+
+def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
+    """Return the unknowns (k,) with the lengths at home that fit the data, all others held."""
+    homes = problem.named("length_offset")
+    if not homes.any():  # lengths are absolute
+        return theta
+    plan = problem.plan.model_copy(
+        update={"unknowns": ("length_offset",), "shared": (), "groups": (), "priors": (), "bounds": ()}
+    )
+    only = StraightProblem.of(problem.robot, problem.measured, plan, hold=False)
+    only = replace(only, rows=only.rows._replace(lines=problem.line_numbers(theta)))
+    changed = theta.copy()
+    changed[homes] = best_fit(only, seed=0, rough=0.0).theta
+    return changed
+
 
 FALSE_ALARM: Final = 0.01
 """Default share of checks that say that something moved though nothing did."""
@@ -189,11 +264,7 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
     names += tuple(believed_of_sensors(measured, plan.sigma))
     shared = (*plan.shared, *(each.name for each in considered if each.line is None and KINDS[each.name].per_line))
     plan = plan.model_copy(update={"unknowns": tuple(dict.fromkeys(names)), "shared": tuple(dict.fromkeys(shared))})
-    problem: CalibrationProblem
-    if known.cable is CableLaw.RIGID:
-        problem = CalibrationProblem.of(model.robot, measured, plan, hold=False)
-    else:
-        problem = ElasticProblem.under(model, measured, plan, hold=False)
+    problem = problem_of(model, measured, plan, hold=False)
     if not problem.elastic:
         require_tensions(model.robot, measured)
         if "exit_compliance" in known.unknowns and measured.tensions is None:

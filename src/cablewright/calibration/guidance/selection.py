@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.poses.observability import projected
-from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import random_poses
 from cablewright.calibration.poses.sufficient_data import min_poses
-from cablewright.calibration.sensors.positions import exit_rows
-from cablewright.calibration.unknowns import require_covered
+from cablewright.calibration.unknowns import exit_rows, require_covered
 from cablewright.choices import PoseCriterion
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw
@@ -111,7 +110,7 @@ def calibration_poses(
     require_covered(robot, elastic=False)
     rng = np.random.default_rng(seed)
     places = random_poses(model, candidates, rng)
-    problem = CalibrationProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)
+    problem = StraightProblem.of(robot, Measured(np.zeros((candidates, robot.m)), places), plan, hold=False)
     needed = min_poses(problem)
     if not needed <= count <= candidates:
         raise InputError(
@@ -119,29 +118,52 @@ def calibration_poses(
         )
     _, rows, ranks = projected(problem.derivatives(problem.start, places))
     rows = np.ascontiguousarray(rows[:, int(ranks.min()) :]) * (problem.encoder_sigma / sigma)
-    search = _PoseSearch(rows, exit_rows(robot, problem.free_unknowns)[0], criterion)
+    search = _CriterionSearch(rows, exit_rows(robot, problem.free_unknowns)[0], criterion)
     chosen = np.sort(search.exchanged(search.greedy(count)))  # sorted: the order in which they are found is rounding
     path = places[chosen][_ordered(places[chosen, :3])]
     random = [search.sigmas(rng.choice(candidates, count, replace=False)) for _ in range(_DRAWS)]
     random_rms, random_worst = np.median(random, axis=0).tolist()
     lengths = problem.lengths(problem.start, path)
     if problem.is_soft:
-        lengths -= solve_inverse(model, path).tensions * problem.given_per_tension(problem.start, path)
+        lengths -= problem.given(problem.start, path, solve_inverse(model, path).tensions)
     changes, travels = lengths - lengths[0], (_travel(path), _travel(places[chosen]))
     return CalibrationPoses(robot, criterion, path, changes, *search.sigmas(chosen), random_rms, random_worst, *travels)
 
 
-class _PoseSearch:
-    """Search for sets of poses in the space of the d combinations of unknowns that all candidates determine."""
+class PoseSearch:
+    """Sets of poses in the space of the d combinations of unknowns that *known* rows and all candidates determine."""
 
-    def __init__(self, rows: Array, exits: Array, criterion: str) -> None:
-        _, values, right = np.linalg.svd(np.linalg.qr(rows.reshape(-1, rows.shape[2]), mode="r"))
+    def __init__(self, rows: Array, exits: Array, known: Array | None = None) -> None:
+        every = rows.reshape(-1, rows.shape[2])
+        every = every if known is None else np.concatenate([known, every])
+        _, values, right = np.linalg.svd(np.linalg.qr(every, mode="r"))
         kept = values > _NULL * values[0]
+        self.values = values[kept]  # (d,)
         self.basis = right[kept].T  # (k, d)
         self.rows = rows @ self.basis  # (C, r, d) of each candidate, its pose eliminated
         self.exits = exits @ self.basis  # (a, d)
+        self.assumed: Array | float = 0.0  # (a,) variances that more poses hardly make smaller
+
+    def variances(self, inverse: Array) -> Array:
+        """Return the variance (a,) of each coordinate of an exit point."""
+        return np.asarray(np.einsum("ad,de,ae->a", self.exits, inverse, self.exits) + self.assumed)
+
+    def after(self, inverse: Array) -> Array:
+        """Return the largest variance (C,) of a coordinate of an exit point with each candidate added."""
+        across = self.rows @ inverse  # (C, r, d)
+        inner = np.linalg.inv(np.eye(self.rows.shape[1]) + np.einsum("crd,csd->crs", across, self.rows))
+        seen = across @ self.exits.T  # (C, r, a)
+        fallen = np.einsum("cra,crs,csa->ca", seen, inner, seen)
+        return np.asarray((self.variances(inverse) - fallen).max(axis=1))
+
+
+class _CriterionSearch(PoseSearch):
+    """Search for sets of poses by a criterion."""
+
+    def __init__(self, rows: Array, exits: Array, criterion: str) -> None:
+        super().__init__(rows, exits)
         self.criterion = criterion
-        self.ridge = _RIDGE * float(np.mean(values[kept] ** 2)) / len(rows)
+        self.ridge = _RIDGE * float(np.mean(self.values**2)) / len(rows)
 
     def greedy(self, count: int) -> list[int]:
         """Return poses, each the one that adds most information to those before it."""
@@ -164,7 +186,8 @@ class _PoseSearch:
             before = size
             for at in range(len(chosen)):
                 rest = chosen[:at] + chosen[at + 1 :]
-                better = self._after(_inverse(self._information(rest)))
+                inverse = _inverse(self._information(rest))
+                better = -self._gains(inverse) if self.criterion == "d-optimal" else self.after(inverse)
                 better[rest] = np.inf
                 trial = [*chosen[:at], int(np.argmin(better)), *chosen[at + 1 :]]
                 then = self._size(trial)
@@ -176,37 +199,24 @@ class _PoseSearch:
 
     def sigmas(self, chosen: NDArray[np.int64]) -> tuple[float, float]:
         """Return the rms and the largest sigma of the exit points' coordinates, m."""
-        variances = self._variances(_inverse(self._information(chosen)))
+        variances = self.variances(_inverse(self._information(chosen)))
         return float(np.sqrt(variances.mean())), float(np.sqrt(variances.max()))
 
     def _information(self, chosen: list[int] | NDArray[np.int64]) -> Array:
         rows = self.rows[chosen].reshape(-1, self.rows.shape[2])
         return np.asarray(rows.T @ rows + self.ridge * 1e-6 * np.eye(rows.shape[1]))
 
-    def _variances(self, inverse: Array) -> Array:
-        return np.asarray(np.einsum("ad,de,ae->a", self.exits, inverse, self.exits))
-
     def _size(self, chosen: list[int]) -> float:
         """Return the criterion, which is minimised."""
         information = self._information(chosen)
         if self.criterion == "d-optimal":
             return -float(np.linalg.slogdet(information)[1])
-        return float(self._variances(_inverse(information)).max())
+        return float(self.variances(_inverse(information)).max())
 
     def _gains(self, inverse: Array) -> Array:
         """Return the increase (C,) of the logarithm of the determinant by adding each candidate."""
         spread = np.einsum("crd,de,cse->crs", self.rows, inverse, self.rows)
         return np.asarray(np.linalg.slogdet(np.eye(spread.shape[1]) + spread)[1])
-
-    def _after(self, inverse: Array) -> Array:
-        """Return the criterion (C,) with each candidate added, up to a constant."""
-        if self.criterion == "d-optimal":
-            return -self._gains(inverse)
-        across = self.rows @ inverse  # (C, r, d)
-        inner = np.linalg.inv(np.eye(self.rows.shape[1]) + np.einsum("crd,csd->crs", across, self.rows))
-        seen = across @ self.exits.T  # (C, r, a)
-        fallen = np.einsum("cra,crs,csa->ca", seen, inner, seen)
-        return np.asarray((self._variances(inverse) - fallen).max(axis=1))
 
 
 def _inverse(matrix: Array) -> Array:

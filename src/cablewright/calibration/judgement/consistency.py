@@ -17,11 +17,11 @@ import numpy as np
 from scipy import special
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.judgement.kinds import idle, kind_fits, kind_of
+from cablewright.calibration.judgement.sigmas import idle, kind_fits, kind_of
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.fit import PoseFit, fit, framed
 from cablewright.calibration.poses.observability import information, projected
-from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 
 ENOUGH: Final = 5  # redundant lengths with which they test their sigma
 _KINDS: Final = {"level": "the level", "priors": "the priors", "distances": "the distances"}
@@ -131,7 +131,7 @@ def together(problem: CalibrationProblem, found: PoseFit) -> Together | None:
         across=problem.plan.across,
         sigma=problem.plan.sigma,
     )
-    free = CalibrationProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
+    free: CalibrationProblem = StraightProblem.of(problem.robot, problem.measured.lengths_alone(), plan, hold=False)
     m = problem.robot.m
     weights = np.where(problem.of_poses(found.weights)[:, :m] > 0.0, 1.0 / problem.encoder_sigma, 0.0).ravel()
     free = replace(free, weights=weights, found_encoder=problem.encoder_sigma)

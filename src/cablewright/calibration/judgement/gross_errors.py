@@ -2,26 +2,115 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import special
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.judgement.outlier_tests import FALSE_ALARM, Unexplained, counts, floor_of
 from cablewright.calibration.judgement.robust_fit import robust_fit, spread_of, unexplained
 from cablewright.calibration.judgement.sigmas import evened
 from cablewright.calibration.poses.fit import PoseFit, fitted_poses, refit
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.kernels.fitting import calibration_residuals
+from cablewright.calibration.sensors.kinds import KINDS
 from cablewright.progress import Progress, silent
+
+FALSE_ALARM: Final = 0.003
+"""Probability that a calibration without gross errors rejects anything."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unexplained:
+    """What of each pose no change of it explains, at a fit of those that are not `out`, and what that fit determines.
+
+    Each row is of sigma 1 or less: the weights are those of `weights.evened`.
+    """
+
+    off: Array  # (N, e)
+    rows: Array  # (N, e, k)
+    surplus: NDArray[np.int64]  # (N,)
+    covariance: Array  # (k, k), of the unknowns by the poses that are not out
+    out: Mask  # (N,)
+    total: float  # sum of squares of the fit
+    freedom: float  # the redundancy of its poses: their rows less what poses and unknowns take
+
+    @classmethod
+    def of(cls, problem: CalibrationProblem, found: PoseFit, out: Mask) -> Unexplained:
+        """Return it at a fit *found*, whose weights leave something out of the poses *out*."""
+        poses = found.poses
+        if out.any():  # at the place that fits all its rows best, for the equations are linear only near it
+            poses = np.where(out[:, None], fitted_poses(problem, found.theta, poses), poses)
+        off, rows, ranks = projected(problem.derivatives(found.theta, poses))
+        kept = problem.derivatives(found.theta, found.poses, found.weights)
+        own, own_rows, own_ranks = projected(kept)
+        by_unknown = np.concatenate([own_rows.reshape(-1, own_rows.shape[-1]), kept.others_by_unknown])
+        covariance = np.linalg.pinv(by_unknown.T @ by_unknown, rcond=1e-13, hermitian=True)
+        used = problem.of_poses(found.weights) > 0.0
+        taken = float(np.einsum("nek,kl,nel->", own_rows, covariance, own_rows))
+        freedom = max(float(used.sum() - own_ranks.sum()) - taken, 1.0)
+        return cls(off, rows, problem.row_counts - ranks, covariance, out, float(np.sum(own * own)), freedom)
+
+    def rejected(self) -> Mask:
+        """Return which poses (N,) an F test rejects, each against all others."""
+        return np.asarray(self._single > math.log(len(self.off) / FALSE_ALARM))
+
+    @cached_property
+    def _single(self) -> Array:
+        """How improbable each pose (N,) is: minus the logarithm of the probability of as much by noise."""
+        return np.array([self._one(j) for j in range(len(self.off))])
+
+    def _one(self, j: int) -> float:
+        surplus, rest, rows = int(self.surplus[j]), self.off[j], self.rows[j]
+        if surplus < 1:
+            return 0.0
+        if not np.isfinite(rest).all():
+            return math.inf
+        if self.out[j]:
+            return self._improbable(self._predicted(np.array([j])), surplus, self.total, self.freedom)
+        shared = np.eye(len(rest)) - rows @ self.covariance @ rows.T
+        square = float(rest @ np.linalg.pinv(shared, rcond=1e-9, hermitian=True) @ rest)
+        return self._improbable(square, surplus, max(self.total - square, 0.0), max(self.freedom - surplus, 1.0))
+
+    def _predicted(self, poses: NDArray[np.int64]) -> float:
+        """Return the sum of squares of poses that are out, over what the others predict of them together."""
+        rest = self.off[poses].ravel()
+        rows = self.rows[poses].reshape(len(rest), -1)
+        return float(rest @ np.linalg.solve(np.eye(len(rest)) + rows @ self.covariance @ rows.T, rest))
+
+    def _improbable(self, square: float, surplus: int, others: float, freedom: float) -> float:
+        variance = max(others / freedom, 1.0)  # rows whose sigma is told too large would make it small
+        with np.errstate(divide="ignore"):  # what is too improbable for a number is infinitely so
+            return -float(np.log(special.fdtrc(surplus, freedom, square / (surplus * variance))))
+
+    def mistaken(self) -> NDArray[np.int64]:
+        """Return the poses that are out though noise may explain them, as the worst of all sets of as many."""
+        places = np.flatnonzero(self.out & (self.surplus > 0))
+        places = places[np.argsort(self._single[places], kind="stable")]
+        whole = np.isfinite(self.off[places]).all(axis=1)
+        mistaken = 0
+        for size in range(1, int(whole.sum()) + 1):
+            left = len(self.off) - len(places) + size  # the worse ones are out anyway
+            level = math.log(FALSE_ALARM / (size * (size + 1))) - _log_binomial(left, size)
+            least = places[whole][:size]
+            square, surplus = self._predicted(least), int(self.surplus[least].sum())
+            if self._improbable(square, surplus, self.total, self.freedom) < -level:
+                mistaken = size
+        return places[whole][:mistaken]
+
+
+def _log_binomial(of: int, size: int) -> float:
+    """Return the logarithm of the number of sets of a size."""
+    return float(special.gammaln(of + 1) - special.gammaln(size + 1) - special.gammaln(of - size + 1))
+
 
 _SETTLING: Final = 12  # max rounds of testing
 _NAMED: Final = 3.0  # max excess, over its limit, of a pose without the reading that is named
-_CONTACTS: Final = {calibration_residuals.PLANE: "plane", calibration_residuals.REACH: "range"}
 _TESTABLE: Final = 10  # min redundant measurements of a search: with fewer, noise looks like errors
 _TESTED: Final = 5  # min redundant measurements that are left after it
 _TOO_MANY: Final = 0.4  # share of rejected poses beyond which the model is wrong, not the data
@@ -100,7 +189,7 @@ def _settled(problem: CalibrationProblem, robust: PoseFit, out: Mask) -> tuple[M
 def _suspects(problem: CalibrationProblem, robust: PoseFit) -> Mask:
     """Return which poses (N,) are far off at a fit that they did not move."""
     squares, redundancy = unexplained(problem, robust)
-    spread = max(spread_of(squares, redundancy), floor_of(problem))
+    spread = max(spread_of(squares, redundancy), problem.floor)
     return np.asarray(squares > spread**2 * special.chdtri(redundancy, FALSE_ALARM / len(squares)))
 
 
@@ -108,7 +197,7 @@ def _left_out(problem: CalibrationProblem, found: PoseFit, out: Mask) -> tuple[M
     """Return the rows (N, e) to leave out of the poses *out* (N,), and the fit without them."""
     squares, redundancy = unexplained(problem, found)
     kept = np.logical_not(out)
-    spread = max(spread_of(squares[kept], redundancy[kept]), floor_of(problem)) if kept.any() else np.inf
+    spread = max(spread_of(squares[kept], redundancy[kept]), problem.floor) if kept.any() else np.inf
     rows = _rows_of(problem, found, out, spread)
     return rows, refit(problem, found, _weights_without(problem, rows))
 
@@ -133,7 +222,7 @@ def _rows_of(problem: CalibrationProblem, found: PoseFit, bad: Mask, spread: flo
         rows[bad] = True
         return rows
     left, _, _ = np.linalg.svd(derivatives.by_pose[bad], full_matrices=True)
-    readings, rows_each = _readings(problem), counts(problem)
+    readings, rows_each = _readings(problem), problem.row_counts
     level = FALSE_ALARM / len(bad)
     for own, j in zip(left, np.flatnonzero(bad), strict=True):
         surplus = int(rows_each[j] - ranks[j])
@@ -167,20 +256,13 @@ class _Reading:
 
 def _readings(problem: CalibrationProblem) -> list[_Reading]:
     """Return what of a pose may be wrong alone: an encoder, with elastic lines a load cell, a position, a contact."""
-    lines, kinds = problem.robot.lines, problem.rows.kind[: problem.per_pose].tolist()
     found, at = [], 0
-    while at < len(kinds):
-        kind, size = kinds[at], 1
-        line = lines[int(problem.rows.line[at])].name
-        if kind in (calibration_residuals.ENCODER, calibration_residuals.PAID_OUT):
-            found.append(_Reading(slice(at, at + 1), "encoder", line))
-        elif kind == calibration_residuals.TENSION:
-            found.append(_Reading(slice(at, at + 1), "tension", line))
-        elif kind in (calibration_residuals.COORDINATE, calibration_residuals.ALONG):
-            size = problem.robot.freedoms
-            found.append(_Reading(slice(at, at + size), "position", None))
-        elif kind in _CONTACTS:
-            found.append(_Reading(slice(at, at + 1), _CONTACTS[kind], None))
+    while at < problem.per_pose:
+        reading = KINDS[int(problem.rows.kind[at])].reading
+        of_line, size = reading in ("encoder", "tension"), problem.robot.freedoms if reading == "position" else 1
+        if reading:
+            line = problem.robot.lines[int(problem.rows.line[at])].name if of_line else None
+            found.append(_Reading(slice(at, at + size), reading, line))
         at += size
     return found
 

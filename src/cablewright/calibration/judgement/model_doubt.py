@@ -15,12 +15,12 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cablewright.arrays import Array, Indices
-from cablewright.calibration.measured import SENSORS, Measured
+from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import Information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
-from cablewright.calibration.sensors.load_cells import creep_share
+from cablewright.models.creep import hour_compliance
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Line, Robot
@@ -177,8 +177,12 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivative
         columns[-1][:, : robot.m] = problem.of_poses(found.weights)[:, : robot.m] * stretch
         sigma = math.hypot(STRETCH, share)
         numbers.append(Considered(STRETCH_NAME, None, _STRETCH_WORDS, "1", 0.0, sigma, 0.0))
-    nothing = np.zeros((problem.poses, problem.per_pose, 0))
-    return rows, np.stack(columns, axis=2) if columns else nothing, numbers
+    return rows, np.stack(columns, axis=2) if columns else np.zeros((problem.poses, problem.per_pose, 0)), numbers
+
+
+def creep_share(line: Line) -> float:
+    """Return the creep of a line's cable after an hour under a load, as the file has it, over its stretch by EA."""
+    return hour_compliance(line.cable.creep) * line.cable.stiffness
 
 
 def _gives(line: Line) -> bool:
@@ -214,7 +218,7 @@ def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array
     if tensions is None:
         if not _is_loaded(robot):
             return None
-        exits = np.broadcast_to(problem.exit_points(theta), (problem.poses, robot.m, 3))
+        exits = np.broadcast_to(problem.points(theta), (problem.poses, robot.m, 3))
         model = Model(robot, Fidelity.of(CableLaw.RIGID))
         tensions = solve_inverse(model, poses, exit_points=np.ascontiguousarray(exits)).tensions
     return np.asarray(np.nan_to_num(tensions) * lengths * compliance)

@@ -11,10 +11,11 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.poses.fit import PoseFit, quick_fit
-from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.measurements import Measured
+from cablewright.calibration.poses.fit import PoseFit
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.simulation import aligned
+from cablewright.calibration.poses.starts import quick_fit
 
 _ALL: Final = 4  # lines up to which every order is tried; with more: two exchanged, all shifted, all reversed
 _BETTER: Final = 0.4  # max ratio of the residuals to those of the file's order
@@ -74,7 +75,7 @@ def better_arrangement(problem: CalibrationProblem, found: PoseFit, rough: float
 
 def _tried(words: str, problem: CalibrationProblem, measured: Measured, rough: float) -> _Trial:
     """Return how well *measured* fits from the file's numbers."""
-    again = CalibrationProblem.of(problem.robot, measured, problem.plan, hold=False)
+    again = StraightProblem.of(problem.robot, measured, problem.plan, hold=False)
     return _told(words, again, quick_fit(again, rough))
 
 
@@ -97,7 +98,7 @@ def stray(problem: CalibrationProblem, found: PoseFit) -> float:
 def motion(problem: CalibrationProblem, theta: Array) -> Array:
     """Return how far exit points (m, 3) are from the file's, m, after the best translation and yaw."""
     file = np.array([line.exit_point for line in problem.robot.lines])
-    points, _ = aligned(problem.exit_points(theta), file)
+    points, _ = aligned(problem.points(theta), file)
     return np.asarray(points - file)
 
 

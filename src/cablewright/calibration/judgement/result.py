@@ -24,8 +24,7 @@ from cablewright.calibration.poses.observability import (
     weakest,
 )
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.calibration.sensors.positions import exit_rows
-from cablewright.calibration.unknowns import Unknown, with_values
+from cablewright.calibration.unknowns import Unknown, exit_rows, with_values
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scipy import special
 
 from cablewright.arrays import Array
-from cablewright.calibration.judgement.outlier_tests import counts, floor_of
 from cablewright.calibration.poses.fit import QUICK, PoseFit, fit, fitted_poses
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem
@@ -49,7 +48,7 @@ def unexplained(problem: CalibrationProblem, found: PoseFit) -> tuple[Array, Arr
     off, rows, ranks = projected(problem.derivatives(found.theta, found.poses, found.weights))
     covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
     taken = np.einsum("nek,kl,nel->n", rows, covariance, rows)
-    return np.sum(off * off, axis=1), np.maximum(counts(problem) - ranks - taken, 0.1)
+    return np.sum(off * off, axis=1), np.maximum(problem.row_counts - ranks - taken, 0.1)
 
 
 def spread_of(squares: Array, redundancy: Array) -> float:
@@ -64,7 +63,7 @@ def _reweighted(problem: CalibrationProblem, plain: PoseFit) -> PoseFit:
         squares, redundancy = unexplained(problem, replace(found, weights=plain.weights))
         usual = special.chdtri(redundancy, 0.5)  # a pose with more surplus has larger squares
         size = np.sqrt(squares * np.median(usual) / usual)
-        smallest = max(0.3 * spread_of(squares, redundancy), floor_of(problem))
+        smallest = max(0.3 * spread_of(squares, redundancy), problem.floor)
         if not np.isfinite(smallest):  # half of the poses have no value
             break
         wanted = np.sqrt(smallest / np.maximum(size, smallest))
@@ -80,9 +79,8 @@ def _best_of_parts(
     problem: CalibrationProblem, reweighted: PoseFit, start: PoseFit, seed: int, progress: Progress
 ) -> PoseFit:
     """Return the fit whose best poses have the smallest residuals, of *reweighted* and fits of random parts."""
-    count, surplus = problem.poses, int(counts(problem).min()) - problem.unknowns_per_pose
-    decided = len(reweighted.theta) - gauge_size(problem)
-    smallest = -(-(decided + _LEFT_OVER) // surplus)
+    count, surplus = problem.poses, int(problem.row_counts.min()) - problem.unknowns_per_pose
+    smallest = -(-(len(reweighted.theta) - gauge_size(problem) + _LEFT_OVER) // surplus)
     kept = max(-(-_KEPT * count // 100), smallest)
     if kept >= count:
         return reweighted
@@ -140,7 +138,7 @@ def _screened(
 
 def _alike(problem: CalibrationProblem) -> list[_Poses]:
     """Return groups of poses with as many rows: those that have a measured position, say, and those that have none."""
-    rows = counts(problem)
+    rows = problem.row_counts
     return [np.flatnonzero(rows == each) for each in np.unique(rows)]
 
 

@@ -6,18 +6,95 @@ that is the variance component of restricted maximum likelihood.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from cablewright.arrays import Array
-from cablewright.calibration.judgement.kinds import KindFit, kind_fits, kind_of, leverages
+from cablewright.arrays import Array, Mask
 from cablewright.calibration.poses.fit import PoseFit, refit
+from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
+from cablewright.calibration.sensors.kinds import KINDS, SIGMA_OF
+
+_CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better
+
+
+@dataclass(frozen=True)
+class KindFit:
+    """How well one kind of measurement fits: rms residual over the told sigma, for its redundancy."""
+
+    name: str
+    ratio: float
+    redundancy: float
+    count: int
+
+
+def kind_of(problem: CalibrationProblem) -> NDArray[np.str_]:
+    """Return the name of the kind of each row (e,) of a pose."""
+    return np.array([KINDS[int(code)].words for code in problem.rows.kind[: problem.per_pose]])
+
+
+def leverages(problem: CalibrationProblem, found: PoseFit) -> Array:
+    """Return the leverage (N, e) of each row of the poses; 0 where it does not count, or has no value."""
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    rows = rows.blank(np.logical_not(rows.whole))
+    covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
+    left, values, _ = np.linalg.svd(rows.by_pose, full_matrices=False)
+    kept = left * (values > 1e-9 * np.maximum(values.max(axis=1, initial=0.0, keepdims=True), 1e-300))[:, None]
+    rest = rows.by_unknown - kept @ (np.swapaxes(kept, 1, 2) @ rows.by_unknown)
+    own, shared = np.sum(kept**2, axis=2), np.einsum("nek,kl,nel->ne", rest, covariance, rest)
+    return np.asarray((own + shared).clip(0.0, 1.0))
+
+
+def kind_fits(problem: CalibrationProblem, found: PoseFit) -> tuple[KindFit, ...]:
+    """Return how well each kind fits, at its full weight; rows left out do not count."""
+    used, names = problem.of_poses(found.weights) > 0.0, kind_of(problem)
+    residual = problem.derivatives(found.theta, found.poses).residual
+    free = np.where(used, 1.0 - leverages(problem, found), 0.0)
+    made = []
+    for name in dict.fromkeys(names.tolist()):
+        of = used & (names == name)
+        total = float(free[of].sum())
+        ratio = float(np.sqrt(np.sum(residual[of] ** 2) / total)) if total > 0.0 else np.nan
+        made.append(KindFit(name, ratio * problem.factors.get(name, 1.0), total, int(of.sum())))
+    return (*made, *_of_no_pose(problem, found))
+
+
+def _of_no_pose(problem: CalibrationProblem, found: PoseFit) -> Iterator[KindFit]:
+    """Yield how well what was measured of exit points fits: points, distances and their level."""
+    measured = np.logical_not(problem.is_prior)
+    if not measured.any():
+        return
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    covariance = information(problem, found.theta, found.poses, found.weights, priors=True).covariance
+    taken = np.einsum("gk,kl,gl->g", rows.others_by_unknown, covariance, rows.others_by_unknown)
+    total = float((1.0 - taken[measured].clip(0.0, 1.0)).sum())
+    if total > 0.0:
+        ratio = float(np.sqrt(np.sum(rows.others[measured] ** 2) / total))
+        yield KindFit(SURVEY, ratio * problem.factors.get(SURVEY, 1.0), total, int(measured.sum()))
+
+
+def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:
+    """Return which rows (N, e) are measured coordinates so vague that all else knows them far better.
+
+    None are if leaving them out would open a freedom.
+    """
+    vague = (kind_of(problem) == "positions") & (leverages(problem, found) < _CARRIES)
+    vague &= problem.of_poses(problem.weights) > 0.0
+    if vague.any():
+        weights = found.weights.copy()
+        problem.of_poses(weights)[vague] = 0.0
+        before, after = (
+            information(problem, found.theta, found.poses, each, priors=True) for each in (found.weights, weights)
+        )
+        if after.null.shape[1] > before.null.shape[1]:
+            return np.zeros_like(vague)
+    return np.asarray(vague)
+
 
 _ROUNDS: Final = 8
 _EVENING: Final = 15  # rounds: a sigma told 1000 times too large falls by a few times in each
@@ -26,14 +103,10 @@ _ROUGHLY: Final = 0.2  # such a change where gross errors may still be in
 ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
 _LEAST: Final = 1.0  # redundancy with which a told sigma may grow
 _DENIED: Final = 0.05  # probability of residuals, by the told sigma, under which it grows
-WITH_DEFAULT: Final = {"tensions": "tension", "swivel angles": "swivel", "tilts": "tilt", "yaw angles": "yaw"}
-"""The key of the plan's sigma of a kind, where that has a default."""
-
 _TESTED: Final = 0.05  # redundancy of a row whose residual tells of its sigma
 _EXACT: Final = 1e-6  # m: min estimated sigma of the encoders
 _SMALLEST: Final = 1e-4  # min estimated sigma of another kind over the told one
 _MEDIAN: Final = 0.6745  # median of the size of a standard normal number
-_RESISTING: Final = ("positions", "planes", "ranges")
 _HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % efficient where nothing is wrong
 
 
@@ -70,7 +143,7 @@ def _is_open(problem: CalibrationProblem, name: str) -> bool:
     told = problem.plan.sigma.model_fields_set
     if name == "lengths":
         return problem.plan.sigma.encoder is None
-    return name in WITH_DEFAULT and WITH_DEFAULT[name] not in told
+    return name in SIGMA_OF and SIGMA_OF[name] not in told
 
 
 def _bounded(problem: CalibrationProblem, name: str, factor: float) -> float:
@@ -184,15 +257,14 @@ def _groups(problem: CalibrationProblem) -> NDArray[np.int64]:
 
 def resisting(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     """Return the fit in which a measured position, plane or range far off by its sigma pulls no harder than at 1.5."""
-    soft = np.isin(kind_of(problem), _RESISTING)
+    soft = np.array([KINDS[int(code)].resists for code in problem.rows.kind[: problem.per_pose]])
     if not soft.any():
         return found
     full = found.weights
     share = np.ones(problem.of_poses(full).shape)
     for _ in range(_ROUNDS):
         free = np.maximum(1.0 - leverages(problem, found), 1e-3)
-        residual = problem.derivatives(found.theta, found.poses, full).residual
-        size = np.abs(residual) / np.sqrt(free)
+        size = np.abs(problem.derivatives(found.theta, found.poses, full).residual) / np.sqrt(free)
         wanted = np.where(soft, np.sqrt(_HUBER / np.maximum(size, _HUBER)), 1.0)
         if np.abs(wanted - share).max() < _SAME:
             break

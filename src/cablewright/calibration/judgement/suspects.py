@@ -135,8 +135,7 @@ class Evidence:
 
     def detectable(self, at: int, level: float) -> float:
         """Return the amount of such a suspect that is found in nine of ten cases."""
-        tested = sum(each.of_alarm for each in self.suspects)
-        tail = level / (4.0 * tested)
+        tail = level / (4.0 * sum(each.of_alarm for each in self.suspects))
         limit = -special.stdtrit(self.freedom, tail) if np.isfinite(self.freedom) else -special.ndtri(tail)
         return float(limit + special.ndtri(_POWER)) * self.alone(at)[1]
 

@@ -9,10 +9,9 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.sensors.exit_points import line_index
-from cablewright.calibration.unknowns import Unknown
+from cablewright.calibration.unknowns import Unknown, line_index
 from cablewright.errors import InputError
 from cablewright.models.parameters import lines_of
 from cablewright.robot import Robot
@@ -55,7 +54,8 @@ def ranges(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, sta
             low, high = OF_NOTHING[each.name]
             found[:, at] = low / each.size, max(high / each.size, min(2.0 * start[at], MOST / each.size))
         elif each.name == "length_offset":
-            found[:, at] = -measured.counted[:, lines_of(robot, each)].min(), _farthest(robot, each, diagonal)
+            most = max(robot.lines[i].advantage for i in lines_of(robot, each))  # cable beyond the exit point
+            found[:, at] = -measured.counted[:, lines_of(robot, each)].min(), 3.0 * AWAY * diagonal * most
         elif each.entry.role == "sensor":
             found[:, at] = np.array([-1.0, 1.0]) * _largest(robot, each, measured)
         else:
@@ -76,13 +76,9 @@ def _bound(found: Array, robot: Robot, unknowns: Sequence[Unknown], plan: Calibr
             if each.name == bound.name and (bound.lines is None or any(each.of_line(line) for line in bound.lines)):
                 found[:, at] = bound.min / each.size, bound.max / each.size
                 if each.in_file and not found[0, at] <= start[at] <= found[1, at]:
-                    value = start[at] * each.size
-                    raise InputError(f"{where}: {each.label} is {value:g} in the file, out of the bounds")
-
-
-def _farthest(robot: Robot, unknown: Unknown, diagonal: float) -> float:
-    """Return how much cable a line may have beyond its exit point, m."""
-    return 3.0 * AWAY * diagonal * max(robot.lines[i].advantage for i in lines_of(robot, unknown))
+                    raise InputError(
+                        f"{where}: {each.label} is {start[at] * each.size:g} in the file, out of the bounds"
+                    )
 
 
 def _largest(robot: Robot, unknown: Unknown, measured: Measured) -> float:

@@ -9,27 +9,25 @@ of the equilibrium.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.arrays import Array
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.poses.problem import NO_FRAME, CalibrationProblem, Derivatives, equations
-from cablewright.calibration.sensors.load_cells import with_mounts
-from cablewright.calibration.unknowns import Unknown
+from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives, StraightProblem
 from cablewright.errors import AnswerError
 from cablewright.kernels.fitting import straight_line
-from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
 from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule
 from cablewright.kernels.layout import Code
+from cablewright.models.fidelity import CableLaw
 from cablewright.models.packed_views import LineNumbers
 from cablewright.models.parameters import lines_of, varied
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import Line
+from cablewright.robot import Robot
 from cablewright.solvers.forward import solve_from
 from cablewright.solvers.linearise import Linearisation, linearise, tension_changes
 from cablewright.solvers.parameters import response, tension_response
@@ -43,57 +41,13 @@ FREED: Final = (0, 1, 2, 5, 4, 3)
 
 @dataclass(frozen=True, eq=False)
 class ElasticProblem(CalibrationProblem):
-    """The equations of a calibration with the elastic or catenary lines of `model`.
+    """The equations of elastic or catenary lines, each pose at the equilibrium of its lengths.
 
     The state of a pose has its m lengths, the unknowns, then the pose (n) and the lines' states (6 m) at their
     equilibrium, from which the next equilibrium is solved.
     """
 
-    model: Model
-
-    @classmethod
-    def under(cls, model: Model, measured: Measured, plan: CalibrationPlan, hold: bool = True) -> ElasticProblem:
-        """Build the rows; see `CalibrationProblem.of`. What mounts may give is in its model."""
-        if "exit_compliance" in plan.unknowns:
-            model = replace(model, robot=with_mounts(model.robot))
-        return cls(model.robot, measured, plan, *equations(model.robot, measured, plan, hold, elastic=True), model)
-
-    def without_datum(self) -> ElasticProblem:
-        """Return the same problem with no unknown held."""
-        return ElasticProblem.under(self.model, self.measured, self.plan, hold=False)
-
-    def with_plan(self, plan: CalibrationPlan) -> ElasticProblem:
-        """Return the same data with another plan, whose datum is held."""
-        return ElasticProblem.under(self.model, self.measured, plan)
-
-    @property
-    def elastic(self) -> bool:
-        """Whether lines stretch or sag: they do."""
-        return True
-
-    @property
-    def cable(self) -> str:
-        """The cable law: rigid, elastic or catenary."""
-        return self.model.fidelity.cable.value
-
-    @property
-    def unknowns_per_pose(self) -> int:
-        """The number p of unknowns of each pose: its lengths."""
-        return self.robot.m
-
-    def poses_of(self, states: Array) -> Array:
-        """Return the poses (N, n) in the states (N, ..)."""
-        return states[:, self.robot.m : self.robot.m + self.robot.n]
-
-    def in_plane(self, states: Array) -> Array:
-        """Return the *states* as they are: equilibria are in the platform's plane."""
-        return states
-
-    def with_poses(self, states: Array, poses: Array) -> Array:
-        """Return the same lengths and states of lines, each in its line's vertical plane, at other *poses* (N, n)."""
-        moved = states.copy()
-        moved[:, self.robot.m : self.robot.m + self.robot.n] = poses
-        return moved
+    elastic: ClassVar = True
 
     def states_of(self, held: Equilibrium) -> Array:
         """Return the states (N, ..) of N equilibria."""
@@ -103,19 +57,14 @@ class ElasticProblem(CalibrationProblem):
         """Whether there is an equilibrium at every pose."""
         return bool(self.equilibria(theta, states).ok.all())
 
-    def lengths(self, theta: Array, poses: Array) -> Array:
+    def lengths(self, theta: Array, states: Array) -> Array:
         """Return the unstrained lengths (N, m) from winch exit to platform, m."""
         del theta
-        return poses[:, : self.robot.m]
+        return states[:, : self.robot.m]
 
     def known_tensions(self, theta: Array, states: Array) -> Array:
         """Return the tensions (N, m) of the equilibria, N."""
         return self.equilibria(theta, states).tensions
-
-    def balanced(self, theta: Array, poses: Array) -> CalibrationProblem:
-        """Return the problem itself: tensions at an equilibrium are balanced."""
-        del theta, poses
-        return self
 
     def equilibria(self, theta: Array, states: Array, again: bool = True) -> Equilibrium:
         """Return the equilibria for the lengths in *states* (N, ..), solved from there; check their status.
@@ -123,8 +72,7 @@ class ElasticProblem(CalibrationProblem):
         *again*: whether those that fail are solved again from the pose alone, then without a guess.
         """
         m, n, count = self.robot.m, self.robot.n, len(states)
-        lengths, near = np.ascontiguousarray(states[:, :m]), np.ascontiguousarray(states[:, m : m + n])
-        line_states = np.ascontiguousarray(states[:, m + n :]).reshape(count, m, -1)
+        lengths, near, line_states = map(np.ascontiguousarray, np.split(states, [m, m + n], axis=1))
         named = zip(self.unknowns, self.whole(theta), strict=True)
         given = [(each, value * each.size) for each, value in named if each.of_equilibrium]
         possible = (lengths > 0.0).all() and all(parameter.entry.allows(value) for parameter, value in given)
@@ -134,20 +82,20 @@ class ElasticProblem(CalibrationProblem):
             heights = LineNumbers(packed.lines).winch_height
             packed, lengths = varied(self.robot, packed, [parameter for parameter, _ in given], values, lengths)
             LineNumbers(packed.lines).winch_height = heights  # a winch exit moves vertically with its exit point
-        found = solve_from(self.model, packed, lengths, near, line_states, np.full(count, again))
+        found = solve_from(self.model, packed, lengths, near, line_states.reshape(count, m, -1), np.full(count, again))
         # A fit may pass through overstretched lines.
         solved = np.where(found.code == int(Code.OVERSTRETCHED), int(Code.OK), found.code)
         return replace(found, code=solved if possible else np.full(count, int(Code.NOT_FINITE)))
 
-    def derivatives(self, theta: Array, poses: Array, weights: Array | None = None) -> Derivatives:
-        """Return residuals and derivatives at free unknowns *theta* and states (N, ..), here named *poses*."""
-        return self._rows(theta, poses, self.equilibria(theta, poses), self.weights if weights is None else weights)
+    def derivatives(self, theta: Array, states: Array, weights: Array | None = None) -> Derivatives:
+        """Return residuals and derivatives at free unknowns *theta* and *states* (N, ..)."""
+        return self._rows(theta, states, self.equilibria(theta, states), self.weights if weights is None else weights)
 
     def _rows(self, theta: Array, states: Array, held: Equilibrium, weights: Array) -> Derivatives:
         """Return the rows at equilibria; NaN at a failed one, except in rows of weight 0."""
         m, ok, k = self.robot.m, held.ok, len(theta)
         poses = np.where(ok[:, None], held.pose, self.poses_of(states))
-        found = CalibrationProblem.derivatives(self, theta, poses, weights)
+        found = self.rows_at(theta, poses, weights, np.eye(self.robot.n))
         motion, change = np.zeros((len(states), self.robot.n, m + k)), np.zeros((len(states), m, m + k))
         try:
             if ok.any():
@@ -187,39 +135,21 @@ class ElasticProblem(CalibrationProblem):
         raised = _raised(held, linear)
         following = direct.following(raised)
         for place, parameter in hardware.items():
-            if parameter.kind == "modulus":  # the linearisation's derivative is relative to the present modulus
-                motion[..., place] /= theta[place - m]
-                change[..., place] /= theta[place - m]
-            elif parameter.kind == "exit_compliance":
-                motion[..., place] *= parameter.size
-                change[..., place] *= parameter.size
-            elif parameter.kind == "exit_point.z" and self._of_line(parameter).in_plane:  # else the winch is raised too
-                i = lines_of(self.robot, parameter)[0]
+            # The linearisation's derivative by a modulus is relative to the present one.
+            over = theta[place - m] if parameter.kind == "modulus" else 1.0
+            size = parameter.size if parameter.kind == "exit_compliance" else 1.0
+            motion[..., place] = motion[..., place] * size / over
+            change[..., place] = change[..., place] * size / over
+            i = lines_of(self.robot, parameter)[0]
+            if parameter.kind == "exit_point.z" and self.robot.lines[i].in_plane:  # else the winch is raised too
                 motion[..., place], change[..., place] = raised[..., i], following[..., i]
                 change[:, i, place] -= direct.by_pose[:, i, 2]
         return motion, change
 
-    def _of_line(self, parameter: Unknown) -> Line:
-        """Return the first line of a parameter."""
-        return self.robot.lines[lines_of(self.robot, parameter)[0]]
-
-    def stepped(self, theta: Array, states: Array, change: Array, by: Array) -> Array:
-        """Return the states after the unknowns change by *change* (k,) and lengths by *by* (N, m), to first order."""
-        m = self.robot.m
-        motion, _ = self._following(theta, self.equilibria(theta, states).checked())
-        all_changes = np.concatenate([by, np.broadcast_to(change, (len(states), len(change)))], axis=1)
-        moved = states.copy()
-        moved[:, :m] += by
-        moved[:, m : m + self.robot.n] += np.einsum("nca,na->nc", motion, all_changes)
-        return moved
-
     def adjust(
-        self, theta: Array, states: Array, weights: Array, settings: StopRule, rows: MeasurementRows | None = None
+        self, theta: Array, states: Array, weights: Array, settings: StopRule
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-        """As `CalibrationProblem.adjust`, by the steps of its kernel: a Schur complement eliminates the lengths."""
-        assert rows is None
-        if len(self.frame[0]):
-            return replace(self, rows=self.in_frame(self.rows), frame=NO_FRAME).adjust(theta, states, weights, settings)
+        """Minimise the cost by the steps of the kernel of straight lines: a Schur complement eliminates the lengths."""
         runs = [self._adjust(theta[run], states[run], weights, settings) for run in range(len(theta))]
         codes, steps, costs = zip(*runs, strict=True)
         return np.array(codes, dtype=np.int64), np.array(steps, dtype=np.int64), np.array(costs)
@@ -260,6 +190,15 @@ class ElasticProblem(CalibrationProblem):
         return int(Code.NOT_CONVERGED), steps, now
 
 
+def problem_of(
+    robot: Robot | Model, measured: Measured, plan: CalibrationPlan | None = None, hold: bool = True
+) -> CalibrationProblem:
+    """Return the problem of a model, by the equations of its cable law; see `CalibrationProblem.of`."""
+    rigid = isinstance(robot, Robot) or robot.fidelity.cable is CableLaw.RIGID
+    equations: type[CalibrationProblem] = StraightProblem if rigid else ElasticProblem
+    return equations.of(robot, measured, plan, hold)
+
+
 def _raised(held: Equilibrium, linear: Linearisation) -> Array:
     """Return the motion (N, n, m) of the pose as exit point and winch exit of each line are raised together, m/m.
 
@@ -268,8 +207,7 @@ def _raised(held: Equilibrium, linear: Linearisation) -> Array:
     """
     if held.model.n == 3:
         return -linear.per_platform_point[..., 2]
-    turned = matrices(held.pose[:, 3:])
-    lowered = -np.einsum("ncia,na->nci", linear.per_platform_point, turned[:, 2])
+    lowered = -np.einsum("ncia,na->nci", linear.per_platform_point, matrices(held.pose[:, 3:])[:, 2])
     away = held.platform_points - held.lines.exit_point
     away[..., 2] = 0.0
     pull = held.tensions * np.cos(held.line_states.free_angle) / np.linalg.norm(away, axis=2)

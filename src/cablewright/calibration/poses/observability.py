@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
 from cablewright.calibration.sensors.exit_points import tilt_rows
-from cablewright.calibration.sensors.positions import exit_rows
-from cablewright.calibration.unknowns import Unknown, coordinates_of
+from cablewright.calibration.unknowns import Unknown, coordinates_of, exit_rows
 from cablewright.models.plane import basis
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES
@@ -95,11 +94,7 @@ def projected(found: Derivatives) -> tuple[Array, Array, NDArray[np.int64]]:
     free = np.swapaxes(left, 1, 2) * ~kept[:, :, None]
     off = np.einsum("nre,ne->nr", free, found.residual)
     off[~whole] = np.inf
-    return (
-        off,
-        np.einsum("nre,nek->nrk", free, found.by_unknown),
-        kept.sum(axis=1),
-    )
+    return off, np.einsum("nre,nek->nrk", free, found.by_unknown), kept.sum(axis=1)
 
 
 def information(
@@ -148,19 +143,15 @@ def motions(found: Information) -> dict[str, Array]:
     in a plane they are those that keep the plane.
     """
     moves, turns = _of_frame(found.robot)
-    of_platform = (
-        [f"shift of the platform's frame along {way}" for way in moves],
-        [f"turn of the platform's frame about {way}" for way in turns],
-    )
-    words = world_motions(found.robot)
-    of_world = list(words[: len(moves)]), list(words[len(moves) :])
-    named = {}
+    of_platform = [f"shift of the platform's frame along {way}" for way in moves]
+    of_platform += [f"turn of the platform's frame about {way}" for way in turns]
+    of_world, named = world_motions(found.robot), {}
     for kind, names, points in (("exit_point", of_world, found.exits), ("platform_point", of_platform, found.ties)):
         which, coordinates = coordinates_of(found.robot, found.unknowns, kind)
         arms = points - points.mean(axis=0)
         every = [np.tile(way, len(points)) for way in moves.values()]
         every += [np.cross(axis, arms).ravel() for axis in turns.values()]
-        for name, motion in zip((*names[0], *names[1]), every, strict=True):
+        for name, motion in zip(names, every, strict=True):
             named[name] = np.zeros(len(found.unknowns))
             named[name][which] = motion[coordinates]
     if "yaw" in named:
@@ -185,8 +176,7 @@ def _of_frame(robot: Robot) -> tuple[dict[str, Array], dict[str, Array]]:
 def world_motions(robot: Robot) -> tuple[str, ...]:
     """Return the names of the motions of everything in the world: translations, then turns."""
     moves, turns = _of_frame(robot)
-    about = [_TURNS.get(way, f"turn about {way}") for way in turns]
-    return (*(f"translation along {way}" for way in moves), *about)
+    return (*(f"translation along {way}" for way in moves), *(_TURNS.get(way, f"turn about {way}") for way in turns))
 
 
 def azimuth_offsets(unknowns: Sequence[Unknown]) -> Array:
@@ -208,8 +198,7 @@ def frame_rows(found: Information, start: Array, weight: float) -> tuple[Array, 
 
     What a robot file does not have, home lengths and offsets of sensors, does not count.
     """
-    counts = np.array([each.in_file for each in found.unknowns])
-    rows = weight * (found.null * counts[:, None]).T
+    rows = weight * found.null.T * [each.in_file for each in found.unknowns]
     return np.ascontiguousarray(rows), rows @ start
 
 

@@ -8,12 +8,9 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.measurements import MAX_POSES
-from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.poses.elastic import FREED, ElasticProblem
+from cablewright.calibration.measurements import MAX_POSES, Measured
+from cablewright.calibration.poses.elastic import FREED, ElasticProblem, problem_of
 from cablewright.calibration.poses.fit import yaw_between
-from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.unknowns import require_covered
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
@@ -93,8 +90,7 @@ def simulate_calibration(
     model = Model.of(robot, cable=cable, default=CableLaw.RIGID)
     require_covered(model.robot, model.fidelity.cable is not CableLaw.RIGID)
     rng = np.random.default_rng(seed)
-    made = measure(model, random_poses(model, poses, rng), noise, rng, guess, sensors=sensors)
-    return replace(made, seed=seed)
+    return replace(measure(model, random_poses(model, poses, rng), noise, rng, guess, sensors=sensors), seed=seed)
 
 
 def measure(
@@ -123,15 +119,12 @@ def measure(
         tilt=None if sensors.tilt is None else np.zeros((len(poses), 2)),
         yaw=None if sensors.yaw is None else np.zeros((len(poses), 1)),
     )
-    if model.fidelity.cable is CableLaw.RIGID:
-        problem, states = CalibrationProblem.of(robot, blank, hold=False), poses
-        held = None if sensors.tension is None and not problem.is_soft else solve_inverse(model, poses).checked()
-        if held is not None:
-            problem = replace(problem, rows=problem.rows._replace(tensions=held.tensions))
-    else:
-        problem = elastic = ElasticProblem.under(model, blank, CalibrationPlan(), hold=False)
-        held = solve_inverse(model, _given(robot, poses)).checked()
-        states = elastic.states_of(held)
+    problem, states, held = problem_of(model, blank, hold=False), poses, None
+    if problem.elastic or problem.is_soft or sensors.tension is not None:
+        held = solve_inverse(model, _given(robot, poses) if problem.elastic else poses).checked()
+        problem = replace(problem, rows=problem.rows._replace(tensions=held.tensions))
+    if isinstance(problem, ElasticProblem) and held is not None:
+        states = problem.states_of(held)
     readings = problem.derivatives(problem.start, states, np.ones(len(problem.values))).residual  # of zeros
     if not np.isfinite(readings).all():
         raise InputError(f"{robot.name}: pose {int(np.argmax(~np.isfinite(readings).all(axis=1))) + 1} is in a sheave")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.measured import SENSORS, Measured
+from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.calibration.sensors.positions import check_plane
@@ -45,13 +45,12 @@ def _check_size(
         return
     pose, column = (int(at) for at in large[0])
     value = float(values[pose, column] + (0.0 if middle is None else middle[column]))
-    columns = sorted({int(at) for at in large[:, 1]})
-    others = [names[at] for at in range(len(names)) if at not in columns]
-    hint = f"are these mm? then name the column '{names[column]} (mm)'"
-    if others:
-        hint += f"; {', '.join(others)} look like m: are units mixed?"
-    where = f"{measured.origin}, {measured.place(pose)}"
-    raise InputError(f"{where}: {names[column]} = {value:g} m, but the frame's diagonal is {diagonal:.3g} m: {hint}")
+    others = [name for at, name in enumerate(names) if at not in large[:, 1]]
+    mixed = f"; {', '.join(others)} look like m: are units mixed?" if others else ""
+    raise InputError(
+        f"{measured.origin}, {measured.place(pose)}: {names[column]} = {value:g} m, but the frame's diagonal is "
+        f"{diagonal:.3g} m: are these mm? then name the column '{names[column]} (mm)'{mixed}"
+    )
 
 
 def gauge_size(problem: CalibrationProblem) -> int:
@@ -69,7 +68,7 @@ def gauge_size(problem: CalibrationProblem) -> int:
 
 def surplus_per_pose(problem: CalibrationProblem) -> int:
     """Return the min number of measurements of a pose less the number of its unknowns."""
-    return _measurements_per_pose(problem) - problem.unknowns_per_pose
+    return int(problem.row_counts.min()) - problem.unknowns_per_pose
 
 
 def min_poses(problem: CalibrationProblem) -> int:
@@ -87,24 +86,11 @@ def min_poses(problem: CalibrationProblem) -> int:
             why = f"for elastic lines {m} lengths determine pose and tensions, and encoders measure those {m} lengths"
             more = "measure tensions (f_1 .., even roughly, with their sigma.tension) or poses (x .. with sigma_x ..)"
         raise InputError(f"{problem.measured.origin}: {why}: nothing is left over to calibrate with; {more}")
-    rows = (problem.of_poses(problem.weights) > 0.0).sum(axis=1)
+    rows = problem.row_counts
     given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
     given += int((rows - rows.min()).sum())  # positions at some poses, contacts
     told = sum(_lacks(problem, each.name) is None for each in problem.unknowns)
     return max(1, -(-(told - gauge_size(problem) - given) // surplus))
-
-
-def _measurements_per_pose(problem: CalibrationProblem) -> int:
-    return int((problem.of_poses(problem.weights) > 0.0).sum(axis=1).min())
-
-
-def _check_sensors(problem: CalibrationProblem) -> None:
-    """Raise `InputError` for an unknown of a sensor that measured nothing."""
-    for name in problem.plan.unknowns:
-        column = _lacks(problem, name)
-        if column is not None:
-            origin = problem.measured.origin
-            raise InputError(f"unknowns: {name}: {origin} has no column {column}, so nothing would tell it")
 
 
 def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
@@ -117,27 +103,25 @@ def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
 
 def check(problem: CalibrationProblem) -> None:
     """Raise `InputError` for too few poses, too few different ones, and for what only a sensor without data tells."""
-    _check_sensors(problem)
+    measured, count = problem.measured, problem.poses
+    for name in problem.plan.unknowns:
+        column = _lacks(problem, name)
+        if column is not None:
+            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
     if not problem.elastic:
-        require_tensions(problem.robot, problem.measured)
-    measured, needed, count = problem.measured, min_poses(problem), problem.poses
+        require_tensions(problem.robot, measured)
+    needed = min_poses(problem)
     why = (
-        f"each pose gives {_measurements_per_pose(problem)} numbers and has {problem.unknowns_per_pose} unknowns, and "
+        f"each pose gives {problem.row_counts.min()} numbers and has {problem.unknowns_per_pose} unknowns, and "
         f"{len(problem.unknowns)} unknowns of the robot less {gauge_size(problem)} that stay open must be found"
     )
     if count < needed:
         raise InputError(f"{measured.origin}: {count} poses; at least {needed} are required: {why}")
-    different = _different(problem, needed)
+    left, different = measured.counted, 0
+    while len(left) and different < needed:
+        left, different = left[np.abs(left - left[0]).max(axis=1) > _APART], different + 1
     if different < needed:
-        found = f"only {different} of {count} poses differ by over {_APART * 1e3:g} mm in any line"
-        raise InputError(f"{measured.origin}: {found}; at least {needed} different ones are required: {why}")
-
-
-def _different(problem: CalibrationProblem, enough: int) -> int:
-    """Return how many poses differ, counted up to *enough*."""
-    left = problem.measured.counted
-    for count in range(enough):
-        if not len(left):
-            return count
-        left = left[np.abs(left - left[0]).max(axis=1) > _APART]
-    return enough
+        raise InputError(
+            f"{measured.origin}: only {different} of {count} poses differ by over {_APART * 1e3:g} mm in any line; at "
+            f"least {needed} different ones are required: {why}"
+        )

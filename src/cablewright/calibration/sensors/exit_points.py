@@ -1,4 +1,4 @@
-"""The parts of a plan that belong to no pose: surveyed points, level, priors, and the datum."""
+"""What a plan says apart from poses: surveyed exit points, their distances and level, priors, and the datum."""
 
 from __future__ import annotations
 
@@ -9,22 +9,25 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array, Mask
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import INNER, CalibrationPlan
-from cablewright.calibration.unknowns import Unknown, coordinates_of
+from cablewright.calibration.sensors.kinds import SensorRows
+from cablewright.calibration.unknowns import Unknown, by_exits, line_index
 from cablewright.errors import InputError, UnknownName
+from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES
 
 _YAW: Final = 1e-5  # rad: how well the frame's own yaw is known, where only mounts would tell it
 
 
-def line_index(robot: Robot, name: str, where: str) -> int:
-    """Return the index of a line. Raises `InputError`, which says *where* the plan names it, for an unknown one."""
-    names = [line.name for line in robot.lines]
-    if name not in names:
-        raise InputError(f"{where}: {UnknownName('line', name, names)}")
-    return names.index(name)
+def distance_rows(robot: Robot, plan: CalibrationPlan) -> SensorRows:
+    """Return the rows (1, d) of measured distances between exit points, which belong to no pose."""
+    ends = [
+        line_index(robot, name, f"distances[{at}]") for at, each in enumerate(plan.distances) for name in each.between
+    ]
+    values, sigmas = (np.array([[getattr(each, name) for each in plan.distances]]) for name in ("value", "deviation"))
+    return SensorRows(calibration_residuals.BETWEEN, values, 1.0 / sigmas, ends[::2], ends[1::2])
 
 
 def tilt_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
@@ -32,14 +35,8 @@ def tilt_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
 
     Neither a translation nor a yaw of all points changes them.
     """
-    points = np.array([line.exit_point for line in robot.lines])
-    arms = (points - points.mean(axis=0))[:, :2]
-    slopes = np.linalg.pinv(arms, rcond=1e-6)  # (2, m): d height / dx, d height / dy
-    which, coordinates = coordinates_of(robot, unknowns)
-    heights = coordinates % 3 == 2
-    rows = np.zeros((2, len(unknowns)))
-    rows[:, which[heights]] = np.stack([slopes[1], -slopes[0]])[:, coordinates[heights] // 3]
-    return rows
+    slopes = np.linalg.pinv(_arms(robot), rcond=1e-6)  # (2, m): d height / dx, d height / dy
+    return by_exits(robot, unknowns, np.kron([slopes[1], -slopes[0]], np.eye(3)[2]))
 
 
 def across_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
@@ -50,23 +47,22 @@ def across_rows(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
     plane = robot.platform.plane
     if plane is None:
         raise InputError(f"across: robot {robot.name!r} has no platform.plane")
-    which, coordinates = coordinates_of(robot, unknowns)
-    if not len(which):
+    if all(each.name != "exit_point" for each in unknowns):
         raise InputError("across: exit_point is not among the unknowns")
-    rows = np.zeros((robot.m, len(unknowns)))
-    rows[coordinates // 3, which] = np.array(plane.across)[coordinates % 3]
-    return rows
+    return by_exits(robot, unknowns, np.kron(np.eye(robot.m), plane.across))
 
 
-def yaw_row(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
-    """Return the row (k,) of how far all exit points together turn about the vertical, rad."""
-    points = np.array([line.exit_point for line in robot.lines])
-    arms = (points - points.mean(axis=0))[:, :2]
-    which, coordinates = coordinates_of(robot, unknowns)
+def _yaw_row(robot: Robot, unknowns: Sequence[Unknown]) -> Array:
+    """Return the row (1, k) of how far all exit points together turn about the vertical, rad."""
+    arms = _arms(robot)
     around = np.column_stack([-arms[:, 1], arms[:, 0], np.zeros(robot.m)]) / np.sum(arms**2)
-    row = np.zeros(len(unknowns))
-    row[which] = around.ravel()[coordinates]
-    return row
+    return by_exits(robot, unknowns, around.reshape(1, -1))
+
+
+def _arms(robot: Robot) -> Array:
+    """Return x and y (m, 2) of the file's exit points from their mean, m."""
+    points = np.array([line.exit_point for line in robot.lines])
+    return np.asarray((points - points.mean(axis=0))[:, :2])
 
 
 def mounts_tell_yaw(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPlan, measured: Measured) -> bool:
@@ -86,37 +82,26 @@ def linear_rows(
 
     *keep_yaw*: whether the exit points together keep the yaw of the file.
     """
-    rows: list[Array] = []
-    values: list[float] = []
+    surveyed, values = [np.zeros((0, len(unknowns)))], list[float]()
     for at, point in enumerate(plan.points):
         line_index(robot, point.line, f"points[{at}]")
-        for axis, value in enumerate(point.at):
-            row = _is_exit(unknowns, point.line, axis)
-            if not row.any():
-                raise InputError(f"points[{at}]: exit_point is not among the unknowns")
-            rows.append(row / point.deviation)
-            values.append(value / point.deviation)
-    if plan.level is not None:
-        rows += list(tilt_rows(robot, unknowns) / plan.level)
-        values += [float(row @ start) for row in rows[-2:]]
-    measured = len(rows)
-    for row in [] if plan.across is None else across_rows(robot, unknowns):
-        rows.append(row / plan.across)
-        values.append(float(rows[-1] @ start))
-    if keep_yaw:
-        rows.append(yaw_row(robot, unknowns) / _YAW)
-        values.append(float(rows[-1] @ start))
-    for at, prior in enumerate(plan.priors):
-        if prior.name.partition(".")[0] not in plan.unknowns:
-            raise InputError(f"priors[{at}]: {prior.name} is not among the unknowns")
-        for name in prior.lines or ():
+        row = np.array([_is_exit(unknowns, point.line, axis) for axis in range(3)])
+        if not row.any(axis=1).all():
+            raise InputError(f"points[{at}]: exit_point is not among the unknowns")
+        surveyed.append(row / point.deviation)
+        values += [value / point.deviation for value in point.at]
+    level = [] if plan.level is None else [tilt_rows(robot, unknowns) / plan.level]
+    prior = [] if plan.across is None else [across_rows(robot, unknowns) / plan.across]
+    prior += [_yaw_row(robot, unknowns) / _YAW] * keep_yaw
+    for at, each in enumerate(plan.priors):
+        if each.name.partition(".")[0] not in plan.unknowns:
+            raise InputError(f"priors[{at}]: {each.name} is not among the unknowns")
+        for name in each.lines or ():
             line_index(robot, name, f"priors[{at}]")
-        for place, unknown in enumerate(unknowns):
-            if prior.is_of(unknown):
-                weight = unknown.size / prior.deviation
-                rows.append(weight * np.eye(len(unknowns))[place])
-                values.append(float(weight * start[place]))
-    return np.array(rows).reshape(len(rows), len(unknowns)), np.array(values), np.arange(len(rows)) >= measured
+        weights = [each.is_of(unknown) * unknown.size / each.deviation for unknown in unknowns]
+        prior.append(np.diag(weights)[np.flatnonzero(weights)])
+    rows, measured = np.concatenate([*surveyed, *level, *prior]), 3 * len(plan.points) + 2 * len(level)
+    return rows, np.append(values, rows[len(values) :] @ start), np.arange(len(rows)) >= measured
 
 
 def _is_exit(unknowns: Sequence[Unknown], line: str, axis: int) -> Mask:
@@ -131,12 +116,11 @@ def held_by_datum(robot: Robot, unknowns: Sequence[Unknown], plan: CalibrationPl
         raise InputError(f"datum: inner and {parts[0]} contradict each other: inner holds no single point")
     held, names = np.zeros(len(unknowns), dtype=bool), [each.name for each in robot.lines]
     for part in parts:
-        line, dot, axis = part.rpartition(".")
-        if part in names:
-            line, axes = part, list(AXES)
-        elif dot and line in names and axis in AXES:
+        line, axes = part, list(AXES)
+        if part not in names:
+            line, _, axis = part.rpartition(".")
             axes = [axis]
-        else:
+        if line not in names or axes[0] not in AXES:
             allowed = chain([INNER], names, (f"{name}.{AXES[0]}" for name in names))
             raise UnknownName("datum", part, list(allowed))
         for each in axes:

@@ -189,8 +189,7 @@ class CalibrateCommand:
 
     def _compared(self, found: Calibration) -> Calibration:
         """The same, compared with the last calibration, if there is one."""
-        from cablewright.calibration.drift.comparison import compared
-        from cablewright.calibration.drift.record import load_record
+        from cablewright.calibration.drift.record import compared, load_record
 
         file = self._record()
         if file is None or found.verdict == "bad" or found.posterior.redundancy < 1:

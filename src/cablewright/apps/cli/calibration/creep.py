@@ -22,7 +22,7 @@ class CreepCommand:
     """
 
     EXAMPLE: ClassVar = "creep examples/creep.csv --initial-length '2 m'"
-    ANSWERS: ClassVar = ("calibration.tensile.creep_result:CreepResult",)
+    ANSWERS: ClassVar = ("calibration.tensile.creep:CreepResult",)
 
     test: Annotated[
         Path,

@@ -96,7 +96,7 @@ class ModulusCommand:
     """
 
     EXAMPLE: ClassVar = "modulus examples/tensile.csv --initial-length '2 m' --robot paty2021"
-    ANSWERS: ClassVar = ("calibration.tensile.result:TensileResult",)
+    ANSWERS: ClassVar = ("calibration.tensile.modulus:TensileResult",)
 
     test: Annotated[Path, typer.Argument(metavar="TEST", help="CSV file with columns force and elongation.")]
     initial_length: Annotated[

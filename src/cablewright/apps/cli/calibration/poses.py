@@ -45,8 +45,7 @@ class PosesCommand:
     def run(self) -> int:
         """Choose the poses, write and print them."""
         from cablewright.calibration.guidance.selection import calibration_poses
-        from cablewright.calibration.measured import Measured
-        from cablewright.calibration.measurements import write_measured
+        from cablewright.calibration.measurements import Measured, write_measured
         from cablewright.robot import load
 
         machine = load(self.robot)

@@ -61,7 +61,7 @@ class SurveyCommand:
 
     def _write(self, found: Surveyed) -> None:
         """Write the robot as surveyed, and say what could not be taken over."""
-        from cablewright.calibration.survey.surveyed_robot import surveyed
+        from cablewright.calibration.survey.result import surveyed
         from cablewright.robot import file_text, load, update
 
         if self.out is None or self.robot is None:
