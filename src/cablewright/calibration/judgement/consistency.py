@@ -28,7 +28,6 @@ _KINDS: Final = {"level": "the level", "priors": "the priors", "distances": "the
 _SHORT: Final = 1e-6  # m: smaller sigmas are alike
 _FEW: Final = 5  # redundant rows of a half
 _NULL: Final = 1e-9  # relative size of a singular value that counts as zero
-_EXACT: Final = 1e-8  # m: sigma below which data count as exact
 
 
 @dataclass(frozen=True)
@@ -52,11 +51,12 @@ def predicted_halves(problem: CalibrationProblem, found: PoseFit) -> tuple[HalfP
     rows = problem.derivatives(found.theta, found.poses, weights)
     off, reduced, ranks = projected(rows)
     surplus = (problem.of_poses(weights) > 0.0).sum(axis=1) - ranks
-    middle, floor = problem.poses // 2, (_EXACT / problem.encoder_sigma) ** 2
+    middle, floor = problem.poses // 2, problem.floor**2
     late = np.arange(problem.poses) >= middle
     shared = rows.others_by_unknown, rows.others
     made = []
-    rank = _rank(np.concatenate([reduced.reshape(-1, reduced.shape[-1]), shared[0]]))
+    every = np.linalg.svd(np.concatenate([reduced.reshape(-1, reduced.shape[-1]), shared[0]]), compute_uv=False)
+    rank = int((every > _NULL * every.max(initial=1e-300)).sum())
     for other in (late, np.logical_not(late)):
         basis, moved, square, redundancy = _own(off, reduced, surplus, np.logical_not(other), shared)
         count = int(surplus[other].sum())
@@ -72,11 +72,6 @@ def predicted_halves(problem: CalibrationProblem, found: PoseFit) -> tuple[HalfP
         probability = float(special.fdtrc(count, redundancy, ratio))
         made.append(HalfPrediction((int(places[0]), int(places[-1])), float(np.sqrt(ratio)), probability))
     return tuple(made)
-
-
-def _rank(rows: Array) -> int:
-    values = np.linalg.svd(rows, compute_uv=False)
-    return int((values > _NULL * values.max(initial=1e-300)).sum())
 
 
 def _own(

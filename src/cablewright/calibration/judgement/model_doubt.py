@@ -16,14 +16,14 @@ import numpy as np
 
 from cablewright.arrays import Array, Indices
 from cablewright.calibration.measurements import SENSORS, Measured
-from cablewright.calibration.plan import CalibrationPlan, Sigmas
+from cablewright.calibration.plan import Sigmas
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import Information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
 from cablewright.models.creep import hour_compliance
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
-from cablewright.robot import Eyelet, Line, Robot
+from cablewright.robot import Eyelet, Line
 from cablewright.solvers.inverse import solve_inverse
 
 RADIUS: Final = 0.03  # of a sheave's radius: the cable's own radius may be in it or not
@@ -160,8 +160,10 @@ def _considered(problem: CalibrationProblem, found: PoseFit) -> tuple[Derivative
     shared = tuple(name for name in names if name not in ("sheave_radius", "exit_compliance"))
     sensors = believed_of_sensors(problem.measured, plan.sigma)
     names += [name for name in sensors if name not in plan.unknowns]
-    wider = problem.with_plan(_with_unknowns(plan, tuple(names), shared))
-    rows = wider.derivatives(_theta(wider, problem, found), found.poses, found.weights)
+    more = {"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)}
+    wider = problem.with_plan(plan.model_copy(update=more))
+    theta = np.append(found.theta, wider.free[len(problem.free_unknowns) :])  # those found, and the file's
+    rows = wider.derivatives(theta, found.poses, found.weights)
     share = max(creep_share(line) for line in robot.lines)
     sigmas = {"build_up": BUILD_UP, "modulus": math.hypot(MODULUS, share)} | sensors
     numbers, columns = [], []
@@ -197,15 +199,6 @@ def believed_of_sensors(measured: Measured, sigma: Sigmas) -> dict[str, float]:
     return found | ({"tension_scale": CELL} if "tension" in sensors else {})
 
 
-def _with_unknowns(plan: CalibrationPlan, names: tuple[str, ...], shared: tuple[str, ...]) -> CalibrationPlan:
-    return plan.model_copy(update={"unknowns": (*plan.unknowns, *names), "shared": (*plan.shared, *shared)})
-
-
-def _theta(wider: CalibrationProblem, problem: CalibrationProblem, found: PoseFit) -> Array:
-    """Return the free unknowns of the wider problem: those found, and the file's."""
-    return np.append(found.theta, wider.free[len(problem.free_unknowns) :])
-
-
 def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array | None:
     """Return by how much each line (N, m) stretches by the file's stiffness, m; None if nothing says what loads them.
 
@@ -216,13 +209,9 @@ def stretch_of(problem: CalibrationProblem, theta: Array, poses: Array) -> Array
     compliance = 1.0 / np.array([line.cable.stiffness for line in robot.lines])
     tensions = problem.known_tensions(theta, poses)
     if tensions is None:
-        if not _is_loaded(robot):
+        if not (robot.scene.gravity > 0.0 and robot.m >= robot.freedoms):  # nothing loads them, or says how
             return None
         exits = np.broadcast_to(problem.points(theta), (problem.poses, robot.m, 3))
         model = Model(robot, Fidelity.of(CableLaw.RIGID))
         tensions = solve_inverse(model, poses, exit_points=np.ascontiguousarray(exits)).tensions
     return np.asarray(np.nan_to_num(tensions) * lengths * compliance)
-
-
-def _is_loaded(robot: Robot) -> bool:
-    return robot.scene.gravity > 0.0 and robot.m >= robot.freedoms

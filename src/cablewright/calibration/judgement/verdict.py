@@ -132,6 +132,7 @@ _LEFT_OUT: Final = (0.1, 0.25)  # share of poses that do not fit: doubtful, bad
 _OVERSTATED: Final = 1.0 / 3.0  # residuals of positions over their sigma: below, it is not theirs
 _FEW: Final = 12  # poses of which a share that is left out may be chance
 _RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtful, bad
+_ROUNDING: Final = 1e-6  # of the frame's diagonal, of exit points
 _STRAY: Final = 0.05  # m: poses nearer to their start values are where they were said to be
 _LEVEL: Final = 1e-4  # probability of such residuals by chance
 
@@ -204,7 +205,8 @@ def _moved(found: Calibration, rough: float) -> Iterator[_Reason]:
         away = np.abs(motion(problem, found.fit.theta)).ravel()
         over = away - rough - _BEYOND * np.nan_to_num(found.sigma[exits])
         worst = int(np.argmax(over))
-        if over[worst] > _tiny(found):
+        scene = problem.robot.scene
+        if over[worst] > _ROUNDING * math.dist(scene.frame_min, scene.frame_max):
             label = [each.label for each in found.unknowns if each.name == "exit_point"][worst]
             yield _Reason(
                 f"{label} moves by {away[worst]:.3g} m from the file, where it is said to be right to {rough:.3g} m "
@@ -345,11 +347,6 @@ def _halves(found: Calibration) -> Iterator[_Reason]:
             f"explains, limit {_RATIO[0]:g}: did something slip or change between?",
             worst.ratio > _RATIO[1],
         )
-
-
-def _tiny(found: Calibration) -> float:
-    """Return the rounding of exit points, m."""
-    return 1e-6 * math.dist(found.problem.robot.scene.frame_min, found.problem.robot.scene.frame_max)
 
 
 def _mm(length: float) -> str:

@@ -35,8 +35,16 @@ from cablewright.solvers.parameters import response, tension_response
 _STEP: Final = 1e-10  # m: accuracy of an equilibrium
 _MAX_STEPS: Final = 200
 _MIN_DAMPING: Final = 1e-10  # keeps what the data leave open at its start
-FREED: Final = (0, 1, 2, 5, 4, 3)
+_FREED: Final = (0, 1, 2, 5, 4, 3)
 """Coordinates of a pose in the order in which lines hold them: with m < n lines gravity determines the last n - m."""
+
+
+def given_by_lines(robot: Robot, poses: Array) -> Array:
+    """Return *poses* (N, n) of which at most m coordinates are given; the others, which gravity determines, are NaN."""
+    given = poses.copy()
+    if robot.m < robot.freedoms:
+        given[:, _FREED[robot.m : robot.n]] = np.nan
+    return given
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.measurements import MAX_POSES, Measured
-from cablewright.calibration.poses.elastic import FREED, ElasticProblem, problem_of
+from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines, problem_of
 from cablewright.calibration.poses.fit import yaw_between
 from cablewright.calibration.unknowns import require_covered
 from cablewright.errors import InputError
@@ -121,7 +121,7 @@ def measure(
     )
     problem, states, held = problem_of(model, blank, hold=False), poses, None
     if problem.elastic or problem.is_soft or sensors.tension is not None:
-        held = solve_inverse(model, _given(robot, poses) if problem.elastic else poses).checked()
+        held = solve_inverse(model, given_by_lines(robot, poses) if problem.elastic else poses).checked()
         problem = replace(problem, rows=problem.rows._replace(tensions=held.tensions))
     if isinstance(problem, ElasticProblem) and held is not None:
         states = problem.states_of(held)
@@ -149,14 +149,6 @@ def measure(
     return SimulatedCalibration(measured, poses, lengths[0], noise)
 
 
-def _given(robot: Robot, poses: Array) -> Array:
-    """Return poses (N, n) of which at most m coordinates are given; the others, which gravity determines, are NaN."""
-    given = poses.copy()
-    if robot.m < robot.freedoms:
-        given[:, FREED[robot.m : robot.n]] = np.nan
-    return given
-
-
 def random_poses(
     robot: Robot | Model, count: int, rng: np.random.Generator, cable: CableLaw | str | None = None
 ) -> Array:
@@ -172,7 +164,7 @@ def random_poses(
         poses[:, 3:] = rng.uniform(-_TURN, _TURN, (len(poses), robot.n - 3))
         poses = _in_plane(robot, poses, inset)
         if robot.m >= robot.freedoms or model.fidelity.cable is not CableLaw.RIGID:
-            held = solve_inverse(model, _given(robot, poses))
+            held = solve_inverse(model, given_by_lines(robot, poses))
             poses = held.pose[held.ok]
         found += list(poses)
         if len(found) >= count:

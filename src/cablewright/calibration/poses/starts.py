@@ -14,7 +14,7 @@ import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.poses.elastic import FREED, ElasticProblem
+from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines
 from cablewright.calibration.poses.fit import (
     ALIKE,
     SAME,
@@ -325,10 +325,9 @@ def equilibria_at(problem: ElasticProblem, found: Model, poses: Array) -> Equili
     if tensions is not None:
         tensions = tensions.clip(min=1e-3 * robot.platform.mass * robot.scene.gravity)
         limits = float(tensions.min() / _WIDER), float(tensions.max() * _WIDER)
-    given = poses.copy()
-    if robot.m < robot.freedoms:  # gravity determines the others
-        given[:, FREED[robot.m :]] = np.nan
-    held = solve_inverse(Model(found.robot, problem.model.fidelity, limits), given, preferred=tensions)
+    held = solve_inverse(
+        Model(found.robot, problem.model.fidelity, limits), given_by_lines(robot, poses), preferred=tensions
+    )
     lost = ~np.isfinite(held.lengths).all(axis=1) | ~np.isfinite(held.pose).all(axis=1)
     if lost.all():
         place = ", ".join(f"{x:.3g}" for x in poses[0, :3])
