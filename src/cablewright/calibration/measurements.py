@@ -1,4 +1,4 @@
-"""Calibration measurements as CSV files: reading with limits on size and one-line errors, and writing."""
+"""What was measured at the poses of a calibration, and its CSV files: limits on size, one-line errors, writing."""
 
 from __future__ import annotations
 
@@ -23,6 +23,16 @@ from cablewright.units import ANGLE, FORCE, LENGTH, Dimension
 SENSORS: Final = {"tension": ("tensions", "f_1"), "swivel": ("swivel", "swivel_1"), "tilt": ("tilt", "tilt_x"),
                   "yaw": ("yaw", "yaw")}  # fmt: skip
 """Sensors that have a zero: the field of what they measured, and the first of the columns."""
+
+MAX_BYTES: Final = 32 << 20
+MAX_POSES: Final = 5_000
+_MAX_SIZE: Final = 1e9  # SI
+_POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
+_OF_DRUM: Final = re.compile(
+    r"(?P<name>(?i:dl)_[0-9]+) *[(\[](?P<unit>turns|rad|deg|counts(?:/(?P<counts>[1-9][0-9]{0,8}))?)[)\]]"
+)
+_COUNTS: Final = "counts/4096"  # one such unit, in messages
+_MAY_BE_BLANK: Final = frozenset((*_POSE, *(f"sigma_{name}" for name in _POSE)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,18 +73,6 @@ class Measured:
     def place(self, pose: int) -> str:
         """Return where a pose (counted from 0) is: ``line 7`` of the file, or ``pose 7``."""
         return f"line {self.places[pose]}" if len(self.places) else f"pose {pose + 1}"
-
-
-MAX_BYTES: Final = 32 << 20
-MAX_POSES: Final = 5_000
-
-_MAX_SIZE: Final = 1e9  # SI
-_POSE: Final = ("x", "y", "z", "rx", "ry", "rz")
-_OF_DRUM: Final = re.compile(
-    r"(?P<name>(?i:dl)_[0-9]+) *[(\[](?P<unit>turns|rad|deg|counts(?:/(?P<counts>[1-9][0-9]{0,8}))?)[)\]]"
-)
-_COUNTS: Final = "counts/4096"  # one such unit, in messages
-_MAY_BE_BLANK: Final = frozenset((*_POSE, *(f"sigma_{name}" for name in _POSE)))
 
 
 def read_measured(path: str | Path, robot: Robot) -> Measured:

@@ -46,6 +46,11 @@ from cablewright.robot.parameters import KINDS
 _YAWS: Final = tuple(np.radians(range(30, 360, 30)).tolist())
 _FITS: Final = 100.0  # max mean square of a pose's residuals over their sigma: beyond, other start values are tried
 _BETTER: Final = 0.5  # of the squares, to prefer those of another start
+FALSE_ALARM: Final = 0.01
+"""Default share of checks that say that something moved though nothing did."""
+
+_FREED: Final = ("exit_point", "length_offset")
+_NAMED: Final = 2  # numbers that a pose leaves over with which a wrong line of it can be told
 
 
 def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tuple[Array, Array]:
@@ -115,13 +120,6 @@ def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
     changed = theta.copy()
     changed[homes] = best_fit(only, seed=0, rough=0.0).theta
     return changed
-
-
-FALSE_ALARM: Final = 0.01
-"""Default share of checks that say that something moved though nothing did."""
-
-_FREED: Final = ("exit_point", "length_offset")
-_NAMED: Final = 2  # numbers that a pose leaves over with which a wrong line of it can be told
 
 
 @dataclass(frozen=True)

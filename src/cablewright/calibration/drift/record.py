@@ -1,4 +1,8 @@
-"""The record of a calibration: date, data and sigmas beside the robot's file, to compare later measurements with."""
+"""The record of a calibration: date, data and sigmas beside the robot's file, to compare later measurements with.
+
+A later calibration is compared with it: which exit points moved by more than both sigmas explain. Both are moved onto
+one another by the best translation and yaw, which encoders do not determine.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +35,11 @@ from cablewright.validation import Description, FileDescription, refusal
 _MAX_UNKNOWNS: Final = 250
 _AGREES: Final = 1e-8  # m: numbers in a robot's file are rounded to a nanometre
 _Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+LEVEL: Final = 0.01
+"""The share of comparisons that say that something moved though nothing did."""
+
+_SHIFTS: Final = ("translation", "yaw")  # beginnings of their names
+_ROUNDING: Final = 1e-8  # m: of numbers in a robot's file
 
 
 class KnownValue(Description):
@@ -165,13 +174,6 @@ def record_path(robot: str | Path) -> Path:
 def load_record(path: str | Path) -> CalibrationRecord:
     """Read a record. Raises `InputError`, one line naming file, key, value and what is allowed."""
     return load_model(CalibrationRecord, path)
-
-
-LEVEL: Final = 0.01
-"""The share of comparisons that say that something moved though nothing did."""
-
-_SHIFTS: Final = ("translation", "yaw")  # beginnings of their names
-_ROUNDING: Final = 1e-8  # m: of numbers in a robot's file
 
 
 def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) -> Explanation:

@@ -36,6 +36,14 @@ from cablewright.solvers.inverse import solve_inverse
 
 _SPARE: Final = 5  # poses more than there must be, before anything is said to be known
 _ROBOTS: Final = 6  # that it may be
+_CANDIDATES: Final = 300
+_MAX_MORE: Final = 60  # poses within which what is needed must be reached
+_RIDGE: Final = (1e-8, 1e-12)  # of the mean information, so that it is regular: before there are enough poses, and then
+MAX_NEXT: Final = 50
+"""The most poses at a time."""
+
+NEXT: Final = 4
+"""Default number of poses at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,14 +114,6 @@ def _of_encoders(plan: CalibrationPlan, count: int) -> CalibrationPlan:
         name: tuple(each for each in getattr(plan, name) if max(each.poses) <= count) for name in ("planes", "ranges")
     }
     return plan.model_copy(update=kept)
-
-
-_CANDIDATES: Final = 300
-_MAX_MORE: Final = 60  # poses within which what is needed must be reached
-_RIDGE: Final = (1e-8, 1e-12)  # of the mean information, so that it is regular: before there are enough poses, and then
-
-MAX_NEXT: Final = 50
-"""The most poses at a time."""
 
 
 @dataclass(frozen=True)
@@ -234,10 +234,6 @@ def _inverse(root: Array) -> Array:
     """Return the covariance (d, d) by the *root* (d, d) of an information."""
     half = np.linalg.inv(root)
     return np.asarray(half @ half.T)
-
-
-NEXT: Final = 4
-"""Default number of poses at a time."""
 
 
 @dataclass(frozen=True)

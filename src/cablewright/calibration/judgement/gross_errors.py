@@ -1,4 +1,9 @@
-"""Gross errors: found after a plain fit by fits that they cannot move, then tested against all other poses."""
+"""Gross errors: found after a plain fit by fits that they cannot move, then tested against all other poses.
+
+Noise alone seldom rejects any: these are F tests, with the level shared out. A pose is tested by what its freedoms do
+not explain. A set of poses is the worst of all sets of its size, so its level is divided by their number (Bonferroni):
+the false alarms of a whole file are at most `FALSE_ALARM`, to first order.
+"""
 
 from __future__ import annotations
 
@@ -24,12 +29,18 @@ from cablewright.progress import Progress, silent
 FALSE_ALARM: Final = 0.003
 """Probability that a calibration without gross errors rejects anything."""
 
+_SETTLING: Final = 12  # max rounds of testing
+_NAMED: Final = 3.0  # max excess, over its limit, of a pose without the reading that is named
+_TESTABLE: Final = 10  # min redundant measurements of a search: with fewer, noise looks like errors
+_TESTED: Final = 5  # min redundant measurements that are left after it
+_TOO_MANY: Final = 0.4  # share of rejected poses beyond which the model is wrong, not the data
+
 
 @dataclass(frozen=True, eq=False)
 class Unexplained:
     """What of each pose no change of it explains, at a fit of those that are not `out`, and what that fit determines.
 
-    Each row is of sigma 1 or less: the weights are those of `weights.evened`.
+    Each row is of sigma 1 or less: the weights are those of `sigmas.evened`.
     """
 
     off: Array  # (N, e)
@@ -107,13 +118,6 @@ class Unexplained:
 def _log_binomial(of: int, size: int) -> float:
     """Return the logarithm of the number of sets of a size."""
     return float(special.gammaln(of + 1) - special.gammaln(size + 1) - special.gammaln(of - size + 1))
-
-
-_SETTLING: Final = 12  # max rounds of testing
-_NAMED: Final = 3.0  # max excess, over its limit, of a pose without the reading that is named
-_TESTABLE: Final = 10  # min redundant measurements of a search: with fewer, noise looks like errors
-_TESTED: Final = 5  # min redundant measurements that are left after it
-_TOO_MANY: Final = 0.4  # share of rejected poses beyond which the model is wrong, not the data
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 The sigma of a kind is such that its squared residuals sum to its redundancy (Foerstner 1979): at the end of the rounds
 that is the variance component of restricted maximum likelihood.
+
+A row's leverage is the share of it that the fit takes as its own: rows of redundancy 1 - leverage test the fit.
 """
 
 from __future__ import annotations
@@ -21,6 +23,18 @@ from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
 from cablewright.calibration.sensors.kinds import KINDS, SIGMA_OF
 
 _CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better
+_ROUNDS: Final = 8
+_EVENING: Final = 15  # rounds: a sigma told 1000 times too large falls by a few times in each
+_SAME: Final = 0.02  # relative change of a sigma, or of weights, that ends the rounds
+_ROUGHLY: Final = 0.2  # such a change where gross errors may still be in
+ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
+_LEAST: Final = 1.0  # redundancy with which a told sigma may grow
+_DENIED: Final = 0.05  # probability of residuals, by the told sigma, under which it grows
+_TESTED: Final = 0.05  # redundancy of a row whose residual tells of its sigma
+_EXACT: Final = 1e-6  # m: min estimated sigma of the encoders
+_SMALLEST: Final = 1e-4  # min estimated sigma of another kind over the told one
+_MEDIAN: Final = 0.6745  # median of the size of a standard normal number
+_HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % efficient where nothing is wrong
 
 
 @dataclass(frozen=True)
@@ -94,20 +108,6 @@ def idle(problem: CalibrationProblem, found: PoseFit) -> Mask:
         if after.null.shape[1] > before.null.shape[1]:
             return np.zeros_like(vague)
     return np.asarray(vague)
-
-
-_ROUNDS: Final = 8
-_EVENING: Final = 15  # rounds: a sigma told 1000 times too large falls by a few times in each
-_SAME: Final = 0.02  # relative change of a sigma, or of weights, that ends the rounds
-_ROUGHLY: Final = 0.2  # such a change where gross errors may still be in
-ENOUGH: Final = 5.0  # redundancy of a kind with which its sigma can be estimated
-_LEAST: Final = 1.0  # redundancy with which a told sigma may grow
-_DENIED: Final = 0.05  # probability of residuals, by the told sigma, under which it grows
-_TESTED: Final = 0.05  # redundancy of a row whose residual tells of its sigma
-_EXACT: Final = 1e-6  # m: min estimated sigma of the encoders
-_SMALLEST: Final = 1e-4  # min estimated sigma of another kind over the told one
-_MEDIAN: Final = 0.6745  # median of the size of a standard normal number
-_HUBER: Final = 1.5  # sigmas beyond which a row of these pulls no harder: 96 % efficient where nothing is wrong
 
 
 def estimates_encoders(problem: CalibrationProblem) -> bool:

@@ -1,4 +1,8 @@
-"""The verdict on a calibration: good, doubtful or bad, and each reason as a sentence with subject, value and limit."""
+"""The verdict on a calibration: good, doubtful or bad, and each reason as a sentence with subject, value and limit.
+
+Before it stands the status: whether a fit has an answer at all, converged, within reason, determined and consistent,
+and what to do where not.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +31,18 @@ _NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations
 _TOO_LARGE: Final = 10.0  # max rms over the given sigma
 _ACROSS: Final = 1.0 / 3.0  # max sigma of an exit point's distance from the plane, over that distance
 _LARGE: Final = 0.05  # part of an unknown in a direction of length 1 that counts
+NEED: Final = 2e-3
+"""Default of what printing needs: max sigma of a coordinate of an exit point, m."""
+
+_BEYOND: Final = 5.0  # sigmas by which an exit point may be further off than it was said to be
+_PRIOR: Final = (4.0, 10.0)  # deviations of its prior by which an unknown moves: doubtful, bad
+_LEFT_OUT: Final = (0.1, 0.25)  # share of poses that do not fit: doubtful, bad
+_OVERSTATED: Final = 1.0 / 3.0  # residuals of positions over their sigma: below, it is not theirs
+_FEW: Final = 12  # poses of which a share that is left out may be chance
+_RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtful, bad
+_ROUNDING: Final = 1e-6  # of the frame's diagonal, of exit points
+_STRAY: Final = 0.05  # m: poses nearer to their start values are where they were said to be
+_LEVEL: Final = 1e-4  # probability of such residuals by chance
 
 
 def status_of(
@@ -121,20 +137,6 @@ def _undetermined(posterior: Information) -> str:
         f"the data do not determine {combination(posterior.unknowns, beyond[:, 0])}: {measure}leave one of {names} out "
         "of the unknowns or give it a prior"
     )
-
-
-NEED: Final = 2e-3
-"""Default of what printing needs: max sigma of a coordinate of an exit point, m."""
-
-_BEYOND: Final = 5.0  # sigmas by which an exit point may be further off than it was said to be
-_PRIOR: Final = (4.0, 10.0)  # deviations of its prior by which an unknown moves: doubtful, bad
-_LEFT_OUT: Final = (0.1, 0.25)  # share of poses that do not fit: doubtful, bad
-_OVERSTATED: Final = 1.0 / 3.0  # residuals of positions over their sigma: below, it is not theirs
-_FEW: Final = 12  # poses of which a share that is left out may be chance
-_RATIO: Final = (1.5, 10.0)  # residuals over what their sigmas explain: doubtful, bad
-_ROUNDING: Final = 1e-6  # of the frame's diagonal, of exit points
-_STRAY: Final = 0.05  # m: poses nearer to their start values are where they were said to be
-_LEVEL: Final = 1e-4  # probability of such residuals by chance
 
 
 class _Reason(NamedTuple):

@@ -1,4 +1,4 @@
-"""The result of a survey: exits, axes, walls and residuals with their sigmas, in the survey frame."""
+"""The result of a survey: exits, axes, walls and residuals with their sigmas, and a robot with these exits."""
 
 from __future__ import annotations
 
@@ -20,6 +20,54 @@ from cablewright.units import Vec3
 from cablewright.validation import validated
 
 _SUSPECT: Final = 3.5  # sigmas
+EXIT: Final = (
+    Figure("exit_point", "m", "Exit point; null where no marker gives it.", digits=5, shown="m"),
+    Figure("exit_sigma", "m", "Standard deviations of its coordinates.", name="sigma", digits=2, shown="mm"),
+    Figure("winch_exit", "m", "Winch exit; null where no marker gives it.", digits=5, shown="m"),
+    Figure("winch_sigma", "m", "Standard deviations of its coordinates.", name="sigma", digits=2, shown="mm"),
+    Figure("dead_length", "m", "Distance of the two; null where one is not known.", digits=5, shown="m"),
+)
+AXIS: Final = (
+    Figure("line", "", "Line of the sheave."),
+    Figure("kind", "", "swivel: the upright axis of the swivel; sheave: the axis of the sheave."),
+    Figure("point", "m", "Centre of the markers' circle.", digits=5, shown="m"),
+    Figure("sigma", "m", "Standard deviations of its coordinates.", digits=2, shown="mm"),
+    Figure("direction", "1", "Unit vector of the axis.", digits=5),
+    Figure("radius", "m", "Radius of the markers' circle.", shown="mm"),
+    Figure("radius_sigma", "m", "Its standard deviation.", name="sigma", digits=2, shown="mm"),
+    Figure("arc", "rad", "Arc from the first marker to the last.", digits=3),
+)
+WALL: Final = (
+    Figure("normal", "1", "Unit normal, out of the room: normal . p = distance.", digits=5),
+    Figure("distance", "m", "Distance of the plane from the frame's origin.", digits=5, shown="m"),
+    Figure("distance_sigma", "m", "Its standard deviation.", name="sigma", digits=2, shown="mm"),
+    Figure("angle_sigma", "rad", "Standard deviation of the normal's azimuth.", name="azimuth sigma", digits=2),
+    Figure("lean", "rad", "Upward lean of the normal in a free fit; null where the markers do not show it.", digits=3),
+    Figure("lean_sigma", "rad", "Its standard deviation.", name="sigma", digits=2),
+    Figure("rms", "m", "Root mean square of the markers' residuals.", digits=3, shown="mm"),
+    Figure("points", "1", "Number of markers."),
+)
+MARKER: Final = (
+    Figure("point", "", "Name of the marker.", name="marker"),
+    Figure("feature", "", "Feature that the marker is on.", name="on"),
+    Figure(
+        "residual", "m", "Distance from what was fitted; null where no other marker checks it.", digits=3, shown="mm"
+    ),
+    Figure("sigma", "m", "Expected size of the residual.", name="expected", digits=3, shown="mm"),
+    Figure("repeat", "m", "Root mean square of its shots about their mean; null for one shot.", digits=3, shown="mm"),
+    Figure("shots", "1", "Number of shots."),
+    Figure("suspect", "", "Whether the residual is too large for chance."),
+)
+FRAME: Final = (
+    Figure("along", "", "Wall that y follows, x into the room; or instrument: its own x and y."),
+    Figure("origin", "", "station: below the instrument; exits: in the middle of the exit points."),
+    Figure("zero_height", "", "What z = 0 is: floor, height (floor by the instrument's height), or instrument."),
+    Figure("rotation", "rad", "Rotation of the frame from the instrument's.", detail=True),
+    Figure("offset", "m", "Offset of the frame from the instrument's.", detail=True),
+)
+_DIGITS: Final = 5  # of a metre: 0.01 mm is far below the accuracy of a survey
+_OFF_AXIS: Final = 5e-3  # m: horizontal distance of a winch from its swivel's axis that needs a note
+_MOVED: Final = 0.3  # m: an exit point that moves by more is in another frame, or of another line
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,53 +149,6 @@ def _named(rows: Iterable[object], figures: tuple[Figure, ...], name: str) -> di
     return {getattr(row, name): figures_dict(figures, row) for row in rows}
 
 
-EXIT: Final = (
-    Figure("exit_point", "m", "Exit point; null where no marker gives it.", digits=5, shown="m"),
-    Figure("exit_sigma", "m", "Standard deviations of its coordinates.", name="sigma", digits=2, shown="mm"),
-    Figure("winch_exit", "m", "Winch exit; null where no marker gives it.", digits=5, shown="m"),
-    Figure("winch_sigma", "m", "Standard deviations of its coordinates.", name="sigma", digits=2, shown="mm"),
-    Figure("dead_length", "m", "Distance of the two; null where one is not known.", digits=5, shown="m"),
-)
-AXIS: Final = (
-    Figure("line", "", "Line of the sheave."),
-    Figure("kind", "", "swivel: the upright axis of the swivel; sheave: the axis of the sheave."),
-    Figure("point", "m", "Centre of the markers' circle.", digits=5, shown="m"),
-    Figure("sigma", "m", "Standard deviations of its coordinates.", digits=2, shown="mm"),
-    Figure("direction", "1", "Unit vector of the axis.", digits=5),
-    Figure("radius", "m", "Radius of the markers' circle.", shown="mm"),
-    Figure("radius_sigma", "m", "Its standard deviation.", name="sigma", digits=2, shown="mm"),
-    Figure("arc", "rad", "Arc from the first marker to the last.", digits=3),
-)
-WALL: Final = (
-    Figure("normal", "1", "Unit normal, out of the room: normal . p = distance.", digits=5),
-    Figure("distance", "m", "Distance of the plane from the frame's origin.", digits=5, shown="m"),
-    Figure("distance_sigma", "m", "Its standard deviation.", name="sigma", digits=2, shown="mm"),
-    Figure("angle_sigma", "rad", "Standard deviation of the normal's azimuth.", name="azimuth sigma", digits=2),
-    Figure("lean", "rad", "Upward lean of the normal in a free fit; null where the markers do not show it.", digits=3),
-    Figure("lean_sigma", "rad", "Its standard deviation.", name="sigma", digits=2),
-    Figure("rms", "m", "Root mean square of the markers' residuals.", digits=3, shown="mm"),
-    Figure("points", "1", "Number of markers."),
-)
-MARKER: Final = (
-    Figure("point", "", "Name of the marker.", name="marker"),
-    Figure("feature", "", "Feature that the marker is on.", name="on"),
-    Figure(
-        "residual", "m", "Distance from what was fitted; null where no other marker checks it.", digits=3, shown="mm"
-    ),
-    Figure("sigma", "m", "Expected size of the residual.", name="expected", digits=3, shown="mm"),
-    Figure("repeat", "m", "Root mean square of its shots about their mean; null for one shot.", digits=3, shown="mm"),
-    Figure("shots", "1", "Number of shots."),
-    Figure("suspect", "", "Whether the residual is too large for chance."),
-)
-FRAME: Final = (
-    Figure("along", "", "Wall that y follows, x into the room; or instrument: its own x and y."),
-    Figure("origin", "", "station: below the instrument; exits: in the middle of the exit points."),
-    Figure("zero_height", "", "What z = 0 is: floor, height (floor by the instrument's height), or instrument."),
-    Figure("rotation", "rad", "Rotation of the frame from the instrument's.", detail=True),
-    Figure("offset", "m", "Offset of the frame from the instrument's.", detail=True),
-)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Survey(Pictured):
     """The result of a survey, in the survey frame."""
@@ -184,11 +185,6 @@ class Survey(Pictured):
     def unchecked(self) -> int:
         """How many markers nothing checks."""
         return sum(math.isnan(row.residual) and math.isnan(row.repeat) for row in self.residuals)
-
-
-_DIGITS: Final = 5  # of a metre: 0.01 mm is far below the accuracy of a survey
-_OFF_AXIS: Final = 5e-3  # m: horizontal distance of a winch from its swivel's axis that needs a note
-_MOVED: Final = 0.3  # m: an exit point that moves by more is in another frame, or of another line
 
 
 def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:

@@ -80,6 +80,14 @@ FIGURES = (
            "uncertainty_text", name="for an uncertainty file"),
     Figure("notes", "", "What a careful person would ask.", detail=True),
 )  # fmt: skip
+MAX_SAMPLES: Final = 100_000
+_LOADED: Final = 0.5  # of the largest change of force, from which on a specimen counts as under load
+_PER_RETARDATION: Final = 3.0  # samples in a retardation time, at the beginning of the load
+_DECADES: Final = 100.0  # times the start, for which logarithmic creep must be seen
+_ALIKE: Final = 1e10  # condition number of the columns from which on they are not told apart
+_VARIES: Final = 0.5  # K: smaller changes of temperature tell no expansion
+_WANDERS: Final = 5.0  # widening of the variances, from which a note says that the law does not fit
+_BELOW_ZERO: Final = -3.0  # sigmas
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -200,16 +208,6 @@ class CreepResult(Pictured):
         if self.expansion is not None and self.test.temperature is not None:
             strain = strain - self.expansion * (self.test.temperature - self.test.temperature[0])
         return np.asarray(strain)
-
-
-MAX_SAMPLES: Final = 100_000
-_LOADED: Final = 0.5  # of the largest change of force, from which on a specimen counts as under load
-_PER_RETARDATION: Final = 3.0  # samples in a retardation time, at the beginning of the load
-_DECADES: Final = 100.0  # times the start, for which logarithmic creep must be seen
-_ALIKE: Final = 1e10  # condition number of the columns from which on they are not told apart
-_VARIES: Final = 0.5  # K: smaller changes of temperature tell no expansion
-_WANDERS: Final = 5.0  # widening of the variances, from which a note says that the law does not fit
-_BELOW_ZERO: Final = -3.0  # sigmas
 
 
 def creep(

@@ -51,6 +51,20 @@ FIGURES = (
     Figure("against_paper", "", "The range of the modulus beside that of Paty 2021.", name="range of the modulus"),
     Figure("notes", "", "What a careful person would ask.", detail=True),
 )
+# A turn back of the force by this share of the band ends a branch, a smaller one is noise. As no two neighbours of a
+# branch may differ by more, one false sample cannot pass for the end of a branch.
+_TURN: Final = 0.1
+_WINDOWS: Final = 9  # tangents per branch, each over a fifth of its stretch; neighbours overlap by half
+_MIN_IN_WINDOW: Final = 4
+_SETTLED: Final = 0.02  # max relative difference of the last two loadings without a note
+
+# Bounds of any cable test. A column or an option in the wrong unit exceeds them.
+_BOUNDS: Final = {
+    "initial length": (1e-3, 1e5, "m"),
+    "section": (1e-10, 0.1, "m^2"),
+    "breaking load": (1e-2, 1e9, "N"),
+    "modulus": (1e6, 2e12, "Pa"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,22 +170,6 @@ class TensileResult(Pictured):
             f"{self.modulus_range[0]:.2f},{self.modulus_range[1]:.2f}, {kind} the paper's {low:g} to {high:g}: "
             "--modulus-range of accuracy"
         )
-
-
-# A turn back of the force by this share of the band ends a branch, a smaller one is noise. As no two neighbours of a
-# branch may differ by more, one false sample cannot pass for the end of a branch.
-_TURN: Final = 0.1
-_WINDOWS: Final = 9  # tangents per branch, each over a fifth of its stretch; neighbours overlap by half
-_MIN_IN_WINDOW: Final = 4
-_SETTLED: Final = 0.02  # max relative difference of the last two loadings without a note
-
-# Bounds of any cable test. A column or an option in the wrong unit exceeds them.
-_BOUNDS: Final = {
-    "initial length": (1e-3, 1e5, "m"),
-    "section": (1e-10, 0.1, "m^2"),
-    "breaking load": (1e-2, 1e9, "N"),
-    "modulus": (1e6, 2e12, "Pa"),
-}
 
 
 def modulus(
