@@ -58,7 +58,8 @@ def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tupl
     straight = problem
     if isinstance(problem, ElasticProblem):
         straight = StraightProblem.of(problem.robot, problem.measured, straight_plan(problem), hold=False)
-    start = _moved(problem, theta, straight)
+    known = dict(zip(problem.unknowns, theta.tolist(), strict=True))
+    start = np.array([known[each] for each in straight.unknowns])  # those that straight lines have too
     if new_home:
         start = with_new_home(straight, start)
     poses = _poses(straight, start)
@@ -69,12 +70,6 @@ def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tupl
         theta[problem.named("length_offset")] = start[straight.named("length_offset")]
     states = problem.states_of(equilibria_at(problem, Model(problem.robot), poses))
     return theta, fit(problem.for_poses_only(theta), np.zeros(0), states).poses
-
-
-def _moved(problem: CalibrationProblem, theta: Array, straight: CalibrationProblem) -> Array:
-    """Return the unknowns of straight lines (k,) with the values of those of *problem* that they have too."""
-    known = dict(zip(problem.unknowns, theta.tolist(), strict=True))
-    return np.array([known[each] for each in straight.unknowns])
 
 
 def _poses(problem: CalibrationProblem, theta: Array) -> Array:
@@ -88,8 +83,7 @@ def _poses(problem: CalibrationProblem, theta: Array) -> Array:
     start = np.zeros((problem.poses, problem.robot.n))
     start[:, :3] = middle
     if guess is not None:
-        known = np.asarray(np.isfinite(guess).all(axis=1))
-        start = np.where(known[:, None], guess, start)
+        start = np.where(np.isfinite(guess).all(axis=1, keepdims=True), guess, start)
     best, cost = _fitted(problem, theta, start)
     plane = problem.robot.platform.plane
     axis = (0.0, 0.0, 1.0) if plane is None else plane.across

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array, Indices
+from cablewright.arrays import Array
 from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.plan import Sigmas
 from cablewright.calibration.poses.fit import PoseFit
@@ -95,7 +95,8 @@ def model_doubt(problem: CalibrationProblem, found: PoseFit, posterior: Informat
         for at, each in enumerate(numbers):
             shift = float(np.abs(motion[exits, at] * value[at]).max(initial=0.0))
             considered.append(replace(each, value=float(value[at]), sigma=float(spread[at, at] ** 0.5), shift=shift))
-    alone = _surveyed(problem)
+    distances, points = len(problem.plan.distances), len(problem.plan.points)  # their rows have no pose
+    alone = np.arange(distances)[:, None], distances + np.arange(3 * points).reshape(-1, 3)
     clusters = _Clusters(off, reduced[..., :k]), *(_Clusters(here.others[at], others[at]) for at in alone)
     unmeasured = np.delete(others, np.concatenate([at.ravel() for at in alone]), axis=0)
     scatter = _by_scatter(clusters, unmeasured, posterior)
@@ -121,12 +122,6 @@ class _Clusters(NamedTuple):
 
     off: Array  # (c, r) residuals
     rows: Array  # (c, r, k)
-
-
-def _surveyed(problem: CalibrationProblem) -> tuple[Indices, Indices]:
-    """Return which rows without a pose are of each measured distance (d, 1), and of each surveyed point (p, 3)."""
-    distances, points = len(problem.plan.distances), len(problem.plan.points)
-    return np.arange(distances)[:, None], distances + np.arange(3 * points).reshape(-1, 3)
 
 
 def _by_scatter(clusters: Sequence[_Clusters], others: Array, posterior: Information) -> Array:

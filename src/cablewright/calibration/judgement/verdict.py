@@ -90,11 +90,15 @@ def _inconsistent(problem: CalibrationProblem, rms: float, chi: float) -> str:
     given = problem.plan.sigma.encoder
     limit = _NO_FIT * diagonal if given is None else max(_TOO_LARGE * given, 1e-6)
     if problem.elastic and chi > _TOO_LARGE:
-        size = f"residuals are {chi:.3g} times what the sigmas predict"
-        return f"{size}: are sigma.tension and sigma.encoder those of the sensors, lines in order?{zeros(problem)}"
+        return (
+            f"residuals are {chi:.3g} times what the sigmas predict: are sigma.tension and sigma.encoder those of the "
+            f"sensors, lines in order?{zeros(problem)}"
+        )
     if rms > limit:
-        size = f"lengths fit to {rms * 1e3:.3g} mm only, over the limit of {limit * 1e3:.3g} mm"
-        return f"{size}: check the order of the lines, wrap sides, signs and units{zeros(problem)}"
+        return (
+            f"lengths fit to {rms * 1e3:.3g} mm only, over the limit of {limit * 1e3:.3g} mm: check the order of the "
+            f"lines, wrap sides, signs and units{zeros(problem)}"
+        )
     return ""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -111,14 +111,11 @@ def measure(
     for name in ("tilt", "yaw"):
         if getattr(sensors, name) is not None and robot.n == 3:
             raise InputError(f"{name} noise: {robot.name!r} is a point platform, which has no {name}")
-    nothing = np.zeros((len(poses), m))
-    blank = Measured(
-        nothing,
-        poses,
-        swivel=None if sensors.swivel is None else nothing,
-        tilt=None if sensors.tilt is None else np.zeros((len(poses), 2)),
-        yaw=None if sensors.yaw is None else np.zeros((len(poses), 1)),
-    )
+    columns = {"swivel": m, "tilt": 2, "yaw": 1}
+    angles: dict[str, Any] = {
+        name: np.zeros((len(poses), count)) for name, count in columns.items() if getattr(sensors, name) is not None
+    }
+    blank = Measured(np.zeros((len(poses), m)), poses, **angles)
     problem, states, held = problem_of(model, blank, hold=False), poses, None
     if problem.elastic or problem.is_soft or sensors.tension is not None:
         held = solve_inverse(model, given_by_lines(robot, poses) if problem.elastic else poses).checked()
@@ -134,18 +131,15 @@ def measure(
     tensions = sigma = None
     if sensors.tension is not None and held is not None:
         tensions = held.tensions + rng.normal(0.0, sensors.tension, lengths.shape)
-    angles, at = dict[str, Array](), m
-    for name, columns in (("swivel", m), ("tilt", 2), ("yaw", 1)):
-        deviation = getattr(sensors, name)
-        if deviation is not None:
-            true = readings[:, at : at + columns]
-            angles[name] = true + rng.normal(0.0, deviation, true.shape)
-            at += columns
+    at = m
+    for name in angles:
+        true = readings[:, at : at + columns[name]]
+        angles[name] = true + rng.normal(0.0, getattr(sensors, name), true.shape)
+        at += columns[name]
     if sensors.pose is not None:
         guesses = poses + rng.normal(0.0, sensors.pose, poses.shape)
         sigma = np.full(poses.shape, max(sensors.pose, _EXACT))
-    swivel, tilt, yaw = (angles.get(name) for name in ("swivel", "tilt", "yaw"))
-    measured = Measured(counted, guesses, sigma, tensions, swivel, tilt, yaw)
+    measured = Measured(counted, guesses, sigma, tensions, **angles)
     return SimulatedCalibration(measured, poses, lengths[0], noise)
 
 

@@ -95,9 +95,8 @@ def min_poses(problem: CalibrationProblem) -> int:
 
 def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
     """Return the column without which nothing tells an *unknown*: of its sensor, or of what loads straight lines."""
-    sensor = unknown.partition("_")[0]
-    if unknown == "exit_compliance" and not problem.elastic:
-        sensor = "tension"
+    by_loads = unknown == "exit_compliance" and not problem.elastic
+    sensor = "tension" if by_loads else unknown.partition("_")[0]
     return SENSORS[sensor][1] if sensor in SENSORS and not problem.measured.has(sensor) else None
 
 
