@@ -22,7 +22,7 @@ from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.suspects import Evidence, Explanation, Suspect, beside
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Sigmas
 from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
-from cablewright.calibration.sensors.kinds import SIGMA_OF
+from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
 from cablewright.calibration.unknowns import Unknown, unknowns_of
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw

@@ -23,7 +23,7 @@ from cablewright.calibration.judgement.sigmas import evened
 from cablewright.calibration.poses.fit import PoseFit, fitted_poses, refit
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem
-from cablewright.calibration.sensors.kinds import KINDS
+from cablewright.calibration.sensors.measurement_kinds import KINDS
 from cablewright.progress import Progress, silent
 
 FALSE_ALARM: Final = 0.003

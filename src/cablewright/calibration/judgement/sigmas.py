@@ -20,7 +20,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.calibration.poses.fit import PoseFit, refit
 from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.sensors.kinds import KINDS, SIGMA_OF
+from cablewright.calibration.sensors.measurement_kinds import KINDS, SIGMA_OF
 
 _CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better
 _ROUNDS: Final = 8

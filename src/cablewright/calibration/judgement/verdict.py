@@ -24,7 +24,7 @@ from cablewright.calibration.poses.fit import PoseFit, yaw_between
 from cablewright.calibration.poses.observability import Information, beyond_frames, combination, remedy
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.exit_points import across_rows
-from cablewright.calibration.sensors.kinds import SIGMA_OF
+from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
 from cablewright.calibration.unknowns import exit_rows
 
 _NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations are not those of the machine

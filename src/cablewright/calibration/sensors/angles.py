@@ -8,7 +8,7 @@ import numpy as np
 
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import Sigmas
-from cablewright.calibration.sensors.kinds import SensorRows
+from cablewright.calibration.sensors.measurement_kinds import SensorRows
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import Robot, Swivel

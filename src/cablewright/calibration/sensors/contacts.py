@@ -10,7 +10,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
-from cablewright.calibration.sensors.kinds import SensorRows
+from cablewright.calibration.sensors.measurement_kinds import SensorRows
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import RigidPlatform, Robot

@@ -11,7 +11,7 @@ import numpy as np
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import INNER, CalibrationPlan
-from cablewright.calibration.sensors.kinds import SensorRows
+from cablewright.calibration.sensors.measurement_kinds import SensorRows
 from cablewright.calibration.unknowns import Unknown, by_exits, line_index
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import calibration_residuals

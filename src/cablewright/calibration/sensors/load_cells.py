@@ -8,7 +8,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.calibration.measurements import Measured
-from cablewright.calibration.sensors.kinds import SensorRows
+from cablewright.calibration.sensors.measurement_kinds import SensorRows
 from cablewright.calibration.unknowns import free_directions
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals

@@ -11,8 +11,8 @@ from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.sensors.angles import angle_rows
 from cablewright.calibration.sensors.contacts import contact_rows
-from cablewright.calibration.sensors.kinds import SensorRows
 from cablewright.calibration.sensors.load_cells import balance_rows, tension_rows
+from cablewright.calibration.sensors.measurement_kinds import SensorRows
 from cablewright.calibration.sensors.positions import position_rows
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import Robot
