@@ -15,7 +15,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.calibrate import ROUGH, calibrate
 from cablewright.calibration.drift.drift import with_new_home
-from cablewright.calibration.guidance.selection import PoseSearch
+from cablewright.calibration.guidance.selection import PoseSearch, nearest_order
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.verdict import NEED
 from cablewright.calibration.measurements import Measured, read_measured
@@ -158,16 +158,8 @@ class PoseCandidates:
 
     def ordered(self, chosen: list[int], last: Array | None) -> list[int]:
         """Return them in an order with short travel: the next is the nearest."""
-        left = list(chosen)
-        at = self.places.mean(axis=0) if last is None else last
-        found = []
-        while left:
-            here = at
-            nearest = min(left, key=lambda each: float(np.linalg.norm(self.places[each, :3] - here[:3])))
-            left.remove(nearest)
-            found.append(nearest)
-            at = self.places[nearest]
-        return found
+        begin = self.places.mean(axis=0) if last is None else last
+        return [chosen[at] for at in nearest_order(self.places[chosen, :3], begin[:3])]
 
     def told(self, ordered: list[int], known: Known) -> tuple[NextPose, ...]:
         """Return poses as people are told of them; where nothing is measured the first is home, of counts 0."""

@@ -227,15 +227,19 @@ def _travel(path: Array) -> float:
     return float(np.linalg.norm(np.diff(path[:, :3], axis=0), axis=1).sum())
 
 
+def nearest_order(points: Array, begin: Array) -> list[int]:
+    """Return an order of points (N, 3): first the nearest to *begin* (3,), m, then always the nearest next."""
+    left, order, here = list(range(len(points))), list[int](), begin
+    while left:
+        order.append(left.pop(int(np.argmin(np.linalg.norm(points[left] - here, axis=1)))))
+        here = points[order[-1]]
+    return order
+
+
 def _ordered(points: Array) -> NDArray[np.int64]:
     """Return an order of points (N, 3) with short travel: from the middle to the nearest next, improved by 2-opt."""
     apart = np.pad(np.linalg.norm(points[:, None] - points, axis=2), (0, 1))
-    order = [int(np.argmin(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
-    left = set(range(len(points))) - set(order)
-    while left:
-        order.append(min(left, key=lambda at: (apart[order[-1], at], at)))
-        left.remove(order[-1])
-    order.append(len(points))  # the end, at no distance from any point
+    order = [*nearest_order(points, points.mean(axis=0)), len(points)]  # the end, at no distance from any point
     better = True
     while better:
         better = False
