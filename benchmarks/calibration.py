@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row, best
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information
-from cablewright.calibration.pose_fit import NEAR, fits
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import SimulatedCalibration, aligned, measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.measurements import Measured
+from cablewright.calibration.poses.fit import NEAR, fits
+from cablewright.calibration.poses.observability import information
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
+from cablewright.calibration.poses.simulation import SimulatedCalibration, aligned, measure, random_poses
 from cablewright.robot import Robot, load
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ def made(count: int, noise: float, seed: int = 0) -> tuple[CalibrationProblem, S
     """A problem, what is true of it, and its true unknowns."""
     rng = np.random.default_rng(seed)
     simulated = measure(WANG, random_poses(WANG, count, rng), noise, rng)
-    problem = CalibrationProblem.of(WANG, simulated.measured)
+    problem = StraightProblem.of(WANG, simulated.measured)
     return problem, simulated, np.append(TRUE.ravel(), simulated.home_lengths)
 
 

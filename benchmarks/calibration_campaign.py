@@ -21,11 +21,11 @@ from scipy import stats
 
 from benchmarks.calibration import WANG
 from benchmarks.timing import interval
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.robot import Robot, load
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from benchmarks.calibration import GROSS, NOISE, WANG
 from benchmarks.timing import interval
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.simulation import measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.robot import Robot, load
 
 PLACED = 2e-3  # m: true sigma of measured positions

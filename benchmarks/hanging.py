@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.timing import Row
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.pose_fit import NEAR, fit
-from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
-from cablewright.calibration.solve import Calibration, calibrate
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.fit import NEAR, fit
+from cablewright.calibration.poses.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -145,7 +146,7 @@ def speed_row(count: int) -> Row:
     robot, rng = load("paty2021"), np.random.default_rng(2)
     poses = random_poses(robot, count, rng, "catenary")
     made = measure(robot, poses, ENCODER, rng, OFF, "catenary", SensorNoise(tension=CELL))
-    problem = ElasticProblem.under(Model(robot, Fidelity.of("catenary")), made.measured, plan(), hold=False)
+    problem = ElasticProblem.of(Model(robot, Fidelity.of("catenary")), made.measured, plan(), hold=False)
     own = problem.states_of(solve_inverse(problem.model, made.poses))
     theta = problem.free.copy()
     theta[[each.name == "length_offset" for each in problem.unknowns]] = made.home_lengths

@@ -34,7 +34,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from cablewright.apps.cli import main as command_line
-from cablewright.calibration.data import read_measured
+from cablewright.calibration.measurements import read_measured
 from cablewright.calibration.plan import load_plan as load_calibration_plan
 from cablewright.calibration.survey.plan import load_plan as load_survey_plan
 from cablewright.calibration.survey.shots import read_shots

@@ -20,13 +20,12 @@ from numpy.typing import NDArray
 from benchmarks.calibration import WANG
 from benchmarks.calibration_campaign import drawn
 from benchmarks.timing import interval
-from cablewright.calibration.data import write_measured
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import Drift, check_drift
 from cablewright.calibration.drift.record import CalibrationRecord, record_of
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Point
-from cablewright.calibration.simulation import measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.robot import Robot, load
 
 Array = NDArray[np.float64]

@@ -17,11 +17,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SensorNoise, aligned, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import SensorNoise, aligned, simulate_calibration
 from cablewright.models.rotation import wrap_angle
 from cablewright.robot import load
 
@@ -102,7 +102,7 @@ def main(count: int, first: int) -> None:
             if found.status != "ok":
                 continue
             pulls += list(errors(found, true))
-            points, _ = aligned(found.problem.exit_points(found.fit.theta), file)
+            points, _ = aligned(found.problem.points(found.fit.theta), file)
             exits = np.array([each.name == "exit_point" for each in found.unknowns])
             inside.append(np.abs(points - file).ravel() < 1.96 * found.sigma[exits])
         by_noise, told = np.array(pulls).T

@@ -17,10 +17,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SensorNoise, aligned, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import SensorNoise, aligned, simulate_calibration
 from cablewright.robot import Robot, load
 
 Array = NDArray[np.float64]
@@ -48,7 +48,7 @@ def on_mounts(robot: Robot, rng: np.random.Generator, matrices: bool) -> Robot:
 def errors(found: Calibration, robot: Robot, home: Array) -> tuple[Array, Array, float]:
     """Errors (m, 3) of exit points, m, over sigma by noise too, and the mean square of all over their covariance."""
     file = np.array([line.exit_point for line in robot.lines])
-    points, _ = aligned(found.problem.exit_points(found.fit.theta), file)
+    points, _ = aligned(found.problem.points(found.fit.theta), file)
     exits = np.array([each.name == "exit_point" for each in found.unknowns])
     known = np.array([each.name in ("exit_point", "length_offset") for each in found.unknowns])
     off = found.values[known] - np.append(file.ravel(), home)

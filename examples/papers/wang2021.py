@@ -12,9 +12,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 import cablewright as cw
-from cablewright.calibration.pose_fit import fits
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import measure, random_poses
+from cablewright.calibration.poses.fit import fits
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import measure, random_poses
 
 ROBOT = cw.load("wang2021")
 TRUE = np.array([line.exit_point for line in ROBOT.lines])
@@ -29,7 +29,7 @@ class Case:
     def __init__(self, count: int, starts: int) -> None:
         rng = np.random.default_rng(count)
         self.made = measure(ROBOT, random_poses(ROBOT, count, rng), 0.0, rng)
-        self.problem = CalibrationProblem.of(ROBOT, self.made.measured)
+        self.problem = StraightProblem.of(ROBOT, self.made.measured)
         self.truth = np.concatenate([TRUE.ravel(), self.made.home_lengths, self.made.poses.ravel()])
         self.starts = self.truth + rng.uniform(-OFF, OFF, (starts, len(self.truth)))
 

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.calibration.tensile.creep import MAX_SAMPLES, creep
-from cablewright.calibration.tensile.creep_result import CreepResult
+from cablewright.calibration.tensile.creep import MAX_SAMPLES, CreepResult, creep
 from cablewright.calibration.tensile.recording import TensileTest, read_test
 from cablewright.errors import InputError
 from cablewright.models.creep import HOUR, histories, log_response, voigt_response

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from cablewright.calibration.bounds import at_bound
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information, projected
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredDistance, Prior, Sigmas
-from cablewright.calibration.pose_fit import fit, to_file_frame
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.bounds import at_bound
+from cablewright.calibration.poses.fit import fit, to_file_frame
+from cablewright.calibration.poses.observability import information, projected
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import simulate_calibration
 from cablewright.errors import InputError
 from cablewright.robot import Eyelet, Robot, load
 
@@ -105,7 +105,7 @@ def test_a_bounded_fit_is_that_of_scipy(seed: int) -> None:
         sigma=Sigmas(encoder=1e-3),
     )
     counted = made.measured.counted / (1.0 + rng.uniform(-0.01, 0.01, 4))
-    problem = CalibrationProblem.of(WANG, Measured(counted, made.measured.guess), plan)
+    problem = StraightProblem.of(WANG, Measured(counted, made.measured.guess), plan)
     theta = np.append(made.home_lengths, np.ones(4))
     found = fit(problem, theta, made.poses)
     k = len(theta)
@@ -136,7 +136,7 @@ def test_a_bounded_fit_is_that_of_scipy(seed: int) -> None:
 def test_what_is_open_is_held_within_the_fit_at_no_cost() -> None:
     """The rows of the datum change neither cost nor shape, and the answer is nearest to the file of all that fit."""
     made = simulate_calibration(EYELETS, 30, 1e-3, seed=2)
-    problem = CalibrationProblem.of(EYELETS, made.measured, hold=False)
+    problem = StraightProblem.of(EYELETS, made.measured, hold=False)
     start = problem.free + np.append(np.zeros(12), made.home_lengths)
     plain = fit(problem, start, made.poses)
     held = to_file_frame(problem, plain)
@@ -188,7 +188,7 @@ def test_what_the_data_cannot_tell_apart_is_named_with_a_remedy() -> None:
 
 def test_a_pose_inside_a_sheave_is_unexplained_and_breaks_nothing() -> None:
     made = simulate_calibration(WANG, 20, 1e-4, seed=1)
-    problem = CalibrationProblem.of(WANG, made.measured)
+    problem = StraightProblem.of(WANG, made.measured)
     poses = made.poses.copy()
     poses[4] = np.add(WANG.lines[0].exit_point, (0.02, 0.0, 0.0))
     theta = problem.free + np.append(np.zeros(12), made.home_lengths)
@@ -206,7 +206,7 @@ def test_a_start_out_of_its_bounds_begins_at_their_edge() -> None:
     made = simulate_calibration(WANG, 20, 1e-4, seed=1)
     low, high = made.home_lengths.min() - 0.1, made.home_lengths.max() + 0.1
     plan = CalibrationPlan(bounds=(Bound(name="length_offset", min=low, max=high),))
-    problem = CalibrationProblem.of(WANG, made.measured, plan)
+    problem = StraightProblem.of(WANG, made.measured, plan)
     found = fit(problem, problem.free, made.poses)
     assert (found.theta >= problem.limits[0]).all()
     assert (found.theta <= problem.limits[1]).all()

@@ -12,14 +12,19 @@ import pytest
 from scipy import stats
 
 import cablewright as cw
-from cablewright.calibration.data import write_measured
-from cablewright.calibration.drift.comparison import compared
-from cablewright.calibration.drift.record import load_record, record_of, record_path, record_text
-from cablewright.calibration.drift.suspects import Evidence, Suspect
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.drift.record import (
+    CalibrationRecord,
+    compared,
+    load_record,
+    record_of,
+    record_path,
+    record_text,
+)
+from cablewright.calibration.judgement.suspects import Evidence, Suspect
+from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
-from cablewright.calibration.simulation import SensorNoise, measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
 from cablewright.errors import InputError
 from cablewright.models.drum import WinchDrum
 from cablewright.robot import load
@@ -251,3 +256,22 @@ def test_a_calibration_is_compared_with_the_one_before(wang: Machine) -> None:
     assert found.probability < 1e-6
     assert (found.changes[0].what, found.changes[0].line) == ("exit point", WANG.lines[2].name)
     assert found.changes[0].amount == pytest.approx(np.linalg.norm([0.06, 0.04, -0.05]), abs=0.01)
+
+
+def test_a_record_of_the_first_format_is_read_and_checked_against() -> None:
+    """Robot and record were written by ``calibrate`` when the format was new: 30 poses, tensions and swivel angles."""
+    folder = Path(__file__).parent / "records"
+    robot, record = cw.load(folder / "robot.toml"), load_record(folder / "robot.calibration.toml")
+    head = record.robot, record.verdict, record.cable.value, record.redundancy
+    assert head == ("wang2021", "doubtful", "rigid", 227)
+    assert record.sigma.encoder == pytest.approx(9.604e-5, rel=1e-3)
+    assert load_record(folder / "robot.calibration.toml") == CalibrationRecord.model_validate(record.model_dump())
+    made = cw.simulate_calibration(robot, 8, 1e-4, seed=9, sensors=SensorNoise(tension=2.0, swivel=1e-3))
+    home = [each.value for each in record.values if each.name == "length_offset"]
+    later = replace(made.measured, counted=made.measured.counted + made.home_lengths - home)
+    assert cw.check_drift(robot, later, record).verdict == "unchanged"
+    slipped = replace(later, counted=later.counted - [0.0, 0.0, 0.01, 0.0])
+    found = cw.check_drift(robot, slipped, folder / "robot.calibration.toml")
+    (change,) = found.changes
+    assert (found.verdict, change.what, change.line) == ("moved", "length", "north-east")
+    assert (change.amount, change.sigma) == pytest.approx((0.010060281755681504, 0.00010549774127586814), rel=1e-6)

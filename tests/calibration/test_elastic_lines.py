@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information, open_freedoms
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, MeasuredRange, Point, Prior, Sigmas, TouchedPlane
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import (
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.observability import information, open_freedoms
+from cablewright.calibration.poses.simulation import (
     SensorNoise,
     SimulatedCalibration,
     aligned,
@@ -20,7 +21,6 @@ from cablewright.calibration.simulation import (
     random_poses,
     simulate_calibration,
 )
-from cablewright.calibration.solve import calibrate
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
@@ -82,7 +82,7 @@ def everything(name: str, cable: str) -> tuple[ElasticProblem, np.ndarray, np.nd
         rng.uniform(-3.0, 3.0, held.lengths.shape),
         rng.uniform(-0.1, 0.1, (4, 2)) if body else None,
     )
-    problem = ElasticProblem.under(model, measured, plan)
+    problem = ElasticProblem.of(model, measured, plan)
     return problem, problem.free, problem.states_of(held)
 
 
@@ -110,7 +110,7 @@ def test_lengths_and_tensions_say_nothing_of_place_and_direction(name: str, cabl
     """Everything moved and turned about the vertical: no reading changes, by a little or by a lot."""
     robot, angle, by = load(name), 0.7, np.array([0.3, -0.2, 0.4])
     made = simulate_calibration(robot, 6, 0.0, seed=3, cable=cable, sensors=EXACT)
-    problem = ElasticProblem.under(Model(robot, Fidelity.of(cable)), made.measured, CalibrationPlan(), hold=False)
+    problem = ElasticProblem.of(Model(robot, Fidelity.of(cable)), made.measured, CalibrationPlan(), hold=False)
     held = solve_inverse(problem.model, made.poses).checked()
     theta, own = problem.free, problem.states_of(held)
     turn = matrices([0.0, 0.0, angle])

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.gross_errors.gross_tests import FALSE_ALARM, Unexplained
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.pose_fit import fit, refit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import measure, random_poses
-from cablewright.calibration.solve import calibrate
-from cablewright.calibration.weights import evened
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.gross_errors import FALSE_ALARM, Unexplained
+from cablewright.calibration.judgement.sigmas import evened
+from cablewright.calibration.measurements import Measured
+from cablewright.calibration.poses.fit import fit, refit
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.robot import load
 
 WANG = load("wang2021")
@@ -51,7 +51,7 @@ def test_wrong_lengths_are_found_whatever_is_told_of_positions(told: float | Non
 @pytest.mark.parametrize("told", [2e-4, 2e-3, 0.1, 1.0])
 def test_kinds_are_evened_to_what_they_are(told: float) -> None:
     measured, _ = data(1, 40, told)
-    problem = CalibrationProblem.of(WANG, measured, hold=False)
+    problem = StraightProblem.of(WANG, measured, hold=False)
     start = calibrate(WANG, measured, outliers=False).fit
     even, _ = evened(problem, fit(problem, start.theta, start.poses))
     sigma = 1.0 / even.of_poses(even.weights)[0]
@@ -62,7 +62,7 @@ def test_kinds_are_evened_to_what_they_are(told: float) -> None:
 def test_a_pose_left_out_by_mistake_comes_back_and_a_wrong_one_does_not() -> None:
     measured, bad = data(2, 40, None, 1)
     right = next(j for j in range(40) if j not in bad)
-    problem = CalibrationProblem.of(WANG, measured, hold=False)
+    problem = StraightProblem.of(WANG, measured, hold=False)
     whole = calibrate(WANG, measured).fit
     out = np.zeros(40, dtype=bool)
     out[[right, *bad]] = True

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point
-from cablewright.calibration.simulation import measure, random_poses
+from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.errors import InputError
 from cablewright.solvers.inverse import solve_inverse

@@ -7,14 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.kinds import idle, kind_fits, leverages
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.sigmas import idle, kind_fits, leverages, resisting
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredRange, Sigmas, TouchedPlane
-from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import measure, random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
-from cablewright.calibration.weights import resisting
+from cablewright.calibration.poses.fit import fit
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import measure, random_poses, simulate_calibration
 from cablewright.robot import Robot, load
 
 WANG = load("wang2021")
@@ -38,7 +37,7 @@ def worst(found) -> float:
 
 def test_leverages_are_the_diagonal_of_the_hat_matrix() -> None:
     made, measured = positioned(1, 8)
-    problem = CalibrationProblem.of(WANG, measured)
+    problem = StraightProblem.of(WANG, measured)
     found = fit(problem, problem.free + np.append(np.zeros(12), made.home_lengths), made.poses)
     rows = problem.derivatives(found.theta, found.poses)
     count, e, k = rows.by_unknown.shape
@@ -95,7 +94,7 @@ def test_positions_that_carry_nothing_neither_count_nor_spoil(seed: int) -> None
     assert (found.status, found.rejected) == ("ok", ())
     assert found.values == pytest.approx(kept.values, abs=1e-6)
     assert np.abs(found.values[:12] - TRUE.ravel()).max() < 4.0 * found.sigma[:12].max() < 0.08
-    problem = CalibrationProblem.of(WANG, measured, plan, hold=False)
+    problem = StraightProblem.of(WANG, measured, plan, hold=False)
     vague = idle(problem, fit(problem, kept.fit.theta, made.poses))
     assert vague[9:, 4:].all()
     assert not vague[:9].any()
@@ -108,7 +107,7 @@ def test_vague_positions_stay_where_nothing_else_holds_the_frame() -> None:
     assert measured.pose_sigma is not None
     sigma = np.full((20, 3), 1e4)
     sigma[:6] = 1.0
-    problem = CalibrationProblem.of(WANG, replace(measured, pose_sigma=sigma), hold=False)
+    problem = StraightProblem.of(WANG, replace(measured, pose_sigma=sigma), hold=False)
     found = calibrate(WANG, replace(measured, pose_sigma=sigma))
     assert found.gauge == ()
     vague = idle(problem, found.fit)
@@ -146,11 +145,11 @@ def test_counts_at_a_pose_are_what_the_equations_expect() -> None:
     rng = np.random.default_rng(2)
     plan = CalibrationPlan(unknowns=("length_offset", "length_scale", "build_up"))
     poses = random_poses(WANG, 5, rng)
-    blank = CalibrationProblem.of(WANG, Measured(np.zeros((5, 4))), plan)
+    blank = StraightProblem.of(WANG, Measured(np.zeros((5, 4))), plan)
     theta = np.array([2.0, 2.1, 2.2, 2.3, 1.01, 1.02, 0.99, 1.0, 0.05, 0.03, 1e-3, 0.0])
     counts = blank.counts_at(theta, poses)
     assert np.ptp(counts) > 0.1
-    there = CalibrationProblem.of(WANG, Measured(counts), plan).derivatives(theta, poses)
+    there = StraightProblem.of(WANG, Measured(counts), plan).derivatives(theta, poses)
     assert there.residual == pytest.approx(np.zeros((5, 4)), abs=1e-8)
 
 
@@ -162,7 +161,7 @@ def test_positions_told_too_well_pull_less() -> None:
         assert measured.guess is not None
         guess = measured.guess.copy()
         guess[[3, 9]] += np.random.default_rng(seed).choice([-4e-3, 4e-3], (2, 3))
-        problem = CalibrationProblem.of(
+        problem = StraightProblem.of(
             WANG, replace(measured, guess=guess), CalibrationPlan(sigma=Sigmas(encoder=1e-4)), hold=False
         )
         first = fit(problem, problem.free + np.append(np.zeros(12), made.home_lengths), made.poses)
@@ -176,7 +175,7 @@ def test_without_errors_the_resisting_fit_costs_a_few_percent() -> None:
     plain, robust = [], []
     for seed in range(40):
         made, measured = positioned(seed, 20)
-        problem = CalibrationProblem.of(WANG, measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), hold=False)
+        problem = StraightProblem.of(WANG, measured, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), hold=False)
         first = fit(problem, problem.free + np.append(np.zeros(12), made.home_lengths), made.poses)
         plain.append(np.mean((first.theta[:12] - TRUE.ravel()) ** 2))
         robust.append(np.mean((resisting(problem, first).theta[:12] - TRUE.ravel()) ** 2))
@@ -189,7 +188,7 @@ def test_each_kind_says_how_well_it_fits() -> None:
     for seed in range(10):
         made, measured = positioned(seed, 30, 1e-4, sigma=5e-3)
         told = replace(measured, pose_sigma=np.full((30, 3), 1e-3))
-        problem = CalibrationProblem.of(WANG, told, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), hold=False)
+        problem = StraightProblem.of(WANG, told, CalibrationPlan(sigma=Sigmas(encoder=1e-4)), hold=False)
         found = fit(problem, problem.free + np.append(np.zeros(12), made.home_lengths), made.poses)
         ratios.append([each.ratio for each in kind_fits(problem, found)])
     lengths, positions = np.sqrt(np.mean(np.square(ratios), axis=0))

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
-from cablewright.calibration.problem import SURVEY, CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.problem import SURVEY, StraightProblem
+from cablewright.calibration.poses.simulation import SensorNoise, SimulatedCalibration, aligned, measure, random_poses
 from cablewright.robot import Robot, load
 
 WANG, PATY = load("wang2021"), load("paty2021")
@@ -132,6 +132,6 @@ def test_a_surveyed_point_that_is_off_widens_the_others() -> None:
     found = calibrate(WANG, made.measured, surveyed(rng, 0.01))
     assert found.problem.factors[SURVEY] > 3.0
     assert any("residuals of the surveyed points" in each for each in found.reasons)
-    again = CalibrationProblem.of(WANG, made.measured, found.problem.plan).weighed_as(found.problem)
+    again = StraightProblem.of(WANG, made.measured, found.problem.plan).weighed_as(found.problem)
     assert again.rows.linear == pytest.approx(found.problem.rows.linear)
     assert again.weighed_as(again).rows.linear == pytest.approx(again.rows.linear)

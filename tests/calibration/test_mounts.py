@@ -9,17 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.calibration.data import write_measured
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import CalibrationRecord, load_record, record_of, record_text
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
-from cablewright.calibration.kinds import leverages
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.sigmas import leverages
+from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
+from cablewright.calibration.poses.simulation import random_poses, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.equilibrium import evaluate
@@ -156,8 +155,8 @@ def test_counts_are_those_that_leave_no_residual(robot: Robot, cable: str) -> No
     def problem(counted: np.ndarray) -> CalibrationProblem:
         measured = Measured(counted, held.pose, tensions=held.tensions)
         if cable == "rigid":
-            return CalibrationProblem.of(robot, measured, plan)
-        return ElasticProblem.under(model, measured, plan)
+            return StraightProblem.of(robot, measured, plan)
+        return ElasticProblem.of(model, measured, plan)
 
     first = problem(np.zeros(held.lengths.shape))
     sizes = {

@@ -9,16 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.calibration.data import read_measured, write_measured
-from cablewright.calibration.drift.comparison import compared
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
-from cablewright.calibration.drift.record import load_record, record_of, record_text
+from cablewright.calibration.drift.record import compared, load_record, record_of, record_text
 from cablewright.calibration.guidance.guide import guide
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SensorNoise, aligned, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import SensorNoise, aligned, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -57,7 +55,7 @@ def found_of(found: Calibration, name: str) -> tuple[np.ndarray, np.ndarray]:
 def off(found: Calibration) -> float:
     """The largest error of a coordinate of an exit point over its sigma, after the best translation and yaw."""
     file = np.array([line.exit_point for line in found.problem.robot.lines])
-    points, _ = aligned(found.problem.exit_points(found.fit.theta), file)
+    points, _ = aligned(found.problem.points(found.fit.theta), file)
     return float(np.abs((points - file).ravel() / found_of(found, "exit_point")[1]).max())
 
 

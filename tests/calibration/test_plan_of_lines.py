@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.plan import CalibrationPlan, Group, Point, Prior, load_plan
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import SensorNoise, measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
 from cablewright.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import load
@@ -49,7 +49,7 @@ def test_lines_of_a_group_share_their_number() -> None:
 
 def test_a_line_beside_a_group_has_its_own_number() -> None:
     plan = CalibrationPlan(unknowns=SCALED, groups=PAIRS[:1])
-    problem = CalibrationProblem.of(WANG, measured(np.ones(4)), plan)
+    problem = StraightProblem.of(WANG, measured(np.ones(4)), plan)
     scales = [each.label for each in problem.unknowns if each.name == "length_scale"]
     assert scales == [f"length scale of {NAMES[0]}, {NAMES[1]}", *(f"length scale of {name}" for name in NAMES[2:])]
     columns = problem.rows.target[:, calibration_residuals.SCALE]
@@ -70,7 +70,7 @@ def test_a_line_beside_a_group_has_its_own_number() -> None:
 def test_groups_that_make_no_sense_are_refused(changes: dict[str, object], told: str) -> None:
     plan = CalibrationPlan(unknowns=SCALED).model_copy(update=changes)
     with pytest.raises(InputError, match=told):
-        CalibrationProblem.of(WANG, measured(np.ones(4)), plan)
+        StraightProblem.of(WANG, measured(np.ones(4)), plan)
 
 
 def test_a_prior_of_a_coordinate_holds_that_one() -> None:

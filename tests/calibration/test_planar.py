@@ -11,26 +11,25 @@ import pytest
 from scipy import optimize, stats
 
 import boards
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import record_of
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.guidance.guide import guide
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information
+from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
-from cablewright.calibration.planar import on_file_side
-from cablewright.calibration.pose_fit import fit, to_file_frame
-from cablewright.calibration.poses import calibration_poses
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import (
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.fit import fit, on_file_side, to_file_frame
+from cablewright.calibration.poses.observability import information
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import (
     SensorNoise,
     SimulatedCalibration,
     measure,
     random_poses,
     simulate_calibration,
 )
-from cablewright.calibration.solve import calibrate
 from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
@@ -70,7 +69,7 @@ def errors(found: Calibration, made: SimulatedCalibration, truth: Robot) -> np.n
     a, b, n = boards.frame(truth)
     axes = np.column_stack([a, b, n])
     m, true = truth.m, exits_of(truth) @ axes
-    points = found.problem.exit_points(found.fit.theta) @ axes
+    points = found.problem.points(found.fit.theta) @ axes
     centre, middle = points[:, :2].mean(axis=0), true[:, :2].mean(axis=0)
     left, _, right = np.linalg.svd((points[:, :2] - centre).T @ (true[:, :2] - middle))
     turn = right.T @ np.diag([1.0, np.linalg.det(right.T @ left.T)]) @ left.T
@@ -147,7 +146,7 @@ def test_an_oracle_of_its_own_finds_the_same(plane: str, body: bool) -> None:
     points = tuple(Point(line=f"line {i}", at=tuple(survey[i])) for i in range(3))
     plan = CalibrationPlan(sigma=Sigmas(encoder=NOISE), points=points)
     measured = Measured(made.measured.counted, read, sigmas)
-    problem = CalibrationProblem.of(wrong(truth, 1, 0.005), measured, plan)
+    problem = StraightProblem.of(wrong(truth, 1, 0.005), measured, plan)
     start = problem.free.copy()
     start[3 * m :] = made.home_lengths
     found = fit(problem, start, made.poses)
@@ -217,7 +216,7 @@ def test_derivatives_of_lines_that_sag_are_those_of_differences(plane: str, body
     made = simulate_calibration(truth, 5, 0.0, seed=2, cable="catenary", sensors=SensorNoise(tension=0.0))
     names = ("exit_point", "length_offset", "modulus", *(("platform_point",) if body else ()))
     model = Model.of(truth, cable="catenary")
-    problem = ElasticProblem.under(model, made.measured, CalibrationPlan(unknowns=names), hold=False)
+    problem = ElasticProblem.of(model, made.measured, CalibrationPlan(unknowns=names), hold=False)
     theta, states = problem.free, problem.states_of(solve_inverse(model, made.poses).checked())
     told = problem.derivatives(theta, states)
 
@@ -302,13 +301,13 @@ def test_exit_points_stay_on_the_files_side() -> None:
     for plane, body in KINDS:
         truth = robot_of(plane, body)
         made = simulate_calibration(truth, 30, NOISE, seed=2)
-        problem = CalibrationProblem.of(truth, made.measured, hold=False)
+        problem = StraightProblem.of(truth, made.measured, hold=False)
         theta = problem.free.copy()
         theta[3 * truth.m :] = made.home_lengths
         found = to_file_frame(problem, fit(problem, theta, made.poses))
         n = boards.frame(truth)[2]
         ties = np.array([line.platform_point for line in truth.lines])
-        exits = problem.exit_points(found.theta)
+        exits = problem.points(found.theta)
         mirrored = exits.copy()
         mirrored[[0, 2]] -= 2.0 * np.outer((exits - ties)[[0, 2]] @ n - boards.DISTANCE, n)
         assert np.abs(on_file_side(truth, mirrored, ties) - exits).max() < 1e-12
@@ -333,10 +332,10 @@ def test_exits_in_the_plane_need_what_the_plan_says_of_them(tmp_path: Path) -> N
     assert told.verdict == "good"
     assert told.exit_sigma < 2e-3  # in the plane
     with pytest.raises(InputError, match=r"^across: robot 'wang2021' has no platform.plane$"):
-        CalibrationProblem.of(load("wang2021"), Measured(np.zeros((20, 4))), CalibrationPlan(across=1e-3))
+        StraightProblem.of(load("wang2021"), Measured(np.zeros((20, 4))), CalibrationPlan(across=1e-3))
     few = CalibrationPlan(unknowns=("length_offset",), across=1e-3)
     with pytest.raises(InputError, match=r"^across: exit_point is not among the unknowns$"):
-        CalibrationProblem.of(truth, made.measured, few)
+        StraightProblem.of(truth, made.measured, few)
 
 
 def test_what_across_brings_on_the_board_of_the_docs(tmp_path: Path) -> None:

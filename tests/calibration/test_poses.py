@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information
-from cablewright.calibration.poses import calibration_poses
-from cablewright.calibration.problem import CalibrationProblem
+from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.measurements import Measured
+from cablewright.calibration.poses.observability import information
+from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -36,7 +36,7 @@ def test_each_criterion_is_best_at_its_own() -> None:
 
 def test_what_is_promised_is_what_a_calibration_says() -> None:
     found = calibration_poses(WANG, 20, candidates=300, seed=1)
-    problem = CalibrationProblem.of(WANG, Measured(found.counted, found.poses))
+    problem = StraightProblem.of(WANG, Measured(found.counted, found.poses))
     theta = problem.start.copy()
     theta[12:] = problem.lengths(problem.start, found.poses[:1])[0]
     covariance = information(problem, theta, found.poses, problem.weights).covariance

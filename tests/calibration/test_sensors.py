@@ -11,12 +11,12 @@ from numba.core.types import unliteral
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas, TouchedPlane
-from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.fit import fit
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
+from cablewright.calibration.poses.simulation import random_poses, simulate_calibration
 from cablewright.kernels.fitting import calibration_residuals, pose_schur
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
@@ -56,7 +56,7 @@ def full(robot: Robot, rng: np.random.Generator, count: int = 4) -> CalibrationP
         rng.uniform(-0.1, 0.1, (count, 2)) if body else None,
         rng.uniform(-0.1, 0.1, (count, 1)) if body else None,
     )
-    return CalibrationProblem.of(robot, measured, plan)
+    return StraightProblem.of(robot, measured, plan)
 
 
 @pytest.mark.parametrize("name", ["wang2021", "cogiro", "jung2020"])
@@ -108,7 +108,7 @@ def test_lengths_are_those_of_rigid_statics(name: str) -> None:
     """Up to the dead span, which is constant."""
     robot = load(name)
     poses = random_poses(robot, 20, np.random.default_rng(1))
-    problem = CalibrationProblem.of(robot, Measured(np.zeros((20, robot.m))))
+    problem = StraightProblem.of(robot, Measured(np.zeros((20, robot.m))))
     ours = problem.lengths(problem.start, poses)
     theirs = solve_inverse(Model(robot, Fidelity.of("rigid")), poses).checked().lengths
     assert np.ptp(theirs - ours, axis=0) == pytest.approx(np.zeros(robot.m), abs=1e-12)
@@ -135,7 +135,7 @@ def test_the_one_linearisation_says_the_same_of_stiff_cables() -> None:
     held = solve_inverse(model, place).lengths
     found = linearise(solve_forward(model, held, guess=place).checked())
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "sheave_radius"))
-    problem = CalibrationProblem.of(three, Measured(np.zeros((1, 3))), plan)
+    problem = StraightProblem.of(three, Measured(np.zeros((1, 3))), plan)
     rows = problem.derivatives(problem.free, place[None])
     motion = -np.linalg.solve(rows.by_pose[0], rows.by_unknown[0])
     for k, unknown in enumerate(problem.unknowns):
@@ -163,7 +163,7 @@ def test_a_fit_is_that_of_dense_least_squares() -> None:
         np.arctan2(away[..., 1], away[..., 0]),
     )
     plan = CalibrationPlan(unknowns=("exit_point", "length_offset", "length_scale"), level=1e-2)
-    problem = CalibrationProblem.of(robot, measured, plan)
+    problem = StraightProblem.of(robot, measured, plan)
     offsets = lengths[0]
     start = problem.free.copy()
     start[12:16] = offsets
@@ -200,7 +200,7 @@ def test_a_spool_builds_up() -> None:
     plan = CalibrationPlan(unknowns=("length_offset", "length_scale", "build_up"))
     poses = np.array([[0.0, 0.0, 1.0]])
     counted = rng.uniform(-1.0, 1.0, (1, 4))
-    problem = CalibrationProblem.of(robot, Measured(counted), plan)
+    problem = StraightProblem.of(robot, Measured(counted), plan)
     theta = np.array([2.0, 2.1, 2.2, 2.3, 1.01, 1.02, 0.99, 1.0, 0.05, 0.03, 1e-7, 0.0])
     rest = problem.derivatives(theta, poses).residual[0] * problem.encoder_sigma
     lengths = problem.lengths(theta, poses)[0]
@@ -209,7 +209,7 @@ def test_a_spool_builds_up() -> None:
         paid_out = float(solve_ivp(radius, (0.0, counted[0, i]), [0.0], rtol=1e-12, atol=1e-13).y[0, -1])
         assert lengths[i] - theta[i] - paid_out == pytest.approx(rest[i], abs=1e-10)
     read = problem.counts_at(theta, poses)
-    again = CalibrationProblem.of(robot, Measured(read), plan).derivatives(theta, poses)
+    again = StraightProblem.of(robot, Measured(read), plan).derivatives(theta, poses)
     assert again.residual * problem.encoder_sigma == pytest.approx(np.zeros((1, 4)), abs=1e-12)
 
 
@@ -233,11 +233,11 @@ def test_tensions_that_hold_a_platform_leave_no_force_and_no_moment(name: str) -
         robot = robot.model_copy(update={"platform": platform})
     held = solve_inverse(Model(robot, Fidelity.of("rigid")), random_poses(robot, 6, np.random.default_rng(2)))
     measured = Measured(np.zeros(held.lengths.shape), held.pose, tensions=held.tensions)
-    problem = CalibrationProblem.of(robot, measured, CalibrationPlan(sigma=Sigmas(tension=1.0)))
+    problem = StraightProblem.of(robot, measured, CalibrationPlan(sigma=Sigmas(tension=1.0)))
     left = problem.derivatives(problem.start, held.pose).residual[:, robot.m :]
     assert left.shape[1] == robot.n
     assert left == pytest.approx(np.zeros_like(left), abs=1e-8 * held.tensions.max())
-    spoiled = CalibrationProblem.of(
+    spoiled = StraightProblem.of(
         robot, replace(measured, tensions=held.tensions * 1.01), CalibrationPlan(sigma=Sigmas(tension=1.0))
     )
     mended = spoiled.balanced(spoiled.start, held.pose).derivatives(spoiled.start, held.pose).residual[:, robot.m :]

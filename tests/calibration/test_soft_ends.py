@@ -11,18 +11,17 @@ import numpy as np
 import pytest
 from scipy import special
 
-from cablewright.calibration.data import write_measured
+from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.drift.drift import check_drift
 from cablewright.calibration.drift.record import load_record, record_of, record_text
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
 from cablewright.calibration.guidance.guide import guide
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.poses import calibration_poses
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SensorNoise, random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.elastic import ElasticProblem
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import SensorNoise, random_poses, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.equilibrium import evaluate
@@ -174,9 +173,7 @@ def test_derivatives_are_those_of_differences(kinds: str) -> None:
         plan = WITH_MOUNTS.model_copy(update={"unknowns": (*WITH_MOUNTS.unknowns, "sheave_radius")})
         plan = plan if name == "wang2021" else WITH_MOUNTS
         problem = (
-            CalibrationProblem.of(robot, measured, plan)
-            if cable == "rigid"
-            else ElasticProblem.under(model, measured, plan)
+            StraightProblem.of(robot, measured, plan) if cable == "rigid" else ElasticProblem.of(model, measured, plan)
         )
         elastic = isinstance(problem, ElasticProblem)
         theta, states = problem.free.copy(), problem.states_of(held) if elastic else held.pose  # type: ignore[attr-defined]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.observability import information
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import (
     CalibrationPlan,
     MeasuredDistance,
@@ -16,16 +16,16 @@ from cablewright.calibration.plan import (
     Sigmas,
     TouchedPlane,
 )
-from cablewright.calibration.pose_fit import NEAR, fits
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import (
+from cablewright.calibration.poses.fit import NEAR, fits
+from cablewright.calibration.poses.observability import information
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import (
     SimulatedCalibration,
     aligned,
     measure,
     random_poses,
     simulate_calibration,
 )
-from cablewright.calibration.solve import calibrate
 from cablewright.errors import InputError
 from cablewright.models.drum import WinchDrum
 from cablewright.models.fidelity import Fidelity
@@ -79,7 +79,7 @@ def test_every_one_of_500_runs_without_noise_is_exact(count: int) -> None:
 def exact_runs(count: int, runs: int) -> None:
     rng = np.random.default_rng(count)
     made = measure(WANG, random_poses(WANG, count, rng), 0.0, rng)
-    problem = CalibrationProblem.of(WANG, made.measured)
+    problem = StraightProblem.of(WANG, made.measured)
     truth = np.append(TRUE.ravel(), made.home_lengths)
     theta = truth + rng.uniform(-0.05, 0.05, (runs, 16))
     poses = made.poses + rng.uniform(-0.05, 0.05, (runs, count, 3))
@@ -100,7 +100,7 @@ def test_errors_are_at_the_bound_and_sigmas_cover_them() -> None:
         exits.append(off.ravel())
         offsets.append(lengths)
         shares.append(np.abs(np.append(off.ravel(), lengths)) / found.noise_sigma)
-    problem = CalibrationProblem.of(WANG, made.measured)
+    problem = StraightProblem.of(WANG, made.measured)
     truth = np.append(TRUE.ravel(), made.home_lengths)
     bound = np.sqrt(np.diag(information(problem, truth, made.poses, problem.weights).covariance))
     for found_rms, least in ((np.array(exits), bound[:12]), (np.array(offsets), bound[12:])):

@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.calibration.data import read_measured, write_measured
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
-from cablewright.calibration.simulation import measure, random_poses
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.errors import InputError
 from cablewright.robot import load
 

@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.guidance.selection import calibration_poses
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
-from cablewright.calibration.poses import calibration_poses
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import SensorNoise, aligned, random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import SensorNoise, aligned, random_poses, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.models.drum import WinchDrum
 from cablewright.models.fidelity import Fidelity
@@ -62,12 +62,12 @@ def test_lengths_and_forces_are_those_of_rigid_statics(robot: Robot) -> None:
         Model(robot, Fidelity.of("rigid")), random_poses(robot, 12, np.random.default_rng(3))
     ).checked()
     measured = Measured(np.zeros(held.lengths.shape), held.pose, tensions=held.tensions)
-    problem = CalibrationProblem.of(robot, measured, CalibrationPlan(sigma=Sigmas(tension=1.0)))
+    problem = StraightProblem.of(robot, measured, CalibrationPlan(sigma=Sigmas(tension=1.0)))
     lengths = problem.lengths(problem.start, held.pose)
     assert np.ptp(held.lengths - lengths, axis=0) == pytest.approx(np.zeros(robot.m), abs=1e-12)
     left = problem.derivatives(problem.start, held.pose).residual[:, robot.m :]
     assert left == pytest.approx(np.zeros_like(left), abs=1e-8 * held.tensions.max())
-    spoiled = CalibrationProblem.of(
+    spoiled = StraightProblem.of(
         robot, Measured(measured.counted, held.pose, tensions=1.01 * held.tensions), problem.plan
     )
     mended = spoiled.balanced(spoiled.start, held.pose).derivatives(spoiled.start, held.pose).residual[:, robot.m :]
@@ -83,7 +83,7 @@ def test_derivatives_are_those_of_differences(robot: Robot) -> None:
     names += ("sheave_radius",) if robot.lines[0].sheave.kind == "swivel" else ()
     names += ("platform_point",) if robot.n == 6 else ()
     measured = Measured(rng.uniform(-1.0, 1.0, (4, robot.m)), poses, tensions=rng.uniform(50.0, 200.0, (4, robot.m)))
-    problem = CalibrationProblem.of(robot, measured, CalibrationPlan(unknowns=names))
+    problem = StraightProblem.of(robot, measured, CalibrationPlan(unknowns=names))
     theta, step = problem.free + 0.01 * rng.standard_normal(len(problem.free)), 1e-6
     found = problem.derivatives(theta, poses)
 
@@ -108,7 +108,7 @@ def off(robot: Robot, plan: CalibrationPlan, **noise: float) -> tuple[str, float
     made = simulate_calibration(robot, 40, 1e-4, seed=1, sensors=SensorNoise(**noise))
     found = calibrate(robot, made.measured, plan, rough=0.05)
     file = np.array([line.exit_point for line in robot.lines])
-    points, _ = aligned(found.problem.exit_points(found.fit.theta), file)
+    points, _ = aligned(found.problem.points(found.fit.theta), file)
     assert found.exit_sigma is not None
     return found.verdict, float(np.abs(points - file).max()), found.exit_sigma
 

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 
 from cablewright.calibration.survey import shape_fits
 from cablewright.calibration.survey.plan import SurveyPlan
-from cablewright.calibration.survey.result import Survey
+from cablewright.calibration.survey.result import Survey, surveyed
 from cablewright.calibration.survey.shots import Shot, Shots, of_polar
 from cablewright.calibration.survey.survey import survey
-from cablewright.calibration.survey.surveyed_robot import surveyed
 from cablewright.errors import InputError
 from cablewright.robot import load
 from oracles.room import EAST, NORTH, WEST

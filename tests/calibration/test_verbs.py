@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.calibration.data import write_measured
+from cablewright.calibration.measurements import write_measured
 from cablewright.models.fidelity import Fidelity
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

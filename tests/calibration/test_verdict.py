@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.calibration.cross_checks import predicted_halves
-from cablewright.calibration.measured import Measured
+from cablewright.calibration.calibrate import calibrate
+from cablewright.calibration.judgement.consistency import predicted_halves
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Point, Prior, Sigmas
-from cablewright.calibration.pose_fit import fit
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.result import Calibration
-from cablewright.calibration.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
-from cablewright.calibration.solve import calibrate
+from cablewright.calibration.poses.fit import fit
+from cablewright.calibration.poses.problem import StraightProblem
+from cablewright.calibration.poses.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
 from cablewright.errors import InputError
 from cablewright.robot import Robot, load
 
@@ -136,7 +136,7 @@ def test_halves_predict_each_other_as_noise_explains() -> None:
     ratios, probabilities = [], []
     for seed in range(60):
         made = simulate_calibration(WANG, 40, 1e-4, seed=seed)
-        problem = CalibrationProblem.of(WANG, made.measured, hold=False)
+        problem = StraightProblem.of(WANG, made.measured, hold=False)
         found = fit(problem, problem.free + np.append(np.zeros(12), made.home_lengths), made.poses)
         halves = predicted_halves(problem, found)
         assert [each.poses for each in halves] == [(20, 39), (0, 19)]
@@ -153,12 +153,12 @@ def test_a_prediction_is_that_of_a_fit_to_one_half() -> None:
     measured = replace(made.measured, counted=made.measured.counted.copy())
     measured.counted[30:, 1] += 1e-3
     plan = CalibrationPlan(unknowns=("length_offset",), sigma=Sigmas(encoder=1e-5))
-    problem = CalibrationProblem.of(WANG, measured, plan, hold=False)
+    problem = StraightProblem.of(WANG, measured, plan, hold=False)
     whole = fit(problem, made.home_lengths.copy(), made.poses)
     told = predicted_halves(problem, whole)[0]
-    first = CalibrationProblem.of(WANG, Measured(measured.counted[:30]), plan, hold=False)
+    first = StraightProblem.of(WANG, Measured(measured.counted[:30]), plan, hold=False)
     own = fit(first, made.home_lengths.copy(), made.poses[:30])
-    last = CalibrationProblem.of(WANG, Measured(measured.counted[30:]), plan, hold=False).for_poses_only(own.theta)
+    last = StraightProblem.of(WANG, Measured(measured.counted[30:]), plan, hold=False).for_poses_only(own.theta)
     other = fit(last, np.zeros(0), made.poses[30:])
     # 30 redundant numbers each, of which 4 are used up in the first half; its unknowns are known far better than 1 mm
     wanted = np.sqrt((2 * other.cost / 30) / (2 * own.cost / 26))

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.calibration.checks import min_poses
-from cablewright.calibration.pose_fit import fits
-from cablewright.calibration.problem import CalibrationProblem
-from cablewright.calibration.simulation import aligned, measure, random_poses
+from cablewright.calibration.poses.fit import fits
+from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
+from cablewright.calibration.poses.simulation import aligned, measure, random_poses
+from cablewright.calibration.poses.sufficient_data import min_poses
 from cablewright.robot import load
 
 ROBOT = load("wang2021")
@@ -21,7 +21,7 @@ def runs(request: pytest.FixtureRequest) -> tuple[CalibrationProblem, np.ndarray
     """A problem without noise, where 500 starts begin, and the exit points (500, 4, 3) and mu (500,) they end at."""
     rng = np.random.default_rng(request.param)
     made = measure(ROBOT, random_poses(ROBOT, request.param, rng), 0.0, rng)
-    problem = CalibrationProblem.of(ROBOT, made.measured)
+    problem = StraightProblem.of(ROBOT, made.measured)
     truth = np.append(TRUE.ravel(), made.home_lengths)
     theta = truth + rng.uniform(-OFF, OFF, (STARTS, 16))
     found = fits(problem, theta, made.poses + rng.uniform(-OFF, OFF, (STARTS, *made.poses.shape)))

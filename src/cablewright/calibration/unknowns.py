@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cablewright.arrays import Array, Indices
-from cablewright.calibration.soft_ends import on_stiff_mounts
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import straight_line
 from cablewright.models.parameters import lines_of
+from cablewright.models.plane import basis
 from cablewright.robot import Line, Pulley, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
@@ -115,12 +116,12 @@ def unknowns_of(
         if name == "length_offset" or not KINDS_OF[name][0].shareable:
             raise InputError(f"groups: {name!r} cannot be one number for several lines")
     found: list[Unknown] = []
-    for index, name in enumerate(names):
+    for name in names:
         if name not in NAMES:
             raise UnknownName("unknown", name, NAMES)
         if name == "modulus" and not elastic:
             raise InputError("unknowns: modulus: rigid lines do not stretch; use elastic or catenary ones")
-        if name in names[:index]:
+        if names.count(name) > 1:
             raise InputError(f"unknowns: {name!r} is given more than once")
         found += _grouped(robot, _unknowns(robot, name, name in shared), [lines for of, lines in groups if of == name])
     for name in shared:
@@ -142,10 +143,9 @@ def _unknowns(robot: Robot, name: str, shared: bool) -> Iterator[Unknown]:
     if fault is not None:
         raise InputError(f"{'shared' if fault[0] == 'shared' else 'unknowns'}: {name}: {fault[1]}")
     found = [parameters_of(robot, kind.name, lines, shared) for kind in kinds]
-    for of_line in zip(*found, strict=True):
-        for parameter in of_line:
-            size = nominal(robot, parameter) if name == "drum_radius" else _SIZES.get(name, 1.0)
-            yield Unknown(parameter.kind, parameter.line, size)
+    for parameter in chain.from_iterable(zip(*found, strict=True)):
+        size = nominal(robot, parameter) if name == "drum_radius" else _SIZES.get(name, 1.0)
+        yield Unknown(parameter.kind, parameter.line, size)
 
 
 def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[str]]) -> Iterator[Unknown]:
@@ -156,8 +156,7 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
     group_of: dict[str | None, Sequence[str]] = {}
     for group in groups:
         for name in group:
-            if name not in [line.name for line in robot.lines]:
-                raise InputError(f"groups: {UnknownName('line', name, [line.name for line in robot.lines])}")
+            line_index(robot, name, "groups")
             if name in group_of:
                 raise InputError(f"groups: line {name!r} is in it twice")
             group_of[name] = group
@@ -175,6 +174,14 @@ def _grouped(robot: Robot, found: Iterator[Unknown], groups: Sequence[Sequence[s
             yield replace(each, others=tuple(group[1:]))
 
 
+def line_index(robot: Robot, name: str, where: str) -> int:
+    """Return the index of a line. Raises `InputError`, which says *where* the plan names it, for an unknown one."""
+    names = [line.name for line in robot.lines]
+    if name not in names:
+        raise InputError(f"{where}: {UnknownName('line', name, names)}")
+    return names.index(name)
+
+
 def require_covered(robot: Robot, elastic: bool) -> None:
     """Raise `InputError` for a robot that is not covered, with *elastic* lines or straight ones.
 
@@ -183,14 +190,23 @@ def require_covered(robot: Robot, elastic: bool) -> None:
     robot.require_winches("calibration")
     robot.require_own_winches("calibration")
     if elastic:
-        on_stiff_mounts(robot).require_plain_lines("calibration of lines that stretch")
+        stiff = (line.model_copy(update={"exit_compliance": None}) for line in robot.lines)
+        robot.model_copy(update={"lines": tuple(stiff)}).require_plain_lines("calibration of lines that stretch")
         if robot.platform.plane is not None and robot.m < robot.freedoms:
-            why = f"{robot.m} lines do not hold a body in a plane, which is not covered"
-            raise InputError(f"calibration of lines that stretch: {why}")
+            raise InputError(
+                f"calibration of lines that stretch: {robot.m} lines do not hold a body in a plane, which is not "
+                "covered"
+            )
         return
     for line in robot.lines:
         if isinstance(line.sheave, Pulley) or line.is_aside or line.platform_sheave is not None:
             raise InputError(f"calibration: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
+
+
+def with_mounts(robot: Robot) -> Robot:
+    """Return the robot with a compliance of each mount: 0 where the file says nothing, and what it says elsewhere."""
+    rigid = (line.model_copy(update={"exit_compliance": line.exit_compliance or 0.0}) for line in robot.lines)
+    return robot.model_copy(update={"lines": tuple(rigid)})
 
 
 def numbers_of_lines(robot: Robot) -> Array:
@@ -242,6 +258,33 @@ def coordinates_of(robot: Robot, unknowns: Sequence[Unknown], kind: str = "exit_
     which = [at for at, each in enumerate(unknowns) if each.name == kind]
     coordinates = [3 * lines_of(robot, unknowns[at])[0] + (unknowns[at].axis or 0) for at in which]
     return np.array(which, dtype=np.intp), np.array(coordinates, dtype=np.intp)
+
+
+def by_exits(robot: Robot, unknowns: Sequence[Unknown], by: ArrayLike) -> Array:
+    """Return rows (a, k) by the unknowns from rows *by* (a, 3 m) all coordinates of exit points."""
+    which, coordinates = coordinates_of(robot, unknowns)
+    every = np.asarray(by)
+    rows = np.zeros((len(every), len(unknowns)))
+    rows[:, which] = every[:, coordinates]
+    return rows
+
+
+def exit_rows(robot: Robot, unknowns: Sequence[Unknown]) -> tuple[Array, Indices]:
+    """Return rows (a, k), coordinates of exit points by the unknowns among them, and the line (a,) of each.
+
+    Of a platform in a plane they are those along its axes: what is across hardly matters there.
+    """
+    plane = robot.platform.plane
+    ways = np.eye(3) if plane is None else basis(plane, 3).T
+    rows = by_exits(robot, unknowns, np.kron(np.eye(robot.m), ways))
+    kept = np.flatnonzero(rows.any(axis=1))
+    return rows[kept], kept // len(ways)
+
+
+def free_directions(robot: Robot) -> Array:
+    """Return a basis (n, p) of the directions in which a pose is free, its columns orthonormal."""
+    plane = robot.platform.plane
+    return np.eye(robot.n) if plane is None else np.ascontiguousarray(basis(plane, robot.n))
 
 
 def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised: bool = False) -> Robot:

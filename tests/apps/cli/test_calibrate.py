@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cablewright.apps.report.document import script
-from cablewright.calibration.simulation import aligned
+from cablewright.calibration.poses.simulation import aligned
 from cablewright.robot import library_text, load
 
 KEYS = {"status", "rms", "iterations", "unknowns", "rank", "gauge", "weakest", "sigma", "rejected", "robot"}

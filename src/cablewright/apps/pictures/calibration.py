@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from cablewright.apps import style
 from cablewright.apps.quantities import enlargement
 from cablewright.arrays import Array
-from cablewright.calibration.result import Calibration
+from cablewright.calibration.judgement.result import Calibration
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.INK)
 _MARKS: Final = "osD^vP"
@@ -83,7 +83,7 @@ def _blocks(found: Calibration) -> list[tuple[str, Array, Array]]:
     for i, line in enumerate(found.problem.robot.lines):
         at = [k for k, each in enumerate(found.unknowns) if each.name == "exit_point" and each.line == line.name]
         if len(at) == 3 and np.isfinite(found.covariance[np.ix_(at, at)]).all():
-            made.append((line.name, found.problem.exit_points(found.fit.theta)[i], found.covariance[np.ix_(at, at)]))
+            made.append((line.name, found.problem.points(found.fit.theta)[i], found.covariance[np.ix_(at, at)]))
     return made
 
 

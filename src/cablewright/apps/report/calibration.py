@@ -13,7 +13,7 @@ from cablewright.apps.report.provenance import list_of, program
 from cablewright.apps.report.result import along_table, key_figures, part_table
 from cablewright.apps.web.robot_scene import robot_scene
 from cablewright.apps.web.scene import SceneBody, SceneDescription
-from cablewright.calibration.result import Calibration
+from cablewright.calibration.judgement.result import Calibration
 
 Pictures = dict[str, bytes]
 

@@ -16,29 +16,104 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.calibration.checks import check_lengths, surplus_per_pose
-from cablewright.calibration.data import read_measured
 from cablewright.calibration.drift.record import CalibrationRecord, load_record
-from cablewright.calibration.drift.states import states_at
-from cablewright.calibration.drift.suspects import CHANGE_PARTS, READING, SCALE, DriftChange, Evidence, Suspect, beside
-from cablewright.calibration.elastic.elastic_lines import ElasticProblem
-from cablewright.calibration.kinds import kind_of
-from cablewright.calibration.measured import Measured
-from cablewright.calibration.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
-from cablewright.calibration.problem import CalibrationProblem, Derivatives
-from cablewright.calibration.soft_ends import require_tensions
+from cablewright.calibration.judgement.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
+from cablewright.calibration.judgement.sigmas import kind_of
+from cablewright.calibration.judgement.suspects import (
+    CHANGE_PARTS,
+    READING,
+    SCALE,
+    DriftChange,
+    Evidence,
+    Suspect,
+    beside,
+)
+from cablewright.calibration.measurements import Measured, read_measured
+from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
+from cablewright.calibration.poses.fit import fit, fitted_poses
+from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives, StraightProblem
+from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
+from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
+from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.rotation import yawed
 from cablewright.models.statics import Model
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.parameters import KINDS
 
+_YAWS: Final = tuple(np.radians(range(30, 360, 30)).tolist())
+_FITS: Final = 100.0  # max mean square of a pose's residuals over their sigma: beyond, other start values are tried
+_BETTER: Final = 0.5  # of the squares, to prefer those of another start
 FALSE_ALARM: Final = 0.01
 """Default share of checks that say that something moved though nothing did."""
 
 _FREED: Final = ("exit_point", "length_offset")
 _NAMED: Final = 2  # numbers that a pose leaves over with which a wrong line of it can be told
+
+
+def states_at(problem: CalibrationProblem, theta: Array, new_home: bool) -> tuple[Array, Array]:
+    """Return the unknowns (k,), with lengths at home that fit if they are new, and the states (N, ..) of the poses."""
+    straight = problem
+    if isinstance(problem, ElasticProblem):
+        straight = StraightProblem.of(problem.robot, problem.measured, straight_plan(problem), hold=False)
+    known = dict(zip(problem.unknowns, theta.tolist(), strict=True))
+    start = np.array([known[each] for each in straight.unknowns])  # those that straight lines have too
+    if new_home:
+        start = with_new_home(straight, start)
+    poses = _poses(straight, start)
+    if not isinstance(problem, ElasticProblem):
+        return start, fit(problem.for_poses_only(start), np.zeros(0), poses).poses
+    theta = theta.copy()
+    if new_home:
+        theta[problem.named("length_offset")] = start[straight.named("length_offset")]
+    states = problem.states_of(equilibria_at(problem, Model(problem.robot), poses))
+    return theta, fit(problem.for_poses_only(theta), np.zeros(0), states).poses
+
+
+def _poses(problem: CalibrationProblem, theta: Array) -> Array:
+    """Return the poses (N, n) that fit, from the start values in the data, or from the middle of the frame.
+
+    A calibration with azimuths may have turned the frame, so where start values do not fit others are tried that turn
+    about the middle with it.
+    """
+    scene, guess = problem.robot.scene, problem.measured.guess
+    middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
+    start = np.zeros((problem.poses, problem.robot.n))
+    start[:, :3] = middle
+    if guess is not None:
+        start = np.where(np.isfinite(guess).all(axis=1, keepdims=True), guess, start)
+    best, cost = _fitted(problem, theta, start)
+    plane = problem.robot.platform.plane
+    axis = (0.0, 0.0, 1.0) if plane is None else plane.across
+    for yaw in _YAWS if (cost > _FITS * problem.per_pose).any() else ():
+        found, its = _fitted(problem, theta, yawed(start, yaw, middle, axis))
+        better = its < _BETTER * cost
+        best, cost = np.where(better[:, None], found, best), np.where(better, its, cost)
+    return best
+
+
+def _fitted(problem: CalibrationProblem, theta: Array, start: Array) -> tuple[Array, Array]:
+    """Return the poses (N, n) that fit from a *start* (N, n), and their sums (N,) of squared residuals."""
+    poses = unmirrored(problem, theta, fitted_poses(problem, theta, start))
+    squares = np.sum(problem.derivatives(theta, poses).residual ** 2, axis=1)
+    return poses, np.where(np.isfinite(squares), squares, np.inf)
+
+
+def with_new_home(problem: CalibrationProblem, theta: Array) -> Array:
+    """Return the unknowns (k,) with the lengths at home that fit the data, all others held."""
+    homes = problem.named("length_offset")
+    if not homes.any():  # lengths are absolute
+        return theta
+    plan = problem.plan.model_copy(
+        update={"unknowns": ("length_offset",), "shared": (), "groups": (), "priors": (), "bounds": ()}
+    )
+    only = StraightProblem.of(problem.robot, problem.measured, plan, hold=False)
+    only = replace(only, rows=only.rows._replace(lines=problem.line_numbers(theta)))
+    changed = theta.copy()
+    changed[homes] = best_fit(only, seed=0, rough=0.0).theta
+    return changed
 
 
 @dataclass(frozen=True)
@@ -181,11 +256,7 @@ def _problem(model: Model, measured: Measured, known: CalibrationRecord) -> Cali
     names += tuple(believed_of_sensors(measured, plan.sigma))
     shared = (*plan.shared, *(each.name for each in considered if each.line is None and KINDS[each.name].per_line))
     plan = plan.model_copy(update={"unknowns": tuple(dict.fromkeys(names)), "shared": tuple(dict.fromkeys(shared))})
-    problem: CalibrationProblem
-    if known.cable is CableLaw.RIGID:
-        problem = CalibrationProblem.of(model.robot, measured, plan, hold=False)
-    else:
-        problem = ElasticProblem.under(model, measured, plan, hold=False)
+    problem = problem_of(model, measured, plan, hold=False)
     if not problem.elastic:
         require_tensions(model.robot, measured)
         if "exit_compliance" in known.unknowns and measured.tensions is None:

@@ -1,9 +1,14 @@
-"""The record of a calibration: date, data and sigmas beside the robot's file, to compare later measurements with."""
+"""The record of a calibration: date, data and sigmas beside the robot's file, to compare later measurements with.
+
+A later calibration is compared with it: which exit points moved by more than both sigmas explain. Both are moved onto
+one another by the best translation and yaw, which encoders do not determine.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Final, Self
@@ -13,12 +18,15 @@ import tomlkit
 from pydantic import Field, Strict, model_validator
 
 from cablewright.arrays import Array
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.suspects import Evidence, Explanation, Suspect, beside
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Sigmas
-from cablewright.calibration.result import Calibration
+from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
+from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
 from cablewright.calibration.unknowns import Unknown, unknowns_of
-from cablewright.calibration.weights import WITH_DEFAULT
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.rotation import wrap_angles
 from cablewright.robot import Robot
 from cablewright.robot.parameters import nominal
 from cablewright.toml_input import load_model
@@ -27,6 +35,11 @@ from cablewright.validation import Description, FileDescription, refusal
 _MAX_UNKNOWNS: Final = 250
 _AGREES: Final = 1e-8  # m: numbers in a robot's file are rounded to a nanometre
 _Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+LEVEL: Final = 0.01
+"""The share of comparisons that say that something moved though nothing did."""
+
+_SHIFTS: Final = ("translation", "yaw")  # beginnings of their names
+_ROUNDING: Final = 1e-8  # m: of numbers in a robot's file
 
 
 class KnownValue(Description):
@@ -98,8 +111,7 @@ class CalibrationRecord(FileDescription):
 
     def unknowns_in(self, robot: Robot, where: str) -> tuple[Unknown, ...]:
         """Return the unknowns of *robot*. Raises `InputError` if it is not the robot whose calibration this is."""
-        elastic = self.cable is not CableLaw.RIGID
-        found = unknowns_of(robot, self.unknowns, self.shared, elastic, self.plan.grouped)
+        found = unknowns_of(robot, self.unknowns, self.shared, self.cable is not CableLaw.RIGID, self.plan.grouped)
         if [(each.kind, each.line) for each in found] != [(each.name, each.line) for each in self.values]:
             raise InputError(f"{where}: values are not those of {robot.name!r}, in its order of lines")
         for each, known in zip(found, self.values, strict=True):
@@ -121,7 +133,7 @@ def record_of(found: Calibration, data: str | Path, date: datetime) -> Calibrati
     if found.verdict == "bad" or not np.isfinite(found.covariance).all():
         raise InputError(f"{data}: a calibration without sigmas has no record: nothing could be compared with it")
     plan, factors = found.problem.plan, found.problem.factors
-    sizes = {key: getattr(plan.sigma, key) * factors.get(kind, 1.0) for kind, key in WITH_DEFAULT.items()}
+    sizes = {key: getattr(plan.sigma, key) * factors.get(kind, 1.0) for kind, key in SIGMA_OF.items()}
     sizes["encoder"] = found.encoder_sigma
     sigma = Sigmas(**{key: float(np.clip(size, *SIGMAS)) for key, size in sizes.items()})
     told = zip(found.unknowns, found.values.tolist(), found.sigma.tolist(), strict=True)
@@ -162,3 +174,40 @@ def record_path(robot: str | Path) -> Path:
 def load_record(path: str | Path) -> CalibrationRecord:
     """Read a record. Raises `InputError`, one line naming file, key, value and what is allowed."""
     return load_model(CalibrationRecord, path)
+
+
+def compared(found: Calibration, last: CalibrationRecord, level: float = LEVEL) -> Explanation:
+    """Return what changed since the *last* calibration. Raises `InputError` where they have no unknown in common."""
+    before = {(each.name, each.line): at for at, each in enumerate(last.values)}
+    both = [
+        (at, before[each.kind, each.line])
+        for at, each in enumerate(found.unknowns)
+        if each.name not in ("length_offset", "modulus") and (each.kind, each.line) in before
+    ]
+    if not both:
+        raise InputError("the last calibration has no unknown in common with this one")
+    new, old = (np.array(side) for side in zip(*both, strict=True))
+    named = motions(found.alone)
+    open_ones = set(open_freedoms(found.alone))
+    free = [motion[new] for name, motion in named.items() if name.startswith(_SHIFTS) or name in open_ones]
+    kept = beside(np.array(free).reshape(len(free), len(new)).T)
+    change = found.values[new] - last.amounts[old]
+    around = azimuth_offsets([found.unknowns[at] for at in new]) > 0.0
+    change[around] = wrap_angles(change[around])  # the same zero a turn away
+    spread = found.covariance[np.ix_(new, new)] + last.spread[np.ix_(old, old)]
+    size = np.eye(kept.shape[1]) * _ROUNDING**2
+    freedom = min(float(max(found.posterior.redundancy, 1)), last.freedom)
+    suspects = list(_suspects(found, new, kept))
+    return Evidence(kept.T @ change, kept.T @ spread @ kept + size, suspects, freedom).explained(level)
+
+
+def _suspects(found: Calibration, which: Array, kept: Array) -> Iterator[Suspect]:
+    """Yield what may have changed: each exit point, and each other unknown."""
+    unknowns = [found.unknowns[at] for at in which.tolist()]
+    points = [(each.name, each.line) for each in unknowns if each.axis is not None]
+    for name, line in dict.fromkeys(points):
+        own = [at for at, each in enumerate(unknowns) if (each.name, each.line) == (name, line)]
+        yield Suspect(name.replace("_", " "), line, kept[own].T, len(set(points)))
+    alone = [at for at, each in enumerate(unknowns) if each.axis is None]
+    for at in alone:
+        yield Suspect(unknowns[at].name.replace("_", " "), unknowns[at].line, kept[[at]].T, len(alone))

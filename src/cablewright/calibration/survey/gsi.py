@@ -83,8 +83,10 @@ def _block(number: int, raw: list[str], place: str) -> Block:
     for word in (raw[0].removeprefix("*"), *raw[1:]):
         match = _WORD.fullmatch(word)
         if match is None:
-            form = "two digits of index, four of information, a sign and the data"
-            raise InputError(f"{place}: {shown(word)} is not a GSI word: {form}")
+            raise InputError(
+                f"{place}: {shown(word)} is not a GSI word: two digits of index, four of information, a sign and the "
+                "data"
+            )
         index, (unit, sign, data) = int(match[1]), match.group(3, 4, 5)
         if index in _CODES and data.strip("0"):
             codes.append(f"{index} {data.lstrip('0')}")

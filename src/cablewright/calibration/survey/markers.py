@@ -109,10 +109,9 @@ def _together(
     limit = max(_APART, _SIGMAS_APART * math.sqrt(np.trace(own.max(axis=0))))
     if off.max() > limit:
         far = int(off.argmax())
-        where = f"lines {', '.join(str(shot.line) for shot in shots[:8])}"
         raise InputError(
-            f"{origin}: marker {point!r} ({where}): the shot at line {shots[far].line} is {off[far]:.3g} m off their "
-            f"mean; is it another marker?"
+            f"{origin}: marker {point!r} (lines {', '.join(str(shot.line) for shot in shots[:8])}): the shot at line "
+            f"{shots[far].line} is {off[far]:.3g} m off their mean; is it another marker?"
         )
     repeat = float(np.sqrt(np.mean(off**2))) if len(shots) > 1 else math.nan
     covariance = together + instrument.marker**2 * np.eye(3)
@@ -125,10 +124,9 @@ def _covariance(shot: Shot, instrument: Instrument, origin: str) -> Array:
     if shot.sight is None:
         sight = sight - np.array(instrument.station or (0.0, 0.0, 0.0))
         if not math.hypot(*sight) <= FARTHEST:
-            away = f"point {shot.point!r} is {math.hypot(*sight):.6g} m from the instrument"
             raise InputError(
-                f"{origin}, line {shot.line}: {away}; give a unit, as in 'x (mm)', or the instrument's position, "
-                "instrument.station in the plan"
+                f"{origin}, line {shot.line}: point {shot.point!r} is {math.hypot(*sight):.6g} m from the instrument; "
+                "give a unit, as in 'x (mm)', or the instrument's position, instrument.station in the plan"
             )
     far, level = math.hypot(*sight), math.hypot(*sight[:2])
     u = sight / far if far > 0 else np.array([1.0, 0.0, 0.0])
@@ -146,5 +144,7 @@ def _check_extent(markers: Sequence[SurveyMarker], origin: str) -> None:
     extent = np.ptp([marker.position for marker in markers], axis=0)
     if extent.max() > _MAX_EXTENT:
         axis = "xyz"[int(extent.argmax())]
-        limit = f"markers are {extent.max():.6g} m apart along {axis}, over the limit of {_MAX_EXTENT:g} m"
-        raise InputError(f"{origin}: {limit}; are these mm? then name the column '{axis} (mm)'")
+        raise InputError(
+            f"{origin}: markers are {extent.max():.6g} m apart along {axis}, over the limit of {_MAX_EXTENT:g} m; are "
+            f"these mm? then name the column '{axis} (mm)'"
+        )

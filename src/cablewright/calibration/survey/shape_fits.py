@@ -81,8 +81,7 @@ def _solved(model: Model, start: Array, points: Array, covariances: Array) -> Sh
     spread = np.einsum("krr->kr", np.linalg.inv(weight)) - np.einsum("krp,pq,krq->kr", A, inverse, A)
     surplus = r.size - len(q)
     allowed = np.sqrt(np.maximum(spread, 0.0)) if surplus > 0 else np.zeros_like(r)
-    chi_squared = float(np.einsum("kr,krs,ks->", r, weight, r))
-    return ShapeFit(q, jacobian, r, allowed, chi_squared, surplus, converged)
+    return ShapeFit(q, jacobian, r, allowed, float(np.einsum("kr,krs,ks->", r, weight, r)), surplus, converged)
 
 
 def _wall(azimuth: float, lean: float, distance: float, p: Array) -> tuple[Array, Array, Array]:

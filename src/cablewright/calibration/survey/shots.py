@@ -158,8 +158,10 @@ def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
             between.append(block)
         new_station, new_height = _station(words, station), words.get(88, height)
         if polar_line is not None and (new_station, new_height) != (station, height):
-            hint = "survey from one station, or export coordinates (words 81 to 83)"
-            raise InputError(f"{place}: the station differs from that of line {polar_line}; {hint}")
+            raise InputError(
+                f"{place}: the station differs from that of line {polar_line}; survey from one station, or export "
+                "coordinates (words 81 to 83)"
+            )
         station, height = new_station, new_height
         if block.point is None or not {21, 22, 31, 81, 82, 83} & words.keys():
             continue
@@ -169,8 +171,7 @@ def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
         if {81, 82, 83} <= words.keys():
             position = words[81], words[82], words[83]
             if station is not None:
-                up = station[2] + (height or 0.0)
-                sight = position[0] - station[0], position[1] - station[1], position[2] - up
+                sight = position[0] - station[0], position[1] - station[1], position[2] - (station[2] + (height or 0.0))
         elif {21, 22, 31} <= words.keys() and words[31] > 0:
             _require_one_station(path, block, between, setup)
             polar_line = block.line
@@ -215,6 +216,8 @@ def _name(text: str, place: str) -> str:
 def _checked(shot: Shot, place: str) -> Shot:
     away = math.hypot(*(shot.sight or (0.0, 0.0, 0.0)))
     if not away <= FARTHEST:
-        limit = f"point {shot.point!r} is {away:.6g} m from the instrument, over the limit of {FARTHEST:g} m"
-        raise InputError(f"{place}: {limit}; check the units")
+        raise InputError(
+            f"{place}: point {shot.point!r} is {away:.6g} m from the instrument, over the limit of {FARTHEST:g} m; "
+            "check the units"
+        )
     return shot

@@ -103,8 +103,10 @@ class _Evaluation:
         unit_weight = math.sqrt(chi / surplus) if surplus else math.nan
         for row in rows:
             if row.suspect:
-                off = f"{1e3 * row.residual:.1f} mm off, {1e3 * row.sigma:.1f} mm are expected"
-                self.notes.append(f"marker {row.point} ({row.feature}) is {off}: measure it again")
+                self.notes.append(
+                    f"marker {row.point} ({row.feature}) is {1e3 * row.residual:.1f} mm off, {1e3 * row.sigma:.1f} mm "
+                    "are expected: measure it again"
+                )
         if unit_weight > 2:
             self.notes.append(
                 f"markers fit {unit_weight:.1f} times worse than the instrument's stated accuracy explains"
@@ -132,20 +134,19 @@ class _Evaluation:
         known = "not known"
         if apart >= _MIN_LEVEL:
             fit = shape_fits.upright_plane(places, covariances)
-            self._keep(feature, which, fit)
-            found = self._linear(fit, which)
+            found = self._kept(feature, which, fit)
             sigma = self._sigma(found[:1])
             if fit.converged and sigma <= _MAX_AZIMUTH_SIGMA:
                 return found
             known = f"known to {_deg(sigma)}" if fit.converged else known
-        why = f"its markers are {apart:.3g} m apart in plan, its direction is {known}"
-        raise InputError(f"{self.origin}: {feature.words}: {why}; {_deg(_MAX_AZIMUTH_SIGMA)} is required")
+        raise InputError(
+            f"{self.origin}: {feature.words}: its markers are {apart:.3g} m apart in plan, its direction is {known}; "
+            f"{_deg(_MAX_AZIMUTH_SIGMA)} is required"
+        )
 
     def _level(self, feature: MarkedFeature) -> Linear:
         which = self.markers.on(feature)
-        fit = shape_fits.level_plane(*self._places(which))
-        self._keep(feature, which, fit)
-        return self._linear(fit, which)
+        return self._kept(feature, which, shape_fits.level_plane(*self._places(which)))
 
     def _swivel(self, feature: MarkedFeature) -> Linear:
         which = self._marks(feature, slice(0, 2))
@@ -166,18 +167,17 @@ class _Evaluation:
         return which
 
     def _circle(self, feature: MarkedFeature, which: list[int], fit: ShapeFit, centre: slice) -> Linear:
-        self._keep(feature, which, fit)
-        found = self._linear(fit, which)
+        found = self._kept(feature, which, fit)
         sigma = self._sigma(found[centre])
         if not (fit.converged and sigma <= _MAX_CENTRE_SIGMA):
             raise self._no_circle(feature, which, f"to {1e3 * sigma:.0f} mm" if fit.converged else "not at all")
         return found
 
     def _no_circle(self, feature: MarkedFeature, which: list[int], known: str) -> InputError:
-        where = f"its {len(which)} markers are nearly on one line or in one place"
         return InputError(
-            f"{self.origin}: {feature.words}: {where}: the centre of their circle is known {known}, "
-            f"{1e3 * _MAX_CENTRE_SIGMA:.0f} mm is required; turn it farther between shots"
+            f"{self.origin}: {feature.words}: its {len(which)} markers are nearly on one line or in one place: the "
+            f"centre of their circle is known {known}, {1e3 * _MAX_CENTRE_SIGMA:.0f} mm is required; turn it farther "
+            "between shots"
         )
 
     def _exits(
@@ -190,10 +190,10 @@ class _Evaluation:
         for feature, axis in swivels.items():
             place = MarkedFeature("exit", feature.name)
             if place in self.markers.features:
-                both = f"{self._names(place)} and {self._names(feature)}"
                 raise InputError(
-                    f"{self.origin}: line {feature.name} has markers of its exit point and of its swivel axis, {both}; "
-                    "the exit point is found from one of these: call the others 'none' in a plan"
+                    f"{self.origin}: line {feature.name} has markers of its exit point and of its swivel axis, "
+                    f"{self._names(place)} and {self._names(feature)}; the exit point is found from one of these: call "
+                    "the others 'none' in a plan"
                 )
             sheave = sheaves.get(MarkedFeature("sheave", feature.name))
             up = axis[[3]] if sheave is None else sheave[0][[2]]
@@ -210,14 +210,18 @@ class _Evaluation:
         value = places.mean(axis=0)
         ahead, left, up = placing.offset
         if (ahead or left or placing.spacing is not None) and len(which) < 2:
-            why = "an offset sideways or a spacing needs a second marker, which gives the direction"
-            raise InputError(f"{self.origin}: {feature.words}: 1 marker, {self.markers.all[which[0]].point}; {why}")
+            raise InputError(
+                f"{self.origin}: {feature.words}: 1 marker, {self._names(feature)}; an offset sideways or a spacing "
+                "needs a second marker, which gives the direction"
+            )
         if ahead or left:
             way = (places[1] - places[0])[:2]
             level = math.hypot(*way)
             if level < _MIN_LEVEL:
-                why = f"its first two markers are {1e3 * level:.3g} mm apart in plan, which gives no direction"
-                raise InputError(f"{self.origin}: {feature.words}: {why} for its offset sideways")
+                raise InputError(
+                    f"{self.origin}: {feature.words}: its first two markers are {1e3 * level:.3g} mm apart in plan, "
+                    "which gives no direction for its offset sideways"
+                )
             e = way / level
             f = np.array([-e[1], e[0]])
             value[:2] += ahead * e + left * f
@@ -246,8 +250,10 @@ class _Evaluation:
     def _enough(self, feature: MarkedFeature, minimum: int, why: str) -> list[int]:
         which = self.markers.on(feature)
         if len(which) < minimum:
-            got = f"{len(which)} marker{'s' * (len(which) > 1)}, {self._names(feature)}"
-            raise InputError(f"{self.origin}: {feature.words}: {got}; {minimum} or more are required: {why}")
+            raise InputError(
+                f"{self.origin}: {feature.words}: {len(which)} marker{'s' * (len(which) > 1)}, {self._names(feature)}; "
+                f"{minimum} or more are required: {why}"
+            )
         return which
 
     def _names(self, feature: MarkedFeature) -> str:
@@ -266,12 +272,14 @@ class _Evaluation:
     def _sigma(self, found: Linear) -> float:
         return float(found.sigma(self.covariance).max())
 
-    def _keep(self, feature: MarkedFeature, which: list[int], fit: ShapeFit) -> None:
+    def _kept(self, feature: MarkedFeature, which: list[int], fit: ShapeFit) -> Linear:
+        """Keep a fit, and the residuals of its markers."""
         self.fits[feature] = fit
         for i, off, allowed in zip(which, fit.residuals, fit.allowed, strict=True):
             checked = fit.surplus > 0 and bool(np.any(allowed > 0))
             size = (float(np.linalg.norm(off)), float(np.linalg.norm(allowed))) if checked else (math.nan, math.nan)
             self.residuals[self.markers.all[i].point] = size
+        return self._linear(fit, which)
 
     # The parts of the result, in its frame.
 
@@ -355,7 +363,7 @@ class _Evaluation:
         if abs(lean) > 3 * sigma:
             note = f"{feature.words} leans {'out' if lean > 0 else 'in'} at its top by {_deg(abs(lean))}"
             if fit.surplus and fit.chi_squared < _MAX_CHI_SQUARED * fit.surplus:
-                self._keep(feature, which, fit)  # residuals of its markers are those from the leaning wall
+                self._kept(feature, which, fit)  # residuals of its markers are those from the leaning wall
                 self.notes.append(f"{note}: its distance is that at the mean height of its markers")
             else:
                 self.notes.append(f"{note}, or one of its {len(which)} markers is wrong")
@@ -383,8 +391,7 @@ def _arc(away: Array) -> float:
     """Return the arc (rad) that points span about a centre, given relative to it: a full turn less the largest gap."""
     _, _, axes = np.linalg.svd(away, full_matrices=False)
     angles = np.sort(np.arctan2(away @ axes[1], away @ axes[0]))
-    gaps = np.diff(np.append(angles, angles[0] + math.tau))
-    return float(math.tau - gaps.max())
+    return float(math.tau - np.diff(np.append(angles, angles[0] + math.tau)).max())
 
 
 def _deg(angle: float) -> str:

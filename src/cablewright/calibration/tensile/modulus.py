@@ -5,18 +5,52 @@ The nominal modulus is the secant modulus of Paty et al. 2021, section 2.2.3, Eq
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 
 from cablewright.arrays import Array, Mask
 from cablewright.calibration.tensile.recording import MIN_POINTS, TensileTest, read_test
-from cablewright.calibration.tensile.result import Branch, TensileResult
 from cablewright.errors import InputError
+from cablewright.results import Figure, Pictured
+from cablewright.units import AREA, FORCE
 
+PAPER_SPREAD: Final = 0.3
+"""By how much a modulus varies about the nominal one in Paty et al. 2021, Eq. 23."""
+
+FIGURES = (
+    Figure("status", "", "ok.", lambda _: "ok"),
+    Figure("modulus", "Pa", "Nominal Young's modulus: secant of the last full loading over the band.", shown="GPa"),
+    Figure("axial_stiffness", "N", "EA; the section cancels out of it.", name="axial stiffness EA", shown="kN"),
+    Figure("modulus_range", "1", "Min and max modulus found anywhere, over the nominal one."),
+    Figure("branch_factors", "1", "Min and max secant of all full branches, over the nominal one."),
+    Figure("tangent_factors", "1", "Min and max tangent of all full branches, over the nominal one."),
+    Figure("loading", "Pa", "Secant modulus of each full loading.", name="loadings", shown="GPa"),
+    Figure("unloading", "Pa", "Secant modulus of each full unloading.", name="unloadings", shown="GPa"),
+    Figure("cycles", "1", "Number of loadings that an unloading follows, both across the band."),
+    Figure("partial", "1", "Number of branches that do not span the band.", name="partial branches"),
+    Figure(
+        "hysteresis", "1", "Loop of each full cycle over the work of its loading, within the band.", digits=3, shown="%"
+    ),
+    Figure(
+        "permanent_set", "m", "Elongation from each full loading to the next, at the band's lower load.", shown="mm"
+    ),
+    Figure("r_squared", "1", "R^2 of the secant, over the nominal branch's forces.", name="R^2"),
+    Figure("initial_length", "m", "Length of the specimen at elongation zero.", digits=6, shown="m"),
+    Figure("length", "m", "Length of the specimen at the band's lower load.", digits=6, shown="m"),
+    Figure("stretch", "m", "Elongation over the band, on the nominal branch.", shown="mm"),
+    Figure("section", "m^2", "Section of the cable.", shown="mm^2"),
+    Figure("breaking_load", "N", "Breaking load of the cable.", shown="kN"),
+    Figure("band", "1", "Shares of the breaking load that the modulus spans.", shown="%", digits=3),
+    Figure("robot_file", "", "What a robot file has of this cable.", "robot_file_text", "for the robot file"),
+    Figure("against_paper", "", "The range of the modulus beside that of Paty 2021.", name="range of the modulus"),
+    Figure("notes", "", "What a careful person would ask.", detail=True),
+)
 # A turn back of the force by this share of the band ends a branch, a smaller one is noise. As no two neighbours of a
 # branch may differ by more, one false sample cannot pass for the end of a branch.
 _TURN: Final = 0.1
@@ -31,6 +65,111 @@ _BOUNDS: Final = {
     "breaking load": (1e-2, 1e9, "N"),
     "modulus": (1e6, 2e12, "Pa"),
 }
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """One loading or unloading across the whole band, in order of rising force; read-only arrays."""
+
+    rising: bool  # whether it is a loading
+    place: str  # in the test: ``line 7 to line 120``
+    force: Array  # (k,) N, the samples within the band
+    elongation: Array  # (k,) m
+    ends: tuple[float, float]  # m, elongation at the band's lower and upper load
+    modulus: float  # Pa, secant over the band
+    tangents: Array  # (w,) Pa, least-squares slopes, each over a fifth of the stretch
+    tangent_forces: Array  # (w,) N, mean force of each
+
+    @property
+    def word(self) -> str:
+        """``loading`` or ``unloading``."""
+        return "loading" if self.rising else "unloading"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TensileResult(Pictured):
+    """The result of `modulus`: a cable's modulus, its spread and hysteresis."""
+
+    FIGURES: ClassVar = FIGURES
+    HEADLINES: ClassVar = ("modulus", "modulus_range", "cycles", "r_squared")
+    PASTED: ClassVar = ("for the robot file",)  # labels of what people copy, line by line
+
+    test: TensileTest
+    modulus: float  # Pa, nominal: secant of the last full loading
+    length: float  # m, of the cable at the band's lower load, on the nominal branch: l_init of Eq. 22
+    stretch: float  # m, over the band, on the nominal branch: delta l of Eq. 22
+    r_squared: float  # of the secant line, over the nominal branch's forces
+    branches: tuple[Branch, ...]  # those that span the band, in order of time
+    hysteresis: tuple[float, ...]  # of each full cycle: area of the loop over that under the loading, within the band
+    permanent_set: tuple[float, ...]  # m, from each full loading to the next, at the band's lower load
+    partial: int  # branches that do not span the band
+    notes: tuple[str, ...]  # sentences on what limits the result
+    initial_length: float  # m
+    section: float  # m^2
+    breaking_load: float  # N
+    band: tuple[float, float]  # shares of the breaking load
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA, N, from which the section cancels out."""
+        return self.modulus * self.section
+
+    @property
+    def loads(self) -> tuple[float, float]:
+        """The band's lower and upper load, N."""
+        return self.band[0] * self.breaking_load, self.band[1] * self.breaking_load
+
+    @property
+    def cycles(self) -> int:
+        """Number of loadings that are followed by an unloading, both across the band."""
+        return len(self.hysteresis)
+
+    @property
+    def loading(self) -> tuple[float, ...]:
+        """Secant modulus of each full loading, Pa."""
+        return tuple(branch.modulus for branch in self.branches if branch.rising)
+
+    @property
+    def unloading(self) -> tuple[float, ...]:
+        """Secant modulus of each full unloading, Pa."""
+        return tuple(branch.modulus for branch in self.branches if not branch.rising)
+
+    @property
+    def branch_factors(self) -> tuple[float, float]:
+        """Lowest and highest secant modulus of all full branches, over the nominal one."""
+        secants = self.loading + self.unloading
+        return min(secants) / self.modulus, max(secants) / self.modulus
+
+    @property
+    def tangent_factors(self) -> tuple[float, float]:
+        """Lowest and highest tangent modulus of all full branches, over the nominal one."""
+        tangents = np.concatenate([branch.tangents for branch in self.branches])
+        return float(tangents.min()) / self.modulus, float(tangents.max()) / self.modulus
+
+    @property
+    def modulus_range(self) -> tuple[float, float]:
+        """Lowest and highest modulus of all secants and tangents, over the nominal one, rounded outwards to 0.01."""
+        low = min(self.branch_factors[0], self.tangent_factors[0])
+        high = max(self.branch_factors[1], self.tangent_factors[1])
+        return math.floor(low * 100 + 1e-6) / 100, math.ceil(high * 100 - 1e-6) / 100
+
+    @property
+    def robot_file_text(self) -> str:
+        """The `[cable]` of a robot file."""
+        section, load = AREA.write(self.section, "mm^2"), FORCE.write(self.breaking_load, "kN")
+        return (
+            f'[cable]\nyoung_modulus = "{self.modulus / 1e9:.4g} GPa"\nsection = "{section}"\nbreaking_load = "{load}"'
+        )
+
+    @property
+    def against_paper(self) -> str:
+        """How the range compares with the one that Paty 2021 assumes, and the option of `accuracy` for it."""
+        low, high = 1 - PAPER_SPREAD, 1 + PAPER_SPREAD
+        kind = "within" if low <= self.modulus_range[0] and self.modulus_range[1] <= high else "wider than"
+        return (
+            f"{self.modulus_range[0]:.2f},{self.modulus_range[1]:.2f}, {kind} the paper's {low:g} to {high:g}: "
+            "--modulus-range of accuracy"
+        )
 
 
 def modulus(
@@ -71,8 +210,10 @@ def modulus(
     if not (0 < low < high <= 1 and high - low >= 0.01):
         raise InputError(f"band = {low:g},{high:g}: must be 0 < low < high <= 1, at least 0.01 apart")
     if not test.force.max() <= 2 * breaking_load:
-        highest = f"the highest load is {test.force.max():.6g} N, over twice the breaking load, {breaking_load:.6g} N"
-        raise InputError(f"{test.origin}: {highest}: check the units of both")
+        raise InputError(
+            f"{test.origin}: the highest load is {test.force.max():.6g} N, over twice the breaking load, "
+            f"{breaking_load:.6g} N: check the units of both"
+        )
     search = _BranchSearch(test, initial_length, section, (low * breaking_load, high * breaking_load))
     loadings = [branch for branch in search.branches if branch.rising]
     if not loadings:
@@ -101,8 +242,9 @@ def require_cable(name: str, value: float, origin: str = "") -> None:
     """Raise `InputError` unless *value* is within the bounds of any cable."""
     low, high, unit = _BOUNDS[name]
     if not low <= value <= high:
-        hint = f"must be over 0, from {low:g} to {high:g} {unit}; check the units"
-        raise InputError(f"{origin}{name} = {value:g} {unit}: {hint}")
+        raise InputError(
+            f"{origin}{name} = {value:g} {unit}: must be over 0, from {low:g} to {high:g} {unit}; check the units"
+        )
 
 
 class _BranchSearch:
@@ -156,20 +298,24 @@ class _BranchSearch:
         reason = _uneven(force[first - 1 : last + 1], self.width, "force", "N", last - first)
         if reason is None:
             if not stretch > 0:
-                found = f"{ends[0]:.6g} m at {low:.6g} N, {ends[1]:.6g} m at {high:.6g} N"
-                raise InputError(f"{test.origin}, {name}: elongation does not rise with force: {found}")
+                raise InputError(
+                    f"{test.origin}, {name}: elongation does not rise with force: {ends[0]:.6g} m at {low:.6g} N, "
+                    f"{ends[1]:.6g} m at {high:.6g} N"
+                )
             reason = _uneven(elongation[first - 1 : last + 1], stretch, "elongation", "m", last - first)
         if reason is None:
             if not length > stretch:
-                hint = "check the units of elongation and initial length"
-                raise InputError(f"{test.origin}, {name}: {length:.6g} m stretch by {stretch:.6g} m: {hint}")
+                raise InputError(
+                    f"{test.origin}, {name}: {length:.6g} m stretch by {stretch:.6g} m: check the units of elongation "
+                    "and initial length"
+                )
             force, elongation = force[first:last], elongation[first:last]
             slopes, forces = _tangents(force, elongation, ends)
             if len(slopes) == _WINDOWS:
                 if not slopes.min() > 0:
-                    at = f"about {forces[slopes.argmin()]:.6g} N"
                     raise InputError(
-                        f"{test.origin}, {name}: elongation does not rise with force {at}: has it slipped?"
+                        f"{test.origin}, {name}: elongation does not rise with force about "
+                        f"{forces[slopes.argmin()]:.6g} N: has it slipped?"
                     )
                 per_slope = length / self.section
                 tangents = _frozen(per_slope * slopes)
@@ -268,8 +414,10 @@ def _notes(branches: Sequence[Branch], nominal: Branch, initial_length: float) -
     if len(loadings) == 1:
         yield "one full loading only: a new cable still settles in it, and appears softer than it will be in service"
     elif abs(loadings[-1] / loadings[-2] - 1) > _SETTLED:
-        change = f"{100 * (loadings[-1] / loadings[-2] - 1):+.1f} %"
-        yield f"not settled: the last loading differs from the one before it by {change}; run more cycles"
+        yield (
+            "not settled: the last loading differs from the one before it by "
+            f"{100 * (loadings[-1] / loadings[-2] - 1):+.1f} %; run more cycles"
+        )
     if len(loadings) == len(branches):
         yield "no full unloading: the modulus and the hysteresis of unloading are not known"
     start, stretch = abs(nominal.ends[0]), nominal.ends[1] - nominal.ends[0]

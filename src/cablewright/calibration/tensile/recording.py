@@ -76,8 +76,9 @@ class TensileTest:
                 raise InputError(f"{self.origin}: {len(self.force)} forces, but {len(column)} numbers of {name}")
         if self.time is not None and (late := np.flatnonzero(np.diff(self.time) <= 0.0)).size:
             before, after = self.time[late[0] : late[0] + 2]
-            why = f"time = {after:g} s follows {before:g} s: times must rise"
-            raise InputError(f"{self.origin}, {self.place(late[0] + 1)}: {why}")
+            raise InputError(
+                f"{self.origin}, {self.place(late[0] + 1)}: time = {after:g} s follows {before:g} s: times must rise"
+            )
         if len(self.force) < MIN_POINTS:
             raise InputError(f"{self.origin}: {len(self.force)} samples; at least {MIN_POINTS} are required")
 

@@ -122,7 +122,7 @@ class FitOptions:
 
 @command(
     "calibrate wang2021 examples/calibration.csv --accept",
-    "calibration.result:Calibration",
+    "calibration.judgement.result:Calibration",
     "calibration.drift.drift:Drift",
     "calibration.guidance.guide:Guidance",
 )
@@ -213,8 +213,7 @@ def _record(robot: str, last: Path | None) -> Path | None:
 
 def _compared(found: cw.Calibration, file: Path | None) -> cw.Calibration:
     """The same, compared with the last calibration, if there is a record of one."""
-    from cablewright.calibration.drift.comparison import compared
-    from cablewright.calibration.drift.record import load_record
+    from cablewright.calibration.drift.record import compared, load_record
 
     if file is None or found.verdict == "bad" or found.posterior.redundancy < 1:
         return found
@@ -225,7 +224,7 @@ def _compared(found: cw.Calibration, file: Path | None) -> cw.Calibration:
 
 def _guide(machine: cw.Robot, fit: FitOptions, given: GuideOptions, seed: int, as_json: bool) -> int:
     """Which poses to measure next."""
-    from cablewright.calibration.data import write_measured
+    from cablewright.calibration.measurements import write_measured
 
     with progress() as show:
         found = cw.guide(
@@ -273,7 +272,7 @@ class NoiseOptions:
 
 @command(
     "simulate-calibration wang2021 --poses 14 --noise 1e-4 --out runs/simulated.csv",
-    "calibration.simulation:SimulatedCalibration",
+    "calibration.poses.simulation:SimulatedCalibration",
 )
 def simulate_calibration_command(
     *,
@@ -290,7 +289,7 @@ def simulate_calibration_command(
     as_json: AsJson = False,
 ) -> int:
     """ROBOT is taken as the true one. The first pose is home; x,y,z in the file are guesses to start from, not data."""
-    from cablewright.calibration.data import write_measured
+    from cablewright.calibration.measurements import write_measured
 
     machine, given = cw.load(robot), noises
     sensors = cw.SensorNoise(

@@ -16,7 +16,7 @@ from cablewright.choices import PoseCriterion
 from cablewright.file_output import write_whole
 
 
-@command("poses wang2021 --count 14 --candidates 100", "calibration.poses:CalibrationPoses")
+@command("poses wang2021 --count 14 --candidates 100", "calibration.guidance.selection:CalibrationPoses")
 def poses_command(
     *,
     robot: RobotName,
@@ -40,7 +40,7 @@ def poses_command(
 
     The sigmas that they promise stand beside those of as many random poses.
     """
-    from cablewright.calibration.data import write_measured
+    from cablewright.calibration.measurements import write_measured
 
     machine = cw.load(robot)
     found = cw.calibration_poses(

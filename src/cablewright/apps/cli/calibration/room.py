@@ -45,7 +45,7 @@ def survey_command(
 
     Each result has its standard deviation, and markers that fit badly are marked.
     """
-    from cablewright.calibration.survey.surveyed_robot import surveyed
+    from cablewright.calibration.survey.result import surveyed
     from cablewright.robot import file_text, update
 
     if out is not None and robot is None:

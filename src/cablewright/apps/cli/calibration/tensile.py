@@ -91,7 +91,7 @@ class SpecimenOptions:
 
 
 @command(
-    "modulus examples/tensile.csv --initial-length '2 m' --robot paty2021", "calibration.tensile.result:TensileResult"
+    "modulus examples/tensile.csv --initial-length '2 m' --robot paty2021", "calibration.tensile.modulus:TensileResult"
 )
 def modulus_command(
     *,
@@ -130,7 +130,7 @@ def _band(text: str) -> tuple[float, float]:
     return values[0], values[1]
 
 
-@command("creep examples/creep.csv --initial-length '2 m'", "calibration.tensile.creep_result:CreepResult")
+@command("creep examples/creep.csv --initial-length '2 m'", "calibration.tensile.creep:CreepResult")
 def creep_command(
     *,
     test: Annotated[

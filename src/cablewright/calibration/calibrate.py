@@ -1,0 +1,194 @@
+"""Calibration: numbers of a robot from measurements at poses, their standard deviations, and what stays open.
+
+Self-calibration from encoders alone: Wang, Caro 2021. Plain least squares first, then gross errors are rejected.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from cablewright.calibration.judgement.gross_errors import Rejected, without_outliers
+from cablewright.calibration.judgement.model_doubt import creep_share, stretch_of
+from cablewright.calibration.judgement.result import Calibration
+from cablewright.calibration.judgement.sigmas import ENOUGH, kind_fits, kind_of, resisting, roughly_weighed, weighed
+from cablewright.calibration.judgement.verdict import NEED, judged, status_of
+from cablewright.calibration.measurements import Measured, read_measured
+from cablewright.calibration.plan import CalibrationPlan, plan_of
+from cablewright.calibration.poses.elastic import ElasticProblem, problem_of
+from cablewright.calibration.poses.fit import PoseFit, framed, to_file_frame
+from cablewright.calibration.poses.observability import Information, information
+from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
+from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start
+from cablewright.calibration.poses.sufficient_data import check, check_lengths
+from cablewright.errors import InputError
+from cablewright.models.fidelity import CableLaw, SheaveLaw
+from cablewright.models.statics import Model
+from cablewright.progress import Progress, silent
+from cablewright.robot import Robot
+
+ROUGH: Final = 0.5
+"""Default max error of the file's exit points, m, in each coordinate."""
+
+MAX_ROUGH: Final = 100.0  # m
+_CONTRADICTS: Final = 3.0  # max ratio of the rms with a datum to that without
+_FEW: Final = 10  # redundant measurements, which give sigma to a quarter
+
+
+def calibrate(
+    robot: Robot | Model,
+    data: str | Path | Measured,
+    plan: str | Path | CalibrationPlan | None = None,
+    *,
+    cable: CableLaw | str | None = None,
+    sheave: SheaveLaw | str | None = None,
+    rough: float = ROUGH,
+    outliers: bool = True,
+    need: float = NEED,
+    seed: int = 0,
+    progress: Progress = silent,
+) -> Calibration:
+    """Calibrate *robot*, whose numbers are the start values, from *data* measured at poses, or the CSV that has them.
+
+    *plan*: unknowns, sigmas of the sensors and datum, or a TOML file; by default exit points and home lengths are
+    unknown. Lines are rigid unless a *cable* law or a model says otherwise; elastic ones require tensions or measured
+    poses. *rough*: max error of the file's exit points in each coordinate, m; starts are drawn within it with *seed*.
+    *outliers*: whether gross errors are rejected. *need*: max standard deviation of exit points for a good verdict, m.
+
+    Raises `InputError` for data or a plan that cannot be used: too few poses, other units, a contradictory datum;
+    `AnswerError` if elastic lines have no equilibrium near any pose. Source: Wang, Caro 2021.
+
+    Examples
+    --------
+    >>> import cablewright as cw
+    >>> robot = cw.load("wang2021")
+    >>> found = cw.calibrate(robot, cw.simulate_calibration(robot, 20, 1e-4, seed=1).measured)
+    >>> found.status, found.alone.rank
+    ('ok', 72)
+    """
+    if not 0.0 <= rough <= MAX_ROUGH:
+        raise InputError(f"rough = {rough:g}: must be from 0 to {MAX_ROUGH:g} m")
+    if not 0.0 < need < math.inf:
+        raise InputError(f"need = {need:g}: must be over 0 m")
+    if seed < 0:
+        raise InputError(f"seed = {seed}: must not be negative")
+    model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
+    plan, robot = plan_of(plan), model.robot
+    measured = data if isinstance(data, Measured) else read_measured(data, robot)
+    check_lengths(robot, measured)
+    problem = problem_of(model, measured, plan)
+    free = problem.without_datum()
+    check(free)
+    plain = (
+        elastic_fit(free, seed, rough, progress)
+        if isinstance(free, ElasticProblem)
+        else best_fit(free, seed, rough, progress)
+    )
+    plain = to_file_frame(free, plain)
+    found, rejected = plain, tuple[Rejected, ...]()
+    if plain.code == 0:
+        free, plain = roughly_weighed(framed(free, plain.theta, plain.poses), plain)
+        found = plain
+    if outliers and plain.code == 0:
+        start = plain if measured.guess is None or free.elastic else first_start(free)
+        found, rejected = without_outliers(free, plain, start, seed, progress)
+    if plain.code == 0:
+        free, found = weighed(free, found)
+        found = resisting(free, found)
+    found = to_file_frame(free, found)
+    alone = information(free, found.theta, found.poses, found.weights)
+    problem = problem.weighed_as(free)
+    if problem.held.any():
+        found = _to_datum(problem, free, found)
+    posterior = information(problem, found.theta, found.poses, found.weights, priors=True)
+    scale, chi = _scale(problem, found, posterior)
+    rms = _rms(problem, found)
+    status, reason = status_of(problem, found, posterior, rms, chi)
+    notes = (*_notes(free, alone, scale, chi, rejected), *_of_kinds(problem, found), *_of_creep(problem, found))
+    made = Calibration(status, reason, problem, found, alone, posterior, rejected, scale, rms, plain.steps, notes)
+    verdict, reasons = judged(made, need, rough)
+    return replace(made, verdict=verdict, reasons=reasons)
+
+
+def _to_datum(problem: CalibrationProblem, free: CalibrationProblem, found: PoseFit) -> PoseFit:
+    """Return the fit with the datum's unknowns held. Raises `InputError` where the data contradict the datum."""
+    moved = to_file_frame(problem, replace(found, theta=found.theta[~problem.held]))
+    before, after = _rms(free, found), _rms(problem, moved)
+    if after > _CONTRADICTS * before + 1e-7:
+        names = ", ".join(problem.plan.datum)
+        raise InputError(
+            f"datum contradicts the data: with {names} as in the file, lengths fit to {after * 1e3:.3g} mm, otherwise "
+            f"to {before * 1e3:.3g} mm; hold fewer points"
+        )
+    return replace(moved, code=max(found.code, moved.code))
+
+
+def _rms(problem: CalibrationProblem, found: PoseFit) -> float:
+    """Return the rms residual of the lengths that count, m."""
+    m = problem.robot.m
+    residual = problem.derivatives(found.theta, found.poses).residual[:, :m] * problem.encoder_sigma
+    used = problem.of_poses(found.weights)[:, :m] > 0.0
+    return float(np.sqrt(np.mean(residual[used] ** 2))) if used.any() else math.nan
+
+
+def _scale(problem: CalibrationProblem, found: PoseFit, posterior: Information) -> tuple[float, float]:
+    """Return sigma of the encoders over that of their weights, and the root of chi-squared per freedom, as told."""
+    rows = problem.derivatives(found.theta, found.poses, found.weights)
+    told = np.array([problem.factors.get(name, 1.0) for name in kind_of(problem).tolist()])
+    survey = np.where(problem.is_prior, 1.0, problem.factors.get(SURVEY, 1.0))
+    square = float(np.sum((rows.residual * told) ** 2) + np.sum((rows.others * survey) ** 2))
+    surplus = posterior.redundancy
+    chi = math.sqrt(square / surplus) if surplus > 0 else math.nan
+    if problem.plan.sigma.encoder is not None or problem.has_other_sensors:
+        return 1.0, chi
+    return chi, chi
+
+
+def _notes(
+    problem: CalibrationProblem, alone: Information, scale: float, chi: float, rejected: tuple[Rejected, ...]
+) -> Iterator[str]:
+    """Yield sentences on what limits the result."""
+    given, robot = problem.plan.sigma.encoder, problem.robot
+    if not problem.elastic and any(line.sheave.kind == "universal-joint" for line in robot.lines):
+        yield "sheaves on universal joints count as swivelling about a vertical axis"
+    if math.isnan(scale):
+        yield "no measurement is left over: the sigma of the encoders is unknown, and so is every other sigma"
+    elif given is None and alone.redundancy < _FEW and not problem.has_other_sensors:
+        yield f"only {alone.redundancy} measurements are left over: sigma of the encoders, and so every sigma, is vague"
+    elif given is None and problem.has_other_sensors and problem.found_encoder is None:
+        yield f"no sigma.encoder is given: {problem.encoder_sigma * 1e3:g} mm is assumed"
+    if (given is not None or problem.elastic) and math.isfinite(chi) and not 0.5 < chi < 2.0 and alone.redundancy > 5:
+        yield f"residuals are {chi:.3g} times what the given sigmas predict"
+    if rejected:
+        yield f"{len(rejected)} of {problem.poses} poses do not fit the others: all or a line of each is left out"
+
+
+def _of_creep(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
+    """Yield a sentence on creep that the robot file has and no row counts: data do not tell the time under load."""
+    shares = np.array([creep_share(line) for line in problem.robot.lines])
+    if not shares.any():
+        return
+    stretch, size = stretch_of(problem, found.theta, found.poses) if found.code == 0 else None, ""
+    if stretch is not None:
+        longer = (stretch * shares).max(axis=0)
+        worst = int(np.argmax(longer))
+        line, most = problem.robot.lines[worst].name, 1e3 * longer[worst]
+        size = f": an hour under its load makes line {line} longer by up to {most:.3g} mm"
+    yield f"cable.creep of the robot file is not counted in lengths, for data tell no times{size}"
+
+
+def _of_kinds(problem: CalibrationProblem, found: PoseFit) -> Iterator[str]:
+    """Yield sentences on the sigma of each kind of measurement: what residuals make of it, or that they cannot."""
+    if found.code != 0 or not problem.has_other_sensors:
+        return
+    for kind in kind_fits(problem, found):
+        factor = problem.factors.get(kind.name, 1.0)
+        if factor != 1.0:
+            yield f"residuals of the {kind.name} ask for {factor:.3g} times their sigma: so much is assumed"
+        elif kind.name != "lengths" and kind.redundancy < ENOUGH:
+            yield f"the {kind.name} have a redundancy of {kind.redundancy:.2g} only: their sigma is as given"

@@ -1,1 +1,0 @@
-"""Calibration of lines that stretch or sag: their equations, and where their fit starts."""

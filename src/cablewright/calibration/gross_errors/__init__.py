@@ -1,1 +1,0 @@
-"""Gross errors in the rows of a calibration."""

@@ -1,0 +1,1 @@
+"""Whether a calibration may be trusted: sigmas, gross errors, doubts and the verdict."""

@@ -1,0 +1,290 @@
+"""The result of a calibration: values and their covariance, open freedoms, and useful further measurements."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any, ClassVar, Final
+
+import numpy as np
+
+from cablewright.arrays import Array, Mask
+from cablewright.calibration.judgement.gross_errors import Rejected
+from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
+from cablewright.calibration.judgement.suspects import CHANGE_PARTS, Explanation
+from cablewright.calibration.poses.fit import PoseFit
+from cablewright.calibration.poses.observability import (
+    Direction,
+    Information,
+    Suggestion,
+    information,
+    open_freedoms,
+    suggestions,
+    weakest,
+)
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.unknowns import Unknown, exit_rows, with_values
+from cablewright.results import Figure, Pictured
+from cablewright.robot import Robot
+
+_MIN_SIGMA: Final = 1e-6  # m, of the encoders in suggestions
+
+
+def _by_label(name: str, found: Calibration) -> dict[str, float]:
+    return dict(zip((each.label for each in found.unknowns), getattr(found, name).tolist(), strict=True))
+
+
+def _rejected(found: Calibration) -> list[dict[str, Any]]:
+    places = found.problem.measured.places
+    return [
+        {"pose": each.pose + 1, "row": places[each.pose] if len(places) else None}
+        | {name: getattr(each, name) for name in ("line", "sensor", "size", "unit", "measured", "expected")}
+        for each in found.rejected
+    ]
+
+
+FIGURES = (
+    Figure("verdict", "", "good, doubtful (to be accepted or not) or bad (there is no robot)."),
+    Figure("reasons", "", "Why it is not good: sentences with subject, value and limit.", sentences=True),
+    Figure("exit_sigma", "m", "Largest standard deviation of a coordinate of an exit point, in the plane of a platform "
+           "that has one; null if none is unknown.", name="exit points known to", digits=3, shown="mm"),
+    Figure("status", "", "ok, or why there is no answer: not-converged, inconsistent, degenerate."),
+    Figure("reason", "", "Why there is no answer, in a sentence; null where there is one.",
+           lambda of: of.reason or None,
+           detail=True),
+    Figure("cable", "", "Cable law of the lines: rigid, elastic or catenary.", "problem.cable"),
+    Figure("rms", "m", "Root mean square of the residuals of the lengths that are used.", name="residual, rms"),
+    Figure("encoder_sigma", "m", "Standard deviation of the encoders, given or estimated from the residuals.",
+           name="encoder sigma"),
+    Figure("iterations", "1", "Iterations of the fit.", detail=True),
+    Figure("poses", "1", "Number of poses measured.", "problem.poses"),
+    Figure("unknowns", "1", "Number of unknowns, those of the poses included.", "alone.total"),
+    Figure("rank", "1", "Number of unknowns that the data alone determine.", "alone.rank", "determined by the data"),
+    Figure("gauge", "", "Freedoms that the data alone leave open.", name="left open"),
+    Figure("datum", "", "What fixes the frame: exit points held, or inner: on average as in the robot file.",
+           lambda found: found.problem.plan.datum or ("inner",)),
+    Figure("weakest", "", "Least known combinations of unknowns that are not open.", name="least known combinations",
+           parts=(
+        Figure("direction", "", "The combination.", "words"),
+        Figure("sigma", "SI", "Its standard deviation.", digits=3),
+        Figure("unit", "", "Unit of the standard deviation."),
+    )),
+    Figure("labels", "", "Names of the unknowns of the robot.", lambda of: [each.label for each in of.unknowns],
+           "unknown",
+           along="unknown"),
+    Figure("values", "SI", "Value of each unknown, by its name.", partial(_by_label, "values"), "value", 8,
+           along="unknown"),
+    Figure("sigma", "SI", "Standard deviation of each unknown, by its name.", partial(_by_label, "sigma"), "", 3,
+           along="unknown"),
+    Figure("noise_sigma", "SI", "Standard deviation by the noise of the measurements alone, by its name.",
+           partial(_by_label, "noise_sigma"), along="unknown", detail=True),
+    Figure("considered", "", "Numbers of the robot file that count as known: how far off they may be.",
+           lambda of: of.doubt.considered, detail=True, parts=(
+        Figure("words", "", "The number."),
+        Figure("value", "SI", "How far off the data say it is, as far as it is believed."),
+        Figure("sigma", "SI", "Standard deviation of that."),
+        Figure("unit", "", "Unit of both."),
+        Figure("shift", "m", "What that moves a coordinate of an exit point by, at most."),
+    )),
+    Figure("changes", "SI", "Change from the robot file; null for what is not in it.", name="change", digits=3,
+           along="unknown"),
+    Figure("units", "", "SI units of the unknowns.", lambda of: [each.unit for each in of.unknowns], "unit",
+           along="unknown"),
+    Figure("covariance", "SI", "Covariance of the unknowns, in their order.", detail=True),
+    Figure("rejected", "", "Poses or single readings that are left out.", _rejected, "left out", parts=(
+        Figure("pose", "1", "Number of the pose, from 1."),
+        Figure("row", "1", "Row of the file."),
+        Figure("line", "", "Line of the reading; null where the whole pose is left out."),
+        Figure("sensor", "", "Sensor of the reading."),
+        Figure("size", "SI", "Error of the reading.", name="off by", digits=3),
+        Figure("unit", "", "Unit of the error."),
+        Figure("measured", "SI", "The reading; of a whole pose those of all encoders.", digits=6),
+        Figure("expected", "SI", "What all others predict it to be.", digits=6),
+    )),
+    Figure("suggestions", "", "What one more measurement would bring, the most helpful first.",
+           name="one more measurement",
+           parts=(
+        Figure("measurement", "", "The measurement.", "words"),
+        Figure("sigma_before", "m", "Standard deviation of the exit points without it, root mean square.", "before",
+               "sigma before", 3, shown="mm"),
+        Figure("sigma_after", "m", "That with it.", "after", "sigma after", 3, shown="mm"),
+        Figure("open_before", "1", "Number of open freedoms without it.", name="open before"),
+        Figure("open_after", "1", "Number of open freedoms with it.", name="open after"),
+    )),
+    Figure("last", "", "Date and data of the calibration before, which this one is compared with.",
+           name="last calibration",
+           only=lambda of: of.moved is not None),
+    Figure("moved_probability", "1", "Probability of the difference from that if nothing moved.", "moved.probability",
+           "probability if nothing moved", 2, lambda of: of.moved is not None),
+    Figure("moved", "", "What moved since, after the best translation and yaw.", "moved.changes", "moved since",
+           only=lambda of: of.moved is not None, parts=CHANGE_PARTS),
+    Figure("pose", "m, rad", "The poses.", "poses", detail=True),
+    Figure("starts", "1", "Number of starts that were tried.", "fit.starts", detail=True),
+    Figure("notes", "", "What a careful person would ask.", detail=True),
+    Figure("robot", "", "The calibrated robot; the old one if the verdict is bad.",
+           lambda found: found.robot.model_dump(mode="json"), detail=True),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration(Pictured):
+    """The result of a calibration.
+
+    `status` is "ok", or `reason` says why there is no answer. The `verdict` is "good", "doubtful" or "bad", for the
+    `reasons`; if it is bad, `robot` is the given one. `values` and `sigma` are of `unknowns`, in SI units; sigma is NaN
+    where it is unknown, 0 where the datum holds the value. `alone` is the information from the data alone, without
+    datum and priors.
+    """
+
+    FIGURES: ClassVar = FIGURES
+    HEADLINES: ClassVar = ("verdict", "exit_sigma", "poses", "rms", "unknowns", "rank")
+
+    status: str
+    reason: str
+    problem: CalibrationProblem
+    fit: PoseFit
+    alone: Information
+    posterior: Information
+    rejected: tuple[Rejected, ...]
+    scale: float  # sigma of the encoders over that of the weights
+    rms: float  # m
+    iterations: int
+    notes: tuple[str, ...]
+    verdict: str = "good"
+    reasons: tuple[str, ...] = ()
+    accepted: bool = False  # a doubtful one is taken as it is
+    last: str = ""  # the calibration before
+    moved: Explanation | None = None  # what is different from it
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """The unknowns of the robot."""
+        return self.problem.unknowns
+
+    @property
+    def poses(self) -> Array:
+        """The poses (N, n), m and rad."""
+        return self.problem.poses_of(self.fit.poses)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the answer may be used: it is good, or doubtful and accepted."""
+        return self.verdict == "good" or (self.verdict == "doubtful" and self.accepted)
+
+    @property
+    def refusal(self) -> str:
+        """Why the answer is no, in a sentence; empty where it is yes."""
+        if self.ok:
+            return ""
+        if self.verdict == "doubtful":
+            return f"doubtful: {self.reasons[0]} (--accept takes it as it is)"
+        return f"not calibrated: {self.reasons[0]}"
+
+    @property
+    def _sizes(self) -> Array:
+        return np.array([each.size for each in self.unknowns])
+
+    @cached_property
+    def values(self) -> Array:
+        """Values of the unknowns (k,)."""
+        return np.asarray(self.problem.whole(self.fit.theta) * self._sizes)
+
+    @property
+    def changes(self) -> Array:
+        """How far the values are from the robot file's (k,); NaN for lengths at home, which it does not have."""
+        new = np.array([each.name == "length_offset" for each in self.unknowns])
+        return np.where(new, np.nan, self.values - np.asarray(self.problem.start) * self._sizes)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the unknowns (k, k), with datum and priors: of noise, or larger where the model is in doubt."""
+        return self._of_all(self.doubt.covariance)
+
+    @cached_property
+    def joint_covariance(self) -> Array:
+        """Covariance (k + q, k + q) of the unknowns and of the q numbers that are considered."""
+        every = np.append(
+            np.flatnonzero(~self.problem.held), len(self.unknowns) + np.arange(len(self.doubt.considered))
+        )
+        found = np.zeros((len(self.unknowns) + len(self.doubt.considered),) * 2)
+        found[np.ix_(every, every)] = self.doubt.joint
+        sizes = np.append(self._sizes, np.ones(len(self.doubt.considered)))
+        return found * np.outer(sizes, sizes)
+
+    @cached_property
+    def noise_sigma(self) -> Array:
+        """Standard deviations of the unknowns (k,) by the noise of the measurements alone."""
+        return np.asarray(np.sqrt(np.diag(self._of_all(self.posterior.covariance * self.scale**2)).clip(min=0.0)))
+
+    @cached_property
+    def doubt(self) -> ModelDoubt:
+        """What numbers of the robot file that are not among the unknowns, and scatter of the poses, add to sigmas."""
+        return model_doubt(self.problem, self.fit, self.posterior, self.scale)
+
+    def _of_all(self, covariance: Array) -> Array:
+        """Return the covariance of all unknowns (k, k), SI, from that of the free ones."""
+        free = ~self.problem.held
+        found = np.zeros((len(free), len(free)))
+        found[np.ix_(free, free)] = covariance
+        return found * np.outer(self._sizes, self._sizes)
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations of the unknowns (k,)."""
+        return np.asarray(np.sqrt(np.diag(self.covariance).clip(min=0.0)))
+
+    @property
+    def exit_sigma(self) -> float | None:
+        """The largest standard deviation of a coordinate of an exit point, m; None if none is unknown.
+
+        Of a platform in a plane it is that along one of the plane's axes.
+        """
+        rows, _ = exit_rows(self.problem.robot, self.unknowns)
+        return float(self.exit_sigmas(rows).max()) if len(rows) else None
+
+    def exit_sigmas(self, rows: Array) -> Array:
+        """Return the standard deviations (a,) of combinations of unknowns, *rows* (a, k)."""
+        return np.asarray(np.sqrt(np.einsum("ak,kl,al->a", rows, self.covariance, rows).clip(min=0.0)))
+
+    @property
+    def encoder_sigma(self) -> float:
+        """Standard deviation of the encoders, m: the given one, or that estimated from the residuals."""
+        return self.scale * self.problem.encoder_sigma
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Residual of each length (N, m), m, rejected ones included."""
+        found = self.problem.derivatives(self.fit.theta, self.fit.poses)
+        return found.residual[:, : self.problem.robot.m] * self.problem.encoder_sigma
+
+    @property
+    def used(self) -> Mask:
+        """Which lengths (N, m) count: those that are not rejected."""
+        return self.problem.of_poses(self.fit.weights)[:, : self.problem.robot.m] > 0.0
+
+    @cached_property
+    def gauge(self) -> tuple[str, ...]:
+        """The freedoms that the data alone leave open, in words."""
+        return open_freedoms(self.alone)
+
+    @cached_property
+    def weakest(self) -> tuple[Direction, ...]:
+        """The combinations of unknowns with the largest sigmas among those that are not open."""
+        return tuple(replace(each, sigma=each.sigma * self.scale) for each in weakest(self.alone))
+
+    @cached_property
+    def suggestions(self) -> tuple[Suggestion, ...]:
+        """The effect of one more measurement each, the most helpful first."""
+        if not math.isfinite(self.scale) or self.scale <= 0.0:
+            return ()
+        free, theta = self.problem.without_datum().weighed_as(self.problem), self.problem.whole(self.fit.theta)
+        counted = information(free, theta, self.fit.poses, self.fit.weights, priors=True)
+        return suggestions(counted, max(self.scale, _MIN_SIGMA / self.problem.encoder_sigma))
+
+    @cached_property
+    def robot(self) -> Robot:
+        """The calibrated robot; the given one if the verdict is bad."""
+        if self.verdict == "bad":
+            return self.problem.robot
+        return with_values(self.problem.robot, self.unknowns, self.values, raised=self.problem.elastic)

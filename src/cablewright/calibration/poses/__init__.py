@@ -1,0 +1,1 @@
+"""Calibration from measurements at poses: equations, fits, and what these determine."""

@@ -1,0 +1,444 @@
+"""A calibration as rows of equations: every sensor adds rows to one least-squares problem, with a pose or without.
+
+`CalibrationProblem` is the problem under any cable law. Two sets of equations stand behind it: `StraightProblem` for
+rigid lines, and `ElasticProblem` for lines that stretch or sag.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, ClassVar, Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.arrays import Array, Mask
+from cablewright.calibration.measurements import Measured
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.poses.bounds import ranges
+from cablewright.calibration.sensors.exit_points import distance_rows, held_by_datum, linear_rows, mounts_tell_yaw
+from cablewright.calibration.sensors.load_cells import load_on, wrench_of_load
+from cablewright.calibration.sensors.sensor_rows import ENCODER_SIGMA, sensor_rows
+from cablewright.calibration.unknowns import (
+    Unknown,
+    coordinates_of,
+    free_directions,
+    numbers_of_lines,
+    require_covered,
+    targets,
+    unknowns_of,
+    with_mounts,
+)
+from cablewright.errors import InputError
+from cablewright.kernels.fitting import calibration_residuals, pose_schur, straight_line
+from cablewright.kernels.fitting.calibration_residuals import MeasurementRows
+from cablewright.kernels.fitting.pose_schur import StopRule
+from cablewright.models.fidelity import CableLaw
+from cablewright.models.plane import within
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
+
+SURVEY: Final = "surveyed points and distances"
+"""What people call the rows that belong to no pose."""
+
+NO_FRAME: Final = (np.zeros((0, 0)), np.zeros(0))
+_EXACT: Final = 1e-8  # m: smaller residuals and sigmas are rounding, however small the others are
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """Weighted residuals and their derivatives: e rows at each of N poses, and g rows without a pose.
+
+    The p unknowns of a pose are its freedoms for straight lines, n or those in a plane; its m lengths for elastic ones.
+    """
+
+    residual: Array  # (N, e)
+    by_pose: Array  # (N, e, p)
+    by_unknown: Array  # (N, e, k)
+    others: Array  # (g,) residuals without a pose: distances, then linear rows
+    others_by_unknown: Array  # (g, k)
+
+    @property
+    def whole(self) -> Mask:
+        """Which poses (N,) have a value: not those inside a sheave, or without an equilibrium."""
+        return np.asarray(np.isfinite(self.by_pose).all(axis=(1, 2)) & np.isfinite(self.residual).all(axis=1))
+
+    def blank(self, poses: Mask) -> Derivatives:
+        """Return the same without anything of some *poses* (N,)."""
+        residual, by_pose, by_unknown = (
+            np.where(poses[(..., *(None,) * (part.ndim - 1))], 0.0, part)
+            for part in (self.residual, self.by_pose, self.by_unknown)
+        )
+        return Derivatives(residual, by_pose, by_unknown, self.others, self.others_by_unknown)
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationProblem(ABC):
+    """The equations of a calibration. `weights` are 1 / sigma; a row with weight 0 does not count.
+
+    `held`: the unknowns that the datum holds at their value in `start`; theta and `rows` have the free ones only.
+    `frame`: rows (d, k) and values (d,) that hold what the data leave open, in fits only. What is kept of each pose is
+    its state (N, ..), of which the columns `pose_columns` are the pose.
+    """
+
+    elastic: ClassVar[bool]  # whether lines stretch or sag, and so have their tensions from equilibria
+
+    model: Model
+    measured: Measured
+    plan: CalibrationPlan
+    unknowns: tuple[Unknown, ...]
+    rows: MeasurementRows
+    values: Array  # (R,)
+    weights: Array  # (R,)
+    per_pose: int  # e
+    start: Array  # (k,) of all unknowns, held ones too
+    held: Mask  # (k,)
+    is_prior: Mask  # (g,) rows without a pose that are prior knowledge, not measurements
+    limits: Array  # (2, k) min and max of the free unknowns
+    frame: tuple[Array, Array] = NO_FRAME
+    found_encoder: float | None = None  # m, the encoders' sigma from the residuals
+    factors: Mapping[str, float] = field(default_factory=dict)  # on told sigmas, by kind of measurement
+
+    @classmethod
+    def of(
+        cls, robot: Robot | Model, measured: Measured, plan: CalibrationPlan | None = None, hold: bool = True
+    ) -> Self:
+        """Build the rows; *hold*: whether the unknowns that the plan's datum names are held.
+
+        Raises `InputError` for names in the plan that the robot or the data do not have, and a contradictory datum.
+        """
+        plan, model = plan or CalibrationPlan(), Model.of(robot, default=CableLaw.RIGID)
+        if cls.elastic and "exit_compliance" in plan.unknowns:
+            model = replace(model, robot=with_mounts(model.robot))
+        robot = model.robot
+        require_covered(robot, cls.elastic)
+        unknowns = unknowns_of(robot, plan.unknowns, plan.shared, cls.elastic, plan.grouped)
+        if not unknowns:
+            raise InputError("unknowns: must name at least one number")
+        lines, target = numbers_of_lines(robot), targets(robot, unknowns)
+        start = np.array([each.entry.nominal or 0.0 for each in unknowns])
+        start[target[target >= 0]] = lines[target >= 0]
+        if cls.elastic:  # equilibria count what gives
+            lines[:, straight_line.GIVING], target[:, straight_line.GIVING] = 0.0, -1
+        held = held_by_datum(robot, unknowns, plan) if hold else np.zeros(len(unknowns), dtype=bool)
+        if held.all():
+            raise InputError("datum: holds every unknown; nothing is left to calibrate")
+        keep_yaw = not held.any() and mounts_tell_yaw(robot, unknowns, plan, measured)
+        linear, wanted, prior = linear_rows(robot, unknowns, plan, start, keep_yaw)
+        blocks, distances = list(sensor_rows(robot, measured, plan, cls.elastic)), distance_rows(robot, plan)
+        count, per_pose = len(measured.counted), sum(block.values.shape[1] for block in blocks)
+
+        def of_rows(name: str, dtype: type, *shape: int) -> Any:
+            """A field of the blocks for all R rows: those of the poses in their order, then distances."""
+            full: list[NDArray[Any]] = [
+                np.broadcast_to(np.asarray(getattr(block, name), dtype=dtype), (*block.values.shape, *shape))
+                for block in (*blocks, distances)
+            ]
+            both = np.concatenate(full[:-1], axis=1), full[-1]
+            return np.concatenate([each.reshape(-1, *shape) for each in both])
+
+        tensions = np.zeros((count, robot.m)) if measured.tensions is None else measured.tensions
+        rows = MeasurementRows(
+            freedoms=robot.n if cls.elastic else robot.freedoms,  # equilibria of elastic lines stay in the plane
+            start=np.arange(count + 1, dtype=np.int64) * per_pose,
+            kind=of_rows("kind", np.int64),
+            line=of_rows("line", np.int64),
+            other=of_rows("other", np.int64),
+            extra=of_rows("extra", np.float64, 6),
+            lines=lines,
+            target=np.where((target >= 0) & ~held[target], (np.cumsum(~held) - 1)[target], -1),
+            tensions=np.ascontiguousarray(tensions),
+            load=load_on(robot),
+            linear=np.ascontiguousarray(linear[:, ~held]),
+            wanted=wanted - linear[:, held] @ start[held],
+        )
+        return cls(
+            model,
+            measured,
+            plan,
+            unknowns,
+            rows,
+            of_rows("values", np.float64),
+            of_rows("weights", np.float64),
+            per_pose,
+            start,
+            held,
+            is_prior=np.append(np.zeros(len(plan.distances), dtype=bool), prior),
+            limits=np.ascontiguousarray(ranges(robot, unknowns, plan, start, measured)[:, ~held]),
+        )
+
+    def with_plan(self, plan: CalibrationPlan, hold: bool = True) -> Self:
+        """Return the same data with another plan; *hold*: whether its datum is held."""
+        return self.of(self.model, self.measured, plan, hold)
+
+    def without_datum(self) -> Self:
+        """Return the same problem with no unknown held."""
+        return self.with_plan(self.plan, hold=False)
+
+    def weighed_as(self, other: CalibrationProblem) -> Self:
+        """Return the same problem with the weights of another one of the same rows."""
+        again = self.with_survey_weighed(self.factors.get(SURVEY, 1.0) / other.factors.get(SURVEY, 1.0))
+        return replace(again, weights=other.weights, found_encoder=other.found_encoder, factors=other.factors)
+
+    def with_survey_weighed(self, share: float) -> Self:
+        """Return the same with *share* times the weight of surveyed points and the level; that of distances stays."""
+        by, rows = np.where(self.is_prior[len(self.plan.distances) :], 1.0, share), self.rows
+        return replace(self, rows=rows._replace(linear=rows.linear * by[:, None], wanted=rows.wanted * by))
+
+    def for_poses_only(self, theta: Array) -> Self:
+        """Return the same problem with all unknowns held at *theta* (k,), so that only the poses are free."""
+        lines, nothing = self.line_numbers(theta), np.full_like(self.rows.target, -1)
+        rows = self.rows._replace(lines=lines, target=nothing, linear=np.zeros((0, 0)), wanted=np.zeros(0))
+        whole, held = self.whole(theta), np.ones_like(self.held)
+        return replace(self, rows=rows, limits=np.zeros((2, 0)), start=whole, held=held, frame=NO_FRAME)
+
+    @property
+    def robot(self) -> Robot:
+        """The robot, whose numbers are the start values."""
+        return self.model.robot
+
+    @property
+    def poses(self) -> int:
+        """The number N of poses."""
+        return len(self.measured.counted)
+
+    @property
+    def cable(self) -> str:
+        """The cable law: rigid, elastic or catenary."""
+        return self.model.fidelity.cable.value
+
+    @property
+    def unknowns_per_pose(self) -> int:
+        """The number p of unknowns of each pose: its freedoms; of lines that stretch its lengths."""
+        return self.robot.m if self.elastic else self.robot.freedoms
+
+    @property
+    def pose_columns(self) -> slice:
+        """The columns of a state that are the pose: all; of lines that stretch those after the lengths."""
+        before = self.robot.m if self.elastic else 0
+        return slice(before, before + self.robot.n)
+
+    @abstractmethod
+    def is_finite(self, theta: Array, states: Array) -> bool:
+        """Whether every sensor has a value at these states (N, ..)."""
+
+    @abstractmethod
+    def lengths(self, theta: Array, states: Array) -> Array:
+        """Return the length (N, m) of each line's cable that encoders count, m: of all its spans."""
+
+    def known_tensions(self, theta: Array, states: Array) -> Array | None:
+        """Return the tensions (N, m) that are measured, N, or those of equilibria at *states*; None for neither."""
+        del states
+        return None if self.measured.tensions is None else self.tensions(theta)
+
+    def balanced(self, theta: Array, states: Array) -> Self:
+        """Return the problem with measured tensions, if any, replaced by the nearest ones that balance the load.
+
+        An unbalanced force would turn with the frame, and so seem to determine its direction. At an equilibrium
+        tensions are balanced.
+        """
+        del theta, states
+        return self
+
+    @abstractmethod
+    def derivatives(self, theta: Array, states: Array, weights: Array | None = None) -> Derivatives:
+        """Return residuals and derivatives at free unknowns *theta* and *states* (N, ..)."""
+
+    @abstractmethod
+    def adjust(
+        self, theta: Array, states: Array, weights: Array, settings: StopRule
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        """Minimise the cost from starts *theta* (B, k), *states* (B, N, ..), in place: codes, steps and costs (B,)."""
+
+    def poses_of(self, states: Array) -> Array:
+        """Return the poses (N, n) in the states (N, ..) of the poses."""
+        return states[..., self.pose_columns]
+
+    def with_poses(self, states: Array, poses: Array) -> Array:
+        """Return the states (N, ..) with other *poses* (N, n) in them."""
+        moved = states.copy()
+        moved[..., self.pose_columns] = poses
+        return moved
+
+    def in_frame(self) -> Self:
+        """Return the same with rows that hold what the data leave open: without them it creeps from step to step."""
+        held, wanted = self.frame
+        return self if not len(held) else self.with_linear(held, wanted)
+
+    def with_linear(self, linear: Array, wanted: Array) -> Self:
+        """Return the same with more rows *linear* (d, k) in the unknowns, and their values (d,)."""
+        rows = self.rows
+        both = np.concatenate([rows.linear, linear]), np.append(rows.wanted, wanted)
+        return replace(self, rows=rows._replace(linear=both[0], wanted=both[1]))
+
+    @property
+    def encoder_sigma(self) -> float:
+        """The standard deviation in the encoders' weights, m."""
+        return self.found_encoder or self.plan.sigma.encoder or ENCODER_SIGMA
+
+    @property
+    def floor(self) -> float:
+        """The min sigma of a row over that of its weight, for data without noise."""
+        return _EXACT / self.encoder_sigma
+
+    @property
+    def has_other_sensors(self) -> bool:
+        """Whether there are rows of known sigma besides the encoders'."""
+        return self.per_pose > self.robot.m or len(self.is_prior) > 0
+
+    def line_numbers(self, theta: Array) -> Array:
+        """Return the numbers of all lines (m, COLUMNS), with free unknowns *theta*."""
+        lines, target = self.rows.lines.copy(), self.rows.target
+        lines[target >= 0] = theta[target[target >= 0]]
+        return lines
+
+    def counts_at(self, theta: Array, states: Array, given: Array | float = 0.0) -> Array:
+        """Return what the encoders (N, m) should read at these states of the poses, m.
+
+        *given* (N, m): how much less cable lies beyond the winches as mounts of exits and springs give, m.
+        """
+        lines = self.line_numbers(theta)
+        out = self.lengths(theta, states) - lines[:, straight_line.OFFSET] - given
+        left = 1.0 - 2.0 * lines[:, straight_line.BUILD_UP] * out  # square of the radius, as a share
+        first = 2.0 * out / (1.0 + np.sqrt(np.maximum(left, 0.0)))
+        return np.asarray(first / lines[:, straight_line.SCALE])
+
+    @property
+    def free(self) -> Array:
+        """Start values of the free unknowns."""
+        return np.ascontiguousarray(self.start[~self.held])
+
+    @cached_property
+    def free_unknowns(self) -> tuple[Unknown, ...]:
+        """The unknowns that are not held, in the order of theta."""
+        return tuple(each for each, held in zip(self.unknowns, self.held, strict=True) if not held)
+
+    def named(self, name: str) -> Mask:
+        """Return which of the free unknowns have a name, as ``exit_point``."""
+        return np.array([each.name == name for each in self.free_unknowns], dtype=bool)
+
+    def whole(self, theta: Array) -> Array:
+        """Return all unknowns (..., k), of which *theta* has the free ones."""
+        found = np.broadcast_to(self.start, (*theta.shape[:-1], len(self.start))).copy()
+        found[..., ~self.held] = theta
+        return found
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether mounts of exits or springs give, or may give, besides what an equilibrium counts."""
+        unknown, known = (each[:, straight_line.GIVING] for each in (self.rows.target >= 0, self.rows.lines))
+        return bool(unknown.any() or known.any())
+
+    def given(self, theta: Array, states: Array, tensions: Array | None = None) -> Array:
+        """Return how much less cable (N, m) lies beyond the winches as mounts and springs give, m, at all N poses.
+
+        By *tensions* (N, m), N, or those that are measured.
+        """
+        if not self.is_soft:
+            return np.zeros(1)
+        poses = np.ascontiguousarray(self.poses_of(states))
+        found = np.zeros((len(poses), self.robot.m))
+        calibration_residuals.given_at(self.rows, np.ascontiguousarray(theta), poses, found)
+        return found * (self.tensions(theta) if tensions is None else tensions)
+
+    def tensions(self, theta: Array) -> Array:
+        """Return the tensions (N, m) that load cells measured, N, with their offsets and scales in *theta*."""
+        lines = self.line_numbers(theta)
+        scale, offset = lines[:, straight_line.TENSION_SCALE], lines[:, straight_line.TENSION_OFFSET]
+        return np.asarray(scale * self.rows.tensions + offset)
+
+    def points(self, theta: Array, kind: str = "exit_point") -> Array:
+        """Return the exit points or platform points (m, 3), m, with free unknowns *theta*."""
+        points = np.array([getattr(line, kind) for line in self.robot.lines])
+        which, coordinates = coordinates_of(self.robot, self.unknowns, kind)
+        points.flat[coordinates] = self.whole(theta)[which]
+        return points
+
+    def of_poses(self, weights: Array) -> Array:
+        """Return the part (N, e) of row *weights* that belongs to poses; a view."""
+        return weights[: self.poses * self.per_pose].reshape(self.poses, self.per_pose)
+
+    @property
+    def row_counts(self) -> NDArray[np.int64]:
+        """The number (N,) of rows of each pose that count."""
+        return np.asarray((self.of_poses(self.weights) > 0.0).sum(axis=1))
+
+    def rows_at(self, theta: Array, poses: Array, weights: Array | None, directions: Array) -> Derivatives:
+        """Return residuals and derivatives at *poses* (N, n), along *directions* (n, p), of straight lines."""
+        used = self.weights if weights is None else weights
+        count, e, k = self.poses, self.per_pose, len(theta)
+        residuals, slopes = np.zeros(len(used)), np.zeros((len(used), self.rows.freedoms))
+        gradients = np.zeros((len(used), k))
+        theta, poses = np.ascontiguousarray(theta), np.ascontiguousarray(poses)
+        calibration_residuals.derivatives(
+            self.rows, directions, theta, poses, self.values, used, residuals, slopes, gradients
+        )
+        return Derivatives(
+            residuals[: count * e].reshape(count, e),
+            slopes[: count * e].reshape(count, e, -1),
+            gradients[: count * e].reshape(count, e, k),
+            np.append(residuals[count * e :], self.rows.linear @ theta - self.rows.wanted),
+            np.concatenate([gradients[count * e :], self.rows.linear]),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class StraightProblem(CalibrationProblem):
+    """The equations of straight, rigid lines: the state of a pose is the pose, its unknowns are its freedoms."""
+
+    elastic: ClassVar = False
+
+    @cached_property
+    def _directions(self) -> Array:
+        """A basis (n, p) of the directions in which poses are free, its columns orthonormal."""
+        return free_directions(self.robot)
+
+    def is_finite(self, theta: Array, states: Array) -> bool:
+        """Whether no pose is inside a sheave."""
+        return bool(np.isfinite(self.lengths(theta, states)).all())
+
+    def lengths(self, theta: Array, states: Array) -> Array:
+        """Return the length (N, m) of each line's cable beyond its exit point, m: of all its spans."""
+        found = np.zeros((len(states), self.robot.m))
+        calibration_residuals.lengths_at(self.rows, np.ascontiguousarray(theta), np.ascontiguousarray(states), found)
+        return found
+
+    def balanced(self, theta: Array, states: Array) -> Self:
+        """Return the problem with measured tensions, if any, replaced by the nearest ones that balance the load."""
+        if self.measured.tensions is None:
+            return self
+        m, cables = self.robot.m, np.array([line.cables for line in self.robot.lines])
+        found = self.derivatives(theta, states, np.ones(len(self.values)))
+        u = np.swapaxes(found.by_pose[:, :m], 1, 2) * cables  # (N, p, m): lengths change as forces and moments do
+        true, scale = self.tensions(theta), self.line_numbers(theta)[:, straight_line.TENSION_SCALE]
+        left = wrench_of_load(self.rows.load, states) @ self._directions - np.einsum("nam,nm->na", u, true)
+        readings = self.rows.tensions + np.einsum("nma,na->nm", np.linalg.pinv(u), left) / scale
+        return replace(self, rows=self.rows._replace(tensions=np.ascontiguousarray(readings)))
+
+    def derivatives(self, theta: Array, states: Array, weights: Array | None = None) -> Derivatives:
+        """Return residuals and derivatives at free unknowns *theta* and poses *states* (N, n)."""
+        return self.rows_at(theta, states, weights, self._directions)
+
+    def adjust(
+        self, theta: Array, states: Array, weights: Array, settings: StopRule
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+        """Minimise the cost by the kernel, from all starts at once; see `CalibrationProblem.adjust`."""
+        states[:] = within(self.robot.platform.plane, states)
+        codes, steps, costs = (*np.zeros((2, len(theta)), dtype=np.int64), np.zeros(len(theta)))
+        pose_schur.adjust_runs(
+            self.rows,
+            self._directions,
+            self.limits,
+            theta,
+            states,
+            self.values[None],
+            np.ascontiguousarray(weights)[None],
+            settings,
+            codes,
+            steps,
+            costs,
+        )
+        return codes, steps, costs

@@ -1,0 +1,126 @@
+"""Checks, before any fit, of whether the data can calibrate a robot at all."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cablewright.arrays import Array
+from cablewright.calibration.measurements import SENSORS, Measured
+from cablewright.calibration.poses.problem import CalibrationProblem
+from cablewright.calibration.sensors.load_cells import require_tensions
+from cablewright.calibration.sensors.positions import check_plane
+from cablewright.errors import InputError
+from cablewright.robot import Eyelet, Robot
+
+_APART = 1e-3  # m: poses with smaller differences in all lengths count as one
+_UP = 2  # the world's axis along which gravity acts
+_THREE = 3  # measured positions that fix place and direction
+_FAR = 3.0  # diagonals of the frame: max length change, and max distance of a pose from its centre
+
+
+def check_lengths(robot: Robot, measured: Measured) -> None:
+    """Raise `InputError` for lengths or poses so large that they must be in another unit, and poses off the plane."""
+    scene = robot.scene
+    diagonal = math.dist(scene.frame_min, scene.frame_max)
+    spans = np.array([float(line.advantage) for line in robot.lines])
+    _check_size(measured, measured.counted, [f"dl_{i + 1}" for i in range(robot.m)], diagonal, spans=spans)
+    if measured.guess is not None:
+        middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
+        _check_size(measured, measured.guess[:, :3] - middle, ["x", "y", "z"], diagonal, middle)
+    check_plane(robot, measured)
+
+
+def _check_size(
+    measured: Measured,
+    values: Array,
+    names: list[str],
+    diagonal: float,
+    middle: Array | None = None,
+    spans: Array | float = 1.0,
+) -> None:
+    large = np.argwhere(np.abs(values) > _FAR * diagonal * spans)
+    if not len(large):
+        return
+    pose, column = (int(at) for at in large[0])
+    value = float(values[pose, column] + (0.0 if middle is None else middle[column]))
+    others = [name for at, name in enumerate(names) if at not in large[:, 1]]
+    mixed = f"; {', '.join(others)} look like m: are units mixed?" if others else ""
+    raise InputError(
+        f"{measured.origin}, {measured.place(pose)}: {names[column]} = {value:g} m, but the frame's diagonal is "
+        f"{diagonal:.3g} m: are these mm? then name the column '{names[column]} (mm)'{mixed}"
+    )
+
+
+def gauge_size(problem: CalibrationProblem) -> int:
+    """Return how many freedoms the machine's own sensors leave open: those of the world and of the platform frame."""
+    names = {each.name for each in problem.unknowns}
+    if "exit_point" not in names or problem.measured.positioned >= _THREE:
+        return 0
+    sees_gravity = problem.measured.tensions is not None or problem.elastic
+    tiltable = all(isinstance(line.sheave, Eyelet) for line in problem.robot.lines) and not sees_gravity
+    plane = problem.robot.platform.plane
+    if plane is not None:  # two translations, and the turn about the normal
+        return (3 if tiltable or plane.axis == _UP else 2) + (3 if "platform_point" in names else 0)
+    return (6 if tiltable else 4) + (6 if "platform_point" in names else 0)
+
+
+def surplus_per_pose(problem: CalibrationProblem) -> int:
+    """Return the min number of measurements of a pose less the number of its unknowns."""
+    return int(problem.row_counts.min()) - problem.unknowns_per_pose
+
+
+def min_poses(problem: CalibrationProblem) -> int:
+    """Return how many different poses are required to determine the unknowns, except for the gauge freedoms.
+
+    Unknowns that nothing tells do not count: zeros of sensors that did not measure. Raises `InputError` where no number
+    of poses is enough.
+    """
+    surplus = surplus_per_pose(problem)
+    if surplus < 1:
+        m, n = problem.robot.m, problem.robot.freedoms
+        why = f"{m} lines measure {m} lengths of a pose with {n} freedoms"
+        more = "measure more"
+        if problem.elastic:
+            why = f"for elastic lines {m} lengths determine pose and tensions, and encoders measure those {m} lengths"
+            more = "measure tensions (f_1 .., even roughly, with their sigma.tension) or poses (x .. with sigma_x ..)"
+        raise InputError(f"{problem.measured.origin}: {why}: nothing is left over to calibrate with; {more}")
+    rows = problem.row_counts
+    given = len(problem.rows.linear) + len(problem.values) - problem.poses * problem.per_pose
+    given += int((rows - rows.min()).sum())  # positions at some poses, contacts
+    told = sum(_lacks(problem, each.name) is None for each in problem.unknowns)
+    return max(1, -(-(told - gauge_size(problem) - given) // surplus))
+
+
+def _lacks(problem: CalibrationProblem, unknown: str) -> str | None:
+    """Return the column without which nothing tells an *unknown*: of its sensor, or of what loads straight lines."""
+    by_loads = unknown == "exit_compliance" and not problem.elastic
+    sensor = "tension" if by_loads else unknown.partition("_")[0]
+    return SENSORS[sensor][1] if sensor in SENSORS and not problem.measured.has(sensor) else None
+
+
+def check(problem: CalibrationProblem) -> None:
+    """Raise `InputError` for too few poses, too few different ones, and for what only a sensor without data tells."""
+    measured, count = problem.measured, problem.poses
+    for name in problem.plan.unknowns:
+        column = _lacks(problem, name)
+        if column is not None:
+            raise InputError(f"unknowns: {name}: {measured.origin} has no column {column}, so nothing would tell it")
+    if not problem.elastic:
+        require_tensions(problem.robot, measured)
+    needed = min_poses(problem)
+    why = (
+        f"each pose gives {problem.row_counts.min()} numbers and has {problem.unknowns_per_pose} unknowns, and "
+        f"{len(problem.unknowns)} unknowns of the robot less {gauge_size(problem)} that stay open must be found"
+    )
+    if count < needed:
+        raise InputError(f"{measured.origin}: {count} poses; at least {needed} are required: {why}")
+    left, different = measured.counted, 0
+    while len(left) and different < needed:
+        left, different = left[np.abs(left - left[0]).max(axis=1) > _APART], different + 1
+    if different < needed:
+        raise InputError(
+            f"{measured.origin}: only {different} of {count} poses differ by over {_APART * 1e3:g} mm in any line; at "
+            f"least {needed} different ones are required: {why}"
+        )

@@ -1,0 +1,55 @@
+"""The kinds of measurements at poses: what people, plans and messages call them, and how their rows may be wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from numpy.typing import ArrayLike
+
+from cablewright.arrays import Array
+from cablewright.kernels.fitting import calibration_residuals as rows
+
+
+class SensorRows(NamedTuple):
+    """Rows of one sensor, r at each of N poses; what is not an array is the same in all rows, see `MeasurementRows`."""
+
+    kind: int
+    values: Array  # (N, r)
+    weights: Array | float
+    line: ArrayLike = 0
+    other: ArrayLike = 0
+    extra: ArrayLike = 0
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of measurement.
+
+    ``words``: what people call it. ``sigma``: the key of the plan's sigma, where that has a default. ``reading``: what
+    of a pose may be wrong alone. ``resists``: whether rows far off by their sigma pull no harder than others.
+    """
+
+    words: str
+    sigma: str = ""
+    reading: str = ""
+    resists: bool = False
+
+
+KINDS: Final = {
+    rows.ENCODER: Kind("lengths", reading="encoder"),
+    rows.PAID_OUT: Kind("lengths", reading="encoder"),
+    rows.TENSION: Kind("tensions", "tension", "tension"),
+    rows.BALANCE: Kind("tensions", "tension"),
+    rows.COORDINATE: Kind("positions", reading="position", resists=True),
+    rows.ALONG: Kind("positions", reading="position", resists=True),
+    rows.SWIVEL: Kind("swivel angles", "swivel"),
+    rows.TILT: Kind("tilts", "tilt"),
+    rows.YAW: Kind("yaw angles", "yaw"),
+    rows.PLANE: Kind("planes", reading="plane", resists=True),
+    rows.REACH: Kind("ranges", reading="range", resists=True),
+}
+"""The kind of each row that belongs to a pose."""
+
+SIGMA_OF: Final = {each.words: each.sigma for each in KINDS.values() if each.sigma}
+"""The key of the plan's sigma of a kind, where that has a default."""

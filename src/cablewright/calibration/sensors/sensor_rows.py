@@ -1,0 +1,34 @@
+"""The rows of all sensors of a calibration, in the order in which they stand in its equations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from cablewright.calibration.measurements import Measured
+from cablewright.calibration.plan import CalibrationPlan
+from cablewright.calibration.sensors.angles import angle_rows
+from cablewright.calibration.sensors.contacts import contact_rows
+from cablewright.calibration.sensors.load_cells import balance_rows, tension_rows
+from cablewright.calibration.sensors.measurement_kinds import SensorRows
+from cablewright.calibration.sensors.positions import position_rows
+from cablewright.kernels.fitting import calibration_residuals
+from cablewright.robot import Robot
+
+ENCODER_SIGMA: Final = 1e-4
+"""Default standard deviation of the encoders, m, which weighs them against other sensors."""
+
+
+def sensor_rows(robot: Robot, measured: Measured, plan: CalibrationPlan, elastic: bool) -> Iterator[SensorRows]:
+    """Yield the rows of each sensor that the data have: encoders first, then tensions if each is a row of its own."""
+    encoder = calibration_residuals.PAID_OUT if elastic else calibration_residuals.ENCODER
+    yield SensorRows(encoder, measured.counted, 1.0 / (plan.sigma.encoder or ENCODER_SIGMA), np.arange(robot.m))
+    if elastic:
+        yield from tension_rows(robot, measured, plan.sigma.tension)
+    yield from position_rows(robot, measured)
+    yield from angle_rows(robot, measured, plan.sigma)
+    if not elastic:
+        yield from balance_rows(robot, measured, plan.sigma.tension)
+    yield from contact_rows(robot, measured, plan)
