@@ -11,19 +11,21 @@ from cablewright.kernels.certificates.krawczyk import certify, levers
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
 from cablewright.kernels.layout import CHUNK, NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, STATE, robot_of
 from cablewright.kernels.newton import copy, copy_rows, largest
-from cablewright.kernels.rotation import between, compose, matrix
+from cablewright.kernels.rotation import between, compose
 from cablewright.kernels.shared_winches.program import shared_workspace
 from cablewright.kernels.shared_winches.solve import solve_shared
-from cablewright.kernels.statics.counterweight import read_lengths
-from cablewright.kernels.statics.equilibrium import draw_straight, evaluate, workspace
+from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.statics.inverse import solve_inverse
 from cablewright.kernels.statics.inverse_work import inverse_workspace
 from cablewright.kernels.statics.lever_starts import start_at
-from cablewright.kernels.statics.line import extremes, lengths_of
+from cablewright.kernels.statics.line.counterweight import read_lengths
+from cablewright.kernels.statics.line.interface import draw_line
+from cablewright.kernels.statics.line.upright import extremes, lengths_of
+from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.linearise import linearise, tension_changes
+from cablewright.kernels.statics.platform import place_platform
 from cablewright.kernels.statics.underactuated import solve_hanging
-from cablewright.kernels.statics.wrench import place
 
 MAX_DEVIATION = 0.05  # m, rad: between the expected and the solved pose of a row that continues its neighbour's path
 NO_SOLUTION = (NOT_CONVERGED, SINGULAR, NOT_FINITE)
@@ -146,11 +148,10 @@ def straight_rows(packed, poses, tension, lengths):
     work, y = workspace(robot_of(packed, 0)), np.zeros(STATE)
     for j in range(poses.shape[0]):
         own = robot_of(packed, j)
-        if own.freedoms == 6:
-            matrix(poses[j, 3:], work.rotation)
+        place_platform(poses[j], work.rotation)
         for i in range(own.lines.shape[0]):
             place(own.lines, i, poses[j], work.rotation, work.arms[i], work.planes[i])
-            drawn = draw_straight(own.lines[i], y, poses[j], i, tension, work)
+            drawn = draw_line(own.lines[i], y, poses[j], i, tension, work, work.spatial)
             lengths[j, i] = drawn if drawn >= 0.0 else np.nan
 
 

@@ -1,6 +1,6 @@
 """One line at a pose, without the others: as a straight tangent, or hanging with excess length.
 
-Planes are those of `kernels.wrench.place`: ex, ey (world, towards the platform), x and z of the platform point from the
+Planes are those of `vertical_plane.place`: ex, ey (world, towards the platform), x and z of the platform point from the
 exit point, m.
 """
 
@@ -16,10 +16,9 @@ from numpy.typing import ArrayLike
 from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.layout import Code
-from cablewright.kernels.statics.equilibrium import is_slack
-from cablewright.kernels.statics.line import SLACK_TENSION, guess, lever_stable, settle, start_force
-from cablewright.kernels.statics.sheave import straight, whole_length
-from cablewright.kernels.statics.wrench import has_plane
+from cablewright.kernels.statics.line.sheave import straight, whole_length
+from cablewright.kernels.statics.line.upright import SLACK_TENSION, guess, is_slack, lever_stable, settle, start_force
+from cablewright.kernels.statics.line.vertical_plane import has_plane
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
@@ -52,7 +51,7 @@ def line_index(model: Model, line: LineKey) -> int:
 
 
 def planes_and_arms(lines: Array, poses: Array) -> tuple[Array, Array]:
-    """Return planes (N, m, 4), see `kernels.wrench.place`, and arms (N, m, 3) from the platform's origin, world, m."""
+    """Return planes (N, m, 4), see `vertical_plane.place`, and arms (N, m, 3) from the platform's origin, world, m."""
     points = placed(poses, LineNumbers(lines).platform_point)
     away = points - LineNumbers(lines).exit_point
     x = np.hypot(away[..., 0], away[..., 1])

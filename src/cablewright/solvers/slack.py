@@ -27,9 +27,9 @@ from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.inverse import stays
 from cablewright.kernels.statics.inverse_work import inverse_workspace
-from cablewright.kernels.statics.line import extremes
-from cablewright.kernels.statics.sheave import straight, whole_length
-from cablewright.kernels.statics.wrench import has_plane
+from cablewright.kernels.statics.line.sheave import straight, whole_length
+from cablewright.kernels.statics.line.upright import extremes
+from cablewright.kernels.statics.line.vertical_plane import has_plane
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Equilibrium, Model

@@ -10,7 +10,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.layout import Code
-from cablewright.kernels.statics.sheave import straight
+from cablewright.kernels.statics.line.sheave import straight
 from cablewright.models.packed_views import blank_states
 from cablewright.models.statics import Model
 from cablewright.solvers.one_line import TAUT, hang, planes_and_arms

@@ -13,13 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.fitting.calibration_residuals import (
-    Reading,
-    begin_pose,
-    place_unknowns,
-    read_row,
-    reading,
-)
+from cablewright.kernels.fitting.calibration_residuals import Reading, begin_pose, place_unknowns, read_row, reading
 from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK
 from cablewright.kernels.newton import along_columns, cholesky, copy
 from cablewright.kernels.rotation import compose

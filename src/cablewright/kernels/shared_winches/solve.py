@@ -28,7 +28,6 @@ from cablewright.kernels.shared_winches.program import (
     forget_multipliers,
     missed,
 )
-from cablewright.kernels.statics.counterweight import beyond_limits
 from cablewright.kernels.statics.descent import place_below
 from cablewright.kernels.statics.equilibrium import judge
 from cablewright.kernels.statics.forward import turn_to_start
@@ -43,6 +42,7 @@ from cablewright.kernels.statics.inverse import (
     judge_held,
     would_push,
 )
+from cablewright.kernels.statics.line.counterweight import beyond_limits
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.statics.underactuated import evaluate_at_pulls, hang, keep
 

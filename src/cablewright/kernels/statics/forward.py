@@ -3,34 +3,24 @@
 from math import pi
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import (
-    GUIDE,
-    LEVER_UNSTABLE,
-    MASSLESS,
-    NORMAL,
-    NOT_CONVERGED,
-    OK,
-    OVERSTRETCHED,
-)
+from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NORMAL, NOT_CONVERGED, OK, OVERSTRETCHED
 from cablewright.kernels.newton import copy, copy_rows
-from cablewright.kernels.rotation import angle_of, matrix
-from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
+from cablewright.kernels.rotation import angle_of
+from cablewright.kernels.statics.descent import EXACT, FORCE_TOLERANCE, descend, spring_guess
 from cablewright.kernels.statics.equilibrium import (
     BALANCED,
     LENGTH_TOLERANCE,
-    draw_straight,
     evaluate,
     grains,
-    is_slack,
     judge,
     judge_stability,
     newton_step,
     refine,
 )
-from cablewright.kernels.statics.line import SLACK_TENSION, guess
-from cablewright.kernels.statics.plane import is_held
-from cablewright.kernels.statics.spatial_lines import guess_placed
-from cablewright.kernels.statics.wrench import load_scale, place
+from cablewright.kernels.statics.line.interface import draw_line, guess_line
+from cablewright.kernels.statics.line.upright import SLACK_TENSION, is_slack
+from cablewright.kernels.statics.line.vertical_plane import place
+from cablewright.kernels.statics.platform import is_held, load_scale, place_platform
 
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
 MIN_STEP = 1e-3
@@ -47,7 +37,7 @@ def solve_warm(packed, lengths, pose, states, work):
     """Solve from *pose* and *states*, updated in place. Returns code, iterations, residual (m)."""
     if packed.platform[MASSLESS] > 0.0:
         iterations, residual = 1, 0.0
-        if not descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE, packed.freedoms):
+        if not descend(packed, lengths, pose, states, work, EXACT, FORCE_TOLERANCE, packed.freedoms):
             return NOT_CONVERGED, iterations, residual
         if not _polish(packed, lengths, pose, states, work):
             return NOT_CONVERGED, iterations, residual
@@ -85,7 +75,7 @@ def _hang_slack(packed, lengths, pose, states, work, tolerance):
         row, y = packed.lines[i], states[i]
         if not is_slack(row, y):
             continue
-        drawn = draw_straight(row, y, pose, i, SLACK_TENSION, work)
+        drawn = draw_line(row, y, pose, i, SLACK_TENSION, work, work.spatial)
         if drawn < 0.0 or drawn > lengths[i] + tolerance:
             return False
     return True
@@ -175,7 +165,7 @@ def _solve_from_springs(packed, lengths, pose, states, work):
         return code, iterations + more, residual
     copy(begin, pose)
     if guess_states(packed, lengths, pose, states, work, 1.0):
-        descend(packed, lengths, pose, states, work, SETTLED, ROUGH, packed.freedoms)
+        descend(packed, lengths, pose, states, work, EXACT, ROUGH, packed.freedoms)
         code, last, residual = solve_warm(packed, lengths, pose, states, work)
         more += last
     return code, iterations + more, residual
@@ -207,7 +197,7 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
     for i in range(m):
         row, y = packed.lines[i], states[i]
         place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
-        drawn = draw_straight(row, y, pose, i, load_scale(packed) / m, work)
+        drawn = draw_line(row, y, pose, i, load_scale(packed) / m, work, work.spatial)
         if drawn < 0.0:
             return NOT_CONVERGED, 0, 0.0
         taut[i] = min(lengths[i], drawn)
@@ -243,14 +233,10 @@ def guess_states(packed, lengths, pose, states, work, pull):
     Levers are placed as if each line carried *pull* times its share of the load.
     """
     share = pull * load_scale(packed) / packed.lines.shape[0]
-    if packed.freedoms == 6:
-        matrix(pose[3:], work.rotation)
+    place_platform(pose, work.rotation)
     for i in range(packed.lines.shape[0]):
-        row, y, plane = packed.lines[i], states[i], work.planes[i]
-        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-        if row[GUIDE] > 0.0:
-            if not guess_placed(row, y, pose, i, lengths[i], share, work, work.spatial):
-                return False
-        elif not guess(row, plane[2], plane[3], lengths[i], share, y):
+        row, y = packed.lines[i], states[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
+        if not guess_line(row, y, pose, i, lengths[i], share, work, work.spatial):
             return False
     return True

@@ -1,8 +1,8 @@
-"""A plane that carries the platform across it: what is left of the balance in the free directions.
+"""The platform: where it is, its load, the forces on it, and what is left of its balance in a plane that carries it.
 
 A point moves in the plane; a body also rotates about its normal. Force along the normal, and moments about axes in the
 plane, are the plane's, which is taken to hold both ways. With P the projector onto the free directions, the balance
-P w = 0 has the stiffness P K P. Without a plane all functions leave everything as it is.
+P w = 0 has the stiffness P K P. Without a plane the functions of a plane leave everything as it is.
 """
 
 from math import inf, sqrt
@@ -10,6 +10,7 @@ from math import inf, sqrt
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     HELD,
+    MASS_X,
     NORMAL,
     PLANE_DISTANCE,
     PLATFORM_WEIGHT,
@@ -19,6 +20,120 @@ from cablewright.kernels.layout import (
     TENSION_MIN,
     WRENCH,
 )
+from cablewright.kernels.rotation import matrix, rotate
+
+
+@jit(inline=True)
+def place_platform(pose, rotation):
+    """Write the *rotation* (3, 3) of the *pose* of a rigid body; a point has none, and it stays as it is."""
+    if pose.shape[0] == 6:
+        matrix(pose[3:], rotation)
+
+
+@jit
+def load_scale(packed):
+    """Force (N) with which imbalances and guesses are compared: weight, external force and moment over its longest arm.
+
+    The largest minimum tension takes their place where it is larger, or 1 N where all of them are 0.
+    """
+    platform = packed.platform
+    if is_held(packed.general, platform):
+        return load_in_plane(packed)
+    force, moment = platform[PLATFORM_WEIGHT], 0.0
+    for k in range(3):
+        force += abs(platform[WRENCH + k])
+        moment = max(moment, abs(platform[WRENCH + 3 + k]))
+    least, arm = least_and_arm(packed)
+    force = max(force + moment / arm, least)
+    return force if force > 0.0 else 1.0
+
+
+@jit
+def start_balance(packed, rotation, wrench, stiffness):
+    """Set *wrench* (n,) to the platform's own load and *stiffness* (n, n) to minus its derivative by the pose."""
+    n = packed.freedoms
+    platform = packed.platform
+    for k in range(n):
+        wrench[k] = platform[WRENCH + k]
+        for j in range(n):
+            stiffness[k, j] = 0.0
+    weight = platform[PLATFORM_WEIGHT]
+    wrench[2] -= weight
+    if n == 6:
+        rx, ry, rz = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
+        _add_moment(wrench, rx, ry, rz, 0.0, 0.0, -weight)
+        add_turning(stiffness, rx, ry, rz, 0.0, 0.0, -weight)
+
+
+@jit(inline=True)
+def add_force(arm, fx, fy, fz, wrench):
+    """Add a force at *arm* to *wrench* (n,)."""
+    wrench[0] += fx
+    wrench[1] += fy
+    wrench[2] += fz
+    if wrench.shape[0] == 6:
+        _add_moment(wrench, arm[0], arm[1], arm[2], fx, fy, fz)
+
+
+@jit(inline=True)
+def gradient_by_pose(arm, gx, gy, gz, out):
+    """Write the derivative by the pose of what changes by (gx, gy, gz) as the end of *arm* moves to *out* (n,)."""
+    out[0], out[1], out[2] = gx, gy, gz
+    if out.shape[0] == 6:
+        out[3] = arm[1] * gz - arm[2] * gy
+        out[4] = arm[2] * gx - arm[0] * gz
+        out[5] = arm[0] * gy - arm[1] * gx
+
+
+@jit
+def _add_moment(wrench, rx, ry, rz, fx, fy, fz):
+    wrench[3] += ry * fz - rz * fy
+    wrench[4] += rz * fx - rx * fz
+    wrench[5] += rx * fy - ry * fx
+
+
+@jit
+def add_turning(stiffness, rx, ry, rz, fx, fy, fz):
+    """Add -[f]x [r]x, minus the derivative of the moment r x f by a rotation of the arm under constant force."""
+    dot = rx * fx + ry * fy + rz * fz
+    f = (fx, fy, fz)
+    r = (rx, ry, rz)
+    for i in range(3):
+        for j in range(3):
+            stiffness[3 + i, 3 + j] -= r[i] * f[j]
+        stiffness[3 + i, 3 + i] += dot
+
+
+@jit
+def add_lever(stiffness, rx, ry, rz, xx, xy, xz, yx, yy, yz, zx, zy, zz):
+    """Add the blocks of the translational stiffness K at an arm: -K [r]x, [r]x K and -[r]x K [r]x."""
+    k = ((xx, xy, xz), (yx, yy, yz), (zx, zy, zz))
+    for i in range(3):
+        a, b, c = k[i]
+        # row i of -K [r]x
+        u, v, w = c * ry - b * rz, a * rz - c * rx, b * rx - a * ry
+        stiffness[i, 3] += u
+        stiffness[i, 4] += v
+        stiffness[i, 5] += w
+        # column i of [r]x gives the rows of the lower blocks
+        if i == 0:
+            first, second, p, q = 4, 5, rz, -ry
+        elif i == 1:
+            first, second, p, q = 3, 5, -rz, rx
+        else:
+            first, second, p, q = 3, 4, ry, -rx
+        stiffness[first, 0] += p * a
+        stiffness[first, 1] += p * b
+        stiffness[first, 2] += p * c
+        stiffness[second, 0] += q * a
+        stiffness[second, 1] += q * b
+        stiffness[second, 2] += q * c
+        stiffness[first, 3] += p * u
+        stiffness[first, 4] += p * v
+        stiffness[first, 5] += p * w
+        stiffness[second, 3] += q * u
+        stiffness[second, 4] += q * v
+        stiffness[second, 5] += q * w
 
 
 @jit(inline=True)
@@ -124,7 +239,7 @@ def least_and_arm(packed):
 
 @jit
 def load_in_plane(packed):
-    """As `wrench.load_scale`: the sum of the load in the plane and the largest minimum tension, or 1 N."""
+    """As `load_scale`: the sum of the load in the plane and the largest minimum tension, or 1 N."""
     platform = packed.platform
     x, y, z = _normal(packed)
     along = x * platform[WRENCH] + y * platform[WRENCH + 1] + z * platform[WRENCH + 2]
