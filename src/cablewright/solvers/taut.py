@@ -8,10 +8,10 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.statics import taut
+from cablewright.kernels.statics.line.upright_lines import TAUT
 from cablewright.models.packed_views import LineNumbers, blank_states
 from cablewright.models.rotation import matrix_of
 from cablewright.models.statics import Model
-from cablewright.solvers.one_line import TAUT
 
 
 class Taut(NamedTuple):

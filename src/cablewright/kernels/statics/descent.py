@@ -8,6 +8,7 @@ the line's stiffness, cheap and good for a first guess; EXACT, the line itself.
 from math import sqrt
 
 from cablewright.kernels import jit
+from cablewright.kernels.certificates.exclusion import SETTLED
 from cablewright.kernels.layout import (
     COUNTERWEIGHT,
     DEAD_LENGTH,
@@ -23,7 +24,7 @@ from cablewright.kernels.newton import copy, largest, largest_of_column, solve
 from cablewright.kernels.statics.equilibrium import move_platform
 from cablewright.kernels.statics.line.interface import condense_line, draw_line, settle_line
 from cablewright.kernels.statics.line.sheave import straight, whole_length
-from cablewright.kernels.statics.line.upright import FAILED, SETTLED
+from cablewright.kernels.statics.line.upright import FAILED
 from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE, add_line, place
 from cablewright.kernels.statics.platform import (
     hold,

@@ -17,6 +17,7 @@ from cablewright.kernels.statics.line.spatial_lines import (
     condense_placed,
     draw_placed,
     evaluate_placed,
+    find_placed,
     guess_placed,
     judge_placed,
     settle_placed,
@@ -34,13 +35,15 @@ from cablewright.kernels.statics.line.spatial_pull import (
     measure_placed,
     settle_placed_at_pull,
 )
-from cablewright.kernels.statics.line.upright import guess
+from cablewright.kernels.statics.line.upright import SLACK_TENSION, guess
 from cablewright.kernels.statics.line.upright_lines import (
+    TAUT,
     aim_upright,
     condense_upright,
     dips_upright,
     draw_upright,
     evaluate_upright,
+    find_upright,
     judge_upright,
     settle_upright,
     start_upright,
@@ -57,6 +60,8 @@ from cablewright.kernels.statics.line.upright_pull import (
     measure_upright,
     settle_at_pull,
 )
+from cablewright.kernels.statics.line.vertical_plane import place
+from cablewright.kernels.statics.platform import place_platform
 
 PREDICTED = 1e-9  # of a pull: change up to which the predicted state of an upright line is exact to rounding
 
@@ -136,6 +141,34 @@ def settle_line(row, y, length, pose, i, tension, work, spatial):
         return settle_placed(row, y, length, pose, i, tension, work, spatial)
     plane = work.planes[i]
     return settle_upright(row, y, plane[2], plane[3], length, i, tension, work)
+
+
+@jit
+def find_line(row, y, length, pose, i, work, spatial):
+    """Solve for *length* (m) at a fixed pose without a guess, taut or hanging; where it has no weight perhaps slack.
+
+    Returns a code. It need not be stable: of a lever the first stable angle is taken, else the last.
+    """
+    if spatial is not None and row[GUIDE] > 0.0:
+        return find_placed(row, y, length, pose, i, work, spatial)
+    return find_upright(row, y, work.planes[i], length, work.blocks[i], work.steps[i])
+
+
+@jit
+def taut_line(row, y, pose, i, work, spatial):
+    """As `draw_line`, with levers as without weight and exits as without load."""
+    if spatial is not None and row[GUIDE] > 0.0:
+        return draw_placed(row, y, pose, i, SLACK_TENSION, work, spatial)
+    plane = work.planes[i]
+    return draw_upright(row, y, plane[2], plane[3], TAUT)
+
+
+@jit
+def place_lines(packed, pose, work):
+    """Place the platform and all lines at the *pose* (n,)."""
+    place_platform(pose, work.rotation)
+    for i in range(packed.lines.shape[0]):
+        place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
 
 
 @jit

@@ -3,9 +3,10 @@
 *spatial* is `Work.spatial` of a general robot; for others nothing here is compiled, see `Packed`.
 """
 
-from math import cos, exp, log, nan, sin
+from math import cos, exp, hypot, log, nan, sin
 
 from cablewright.kernels import jit
+from cablewright.kernels.certificates.exclusion import SETTLED
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     AZIMUTH,
@@ -18,6 +19,7 @@ from cablewright.kernels.layout import (
     END_SPRING,
     FREE,
     FREE_COMPLIANCE,
+    NOT_CONVERGED,
     OK,
     OVERSTRETCHED,
     PHI,
@@ -46,7 +48,7 @@ from cablewright.kernels.statics.line.spatial import (
     why_not_straight,
 )
 from cablewright.kernels.statics.line.spatial_wrench import add_spatial, add_spatial_pull, stiffness_along
-from cablewright.kernels.statics.line.upright import FAILED, SETTLED, SLACK, SLACK_TENSION, extremes
+from cablewright.kernels.statics.line.upright import FAILED, SLACK, SLACK_TENSION, extremes
 
 
 @jit
@@ -124,6 +126,16 @@ def settle_placed(row, y, length, pose, i, tension, work, spatial):
         )
     evaluated = solved and spatial_system(row, y, pose, arm, turned, length, record, block, rhs)
     return SETTLED if evaluated else FAILED
+
+
+@jit
+def find_placed(row, y, length, pose, i, work, spatial):
+    """As `interface.find_line`."""
+    plane = work.planes[i]
+    tension = max(row[WEIGHT], 1.0) * hypot(plane[2], plane[3])
+    if not guess_placed(row, y, pose, i, length, tension, work, spatial):
+        return why_not_straight(row, y, pose, work.arms[i])
+    return NOT_CONVERGED if settle_placed(row, y, length, pose, i, tension, work, spatial) == FAILED else OK
 
 
 @jit

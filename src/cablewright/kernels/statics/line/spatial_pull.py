@@ -40,7 +40,7 @@ from cablewright.kernels.statics.line.spatial import (
 from cablewright.kernels.statics.line.spatial_lines import draw_placed
 from cablewright.kernels.statics.line.spatial_wrench import add_spatial_pull, add_spatial_stiffness, wrench_change
 from cablewright.kernels.statics.line.upright import extremes_and_change, is_slack
-from cablewright.kernels.statics.line.upright_pull import TAUT
+from cablewright.kernels.statics.line.upright_pull import STRAIGHT
 
 
 @jit
@@ -55,7 +55,7 @@ def begin_placed(row, y, pose, i, known, share, base, spatial):
     tension = max(share, row[TENSION_MIN], 1.0) if row[COUNTERWEIGHT] == 0.0 else row[COUNTERWEIGHT]
     if not straight_spatial(row, y, pose, base.arms[i], base.rotation, tension, record, block, rhs):
         return why_not_straight(row, y, pose, base.arms[i]), 0.0
-    tension = max(tension, TAUT * row[WEIGHT] * (y[FREE] + y[DEAD]))
+    tension = max(tension, STRAIGHT * row[WEIGHT] * (y[FREE] + y[DEAD]))
     y[TAU] = log(tension)
     unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
     return OK, tension

@@ -1,8 +1,9 @@
 """Upright lines in the solves of a whole robot, each at index *i* of the robot's scratch, see `equilibrium.Work`."""
 
-from math import cos, exp, pi, sin
+from math import cos, exp, hypot, isnan, nan, pi, sin
 
 from cablewright.kernels import jit
+from cablewright.kernels.certificates.exclusion import SETTLED
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     BAD_WRAP,
@@ -17,6 +18,7 @@ from cablewright.kernels.layout import (
     LEVER,
     LEVER_MOMENT,
     LEVER_UNSTABLE,
+    NOT_CONVERGED,
     OK,
     OVERSTRETCHED,
     PHI,
@@ -25,6 +27,7 @@ from cablewright.kernels.layout import (
     RADIUS,
     SIDE,
     SPANS,
+    STATE,
     TAU,
     UNDER_EXIT,
     UNKNOWNS,
@@ -35,7 +38,6 @@ from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.line.sheave import straight, unstrain, whole_length, wrap
 from cablewright.kernels.statics.line.upright import (
     FAILED,
-    SETTLED,
     SLACK,
     SLACK_TENSION,
     advance,
@@ -56,6 +58,8 @@ from cablewright.kernels.statics.line.vertical_plane import (
     is_in_reach_of_lever,
 )
 
+TAUT = 1e9  # N; tension at which a lever's weight is negligible
+LEVER_PULLS = (1.0, 10.0, 100.0, 1000.0)  # tensions, times the weight of the straight line, at which levers are placed
 BACKWARDS = -1e-9  # cosine of a span's direction, below which it leaves its sheave backwards and not straight down
 
 
@@ -161,6 +165,39 @@ def _settle_massless(row, x, z, length, y, block, rhs):
     straight(row, x, z, tension, y)
     unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
     return SETTLED if settle(row, x, z, length, y, block, rhs) else FAILED
+
+
+@jit
+def find_upright(row, y, plane, length, block, rhs):
+    """As `interface.find_line`, in its *plane* (4,); *block* (6, 6) and *rhs* (6, 4) are scratch."""
+    x, z, settled = plane[2], plane[3], False
+    if not has_plane(row, plane):
+        return UNDER_EXIT
+    if isnan(length) or is_in_reach_of_lever(row, plane):
+        return INSIDE_SHEAVE
+    if row[WEIGHT] == 0.0 and straight(row, x, z, SLACK_TENSION, y) and whole_length(row, y) <= length:
+        return OK
+    for pull in LEVER_PULLS:
+        if not guess(row, x, z, length, pull * max(row[WEIGHT], 1.0) * hypot(x, z), y):
+            return INSIDE_SHEAVE
+        if settle(row, x, z, length, y, block, rhs) and not _runs_back(row, y):
+            settled = True
+            for k in range(STATE):
+                rhs[k, 3] = y[k]
+            if lever_stable(row, y):
+                break
+    for k in range(STATE):
+        y[k] = rhs[k, 3] if settled else nan
+    return OK if settled else NOT_CONVERGED
+
+
+@jit
+def _runs_back(row, y):
+    """Whether the tension at the sheave does not carry the dead span, which then hangs below the winch."""
+    if row[UNKNOWNS] == 3.0 or row[UNKNOWNS] == 5.0:  # without a dead span, or with one that may sag
+        return False
+    pull = exp(y[TAU]) * sin(y[PSI])
+    return pull < 0.0 < pull + row[WEIGHT] * y[DEAD]
 
 
 @jit

@@ -52,7 +52,7 @@ from cablewright.kernels.statics.line.vertical_plane import (
 )
 from cablewright.kernels.statics.platform import gradient_by_pose
 
-TAUT = 1.5  # of its own weight: tension at which a line is straight enough for a first guess
+STRAIGHT = 1.5  # of its own weight: tension at which a line is straight enough for a first guess
 
 
 @jit
@@ -140,7 +140,7 @@ def begin_upright(row, y, i, known, share, work):
     tension = max(share, row[TENSION_MIN], 1.0)
     if not straight(row, plane[2], plane[3], tension, y):
         return INSIDE_SHEAVE, 0.0
-    tension = max(tension, TAUT * row[WEIGHT] * (y[FREE] + y[DEAD]))
+    tension = max(tension, STRAIGHT * row[WEIGHT] * (y[FREE] + y[DEAD]))
     y[TAU] = log(tension)
     unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
     return OK, tension
