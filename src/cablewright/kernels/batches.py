@@ -24,7 +24,6 @@ from cablewright.kernels.layout import (
     robot_of,
 )
 from cablewright.kernels.newton import copy, copy_rows, largest
-from cablewright.kernels.rotation import between, compose
 from cablewright.kernels.shared_winches.program import shared_workspace
 from cablewright.kernels.shared_winches.solve import solve_shared
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
@@ -37,7 +36,7 @@ from cablewright.kernels.statics.line.interface import add_line_pull, draw_line,
 from cablewright.kernels.statics.line.upright import extremes, is_slack, lengths_of
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.linearise import linearise, tension_changes
-from cablewright.kernels.statics.platform import place_platform
+from cablewright.kernels.statics.platform import between, place_platform, shift_pose
 from cablewright.kernels.statics.underactuated import solve_hanging
 
 MAX_DEVIATION = 0.05  # m, rad: between the expected and the solved pose of a row that continues its neighbour's path
@@ -82,10 +81,7 @@ def _follow(packed, lengths, pose, states, neighbour, shift, work):
     A rigid body can have several equilibria, and line states of another pose may lead to one far away.
     """
     begin = pose.copy()
-    for k in range(3):
-        pose[k] += shift[k]
-    if packed.freedoms == 6:
-        compose(shift[3], shift[4], shift[5], pose[3:])
+    shift_pose(pose, shift)
     expected, moved = pose.copy(), np.zeros(packed.freedoms)
     copy_rows(neighbour, states)
     result = solve_warm(packed, lengths, pose, states, work)

@@ -7,9 +7,9 @@ from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import unfold
 from cablewright.kernels.layout import DEAD, FOLD, JUMPED, NOT_CONVERGED, OK, SINGULAR, UNCERTIFIED
 from cablewright.kernels.newton import copy, copy_rows, largest, min_pivot
-from cablewright.kernels.rotation import between
 from cablewright.kernels.statics.equilibrium import condense, evaluate, judge, judge_pivot, newton_step, refine
 from cablewright.kernels.statics.line.interface import dips_line
+from cablewright.kernels.statics.platform import between
 
 SUBSTEPS = (1, 4, 16, 64)  # numbers of parts that the change of lengths is divided into, tried in turn
 

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import PREFERRED
-from cablewright.kernels.rotation import left_jacobian
 from cablewright.kernels.shared_winches.lengths import LengthWork, length_workspace
 from cablewright.kernels.statics.inverse import curve
 from cablewright.kernels.statics.line.interface import extremes_at_pull
 from cablewright.kernels.statics.line.pull_limits import pull_limits
-from cablewright.kernels.statics.platform import keep_free
+from cablewright.kernels.statics.platform import keep_free, rates_of_rotation
 from cablewright.kernels.statics.tension import Program
 
 # Columns of a table of lines on another's drum: L[LINE] = OFFSET + SENSE * L[OTHER].
@@ -110,8 +109,7 @@ def fill_program(packed, shares, pose, states, work, own):
         most = max(most, work.pulls[i])
     for k in range(n):
         own.load[k] = work.base.wrench[k]
-    if n == 6:
-        left_jacobian(pose[3:], work.base.rotation)
+    rates_of_rotation(pose, work.base.rotation)
     for k in range(n):
         _fill_rate(own, k, work)
     for r in range(shares.shape[0]):

@@ -9,21 +9,9 @@ from math import sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.exclusion import SETTLED
-from cablewright.kernels.layout import (
-    COUNTERWEIGHT,
-    DEAD_LENGTH,
-    DEAD_SPAN,
-    END_SPRING,
-    EXIT_X,
-    FREE_COMPLIANCE,
-    GUIDE,
-    RADIUS,
-    SPANS,
-)
+from cablewright.kernels.layout import COUNTERWEIGHT, END_SPRING, EXIT_X, FREE_COMPLIANCE, SPANS
 from cablewright.kernels.newton import copy, largest, largest_of_column, solve
-from cablewright.kernels.statics.equilibrium import move_platform
-from cablewright.kernels.statics.line.interface import condense_line, draw_line, settle_line
-from cablewright.kernels.statics.line.sheave import straight, whole_length
+from cablewright.kernels.statics.line.interface import condense_line, settle_line, spring_line
 from cablewright.kernels.statics.line.upright import FAILED
 from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE, add_line, place
 from cablewright.kernels.statics.platform import (
@@ -31,6 +19,7 @@ from cablewright.kernels.statics.platform import (
     into_plane,
     keep_free_columns,
     load_scale,
+    move_platform,
     place_platform,
     start_balance,
 )
@@ -167,19 +156,12 @@ def _offset_springs(packed, lengths, pose, states, work):
     """Set work.lengths to the springs' lengths: *lengths* less what straight lines at *pose* need up to the exits."""
     place_platform(pose, work.rotation)
     for i in range(packed.lines.shape[0]):
-        row, plane, y = packed.lines[i], work.planes[i], states[i]
-        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-        if row[GUIDE] > 0.0:
-            distance = sqrt(plane[2] * plane[2] + plane[3] * plane[3])
-            drawn = draw_line(row, y, pose, i, SPRING_TENSION, work, work.spatial)
-            taut = drawn if drawn > 0.0 else row[SPANS] * distance + row[DEAD_SPAN] + row[DEAD_LENGTH]
-            work.lengths[i] = max((lengths[i] - taut) / row[SPANS] + distance, 1e-3)
-            continue
-        x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
-        if not straight(row, x, plane[3], SPRING_TENSION, y):
+        place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
+        work.lengths[i] = spring_line(
+            packed.lines[i], states[i], lengths[i], pose, i, SPRING_TENSION, work, work.spatial
+        )
+        if work.lengths[i] < 0.0:
             return False
-        more = (lengths[i] - whole_length(row, y)) / row[SPANS]
-        work.lengths[i] = max(more + sqrt(x * x + plane[3] * plane[3]), 1e-3)
     return True
 
 

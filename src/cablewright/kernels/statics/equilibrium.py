@@ -1,6 +1,5 @@
 """All lines and the platform: Newton on F(x, y) = 0 with each line's block eliminated to an n x n system."""
 
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -22,19 +21,19 @@ from cablewright.kernels.layout import (
     WRENCH,
 )
 from cablewright.kernels.newton import copy, largest, min_pivot, solve
-from cablewright.kernels.rotation import compose
-from cablewright.kernels.statics.line.interface import (
-    advance_line,
-    condense_line,
-    evaluate_line,
-    judge_line,
-    leaves_backwards,
-)
+from cablewright.kernels.statics.line.interface import advance_line, condense_line, evaluate_line, judge_line, may_tip
 from cablewright.kernels.statics.line.spatial import SpatialWork, spatial_work
 from cablewright.kernels.statics.line.upright import is_slack
 from cablewright.kernels.statics.line.upright_parameters import OWN
 from cablewright.kernels.statics.line.vertical_plane import place
-from cablewright.kernels.statics.platform import hold, keep_free, keep_free_columns, place_platform, start_balance
+from cablewright.kernels.statics.platform import (
+    hold,
+    keep_free,
+    keep_free_columns,
+    move_platform,
+    place_platform,
+    start_balance,
+)
 
 NEWTON_STEPS = 60
 LENGTH_TOLERANCE = 1e-12  # on every geometric equation, m: of lines over 1 m, of shorter ones a share
@@ -43,7 +42,6 @@ BALANCED = 1e-10  # of the largest force: imbalance accepted where rounding limi
 STALLED = 1e-10  # the same, where rounding limits it
 NEUTRAL = 1e-10  # of the largest stiffness: a smaller one does not hold a platform
 SHORTEST_ARM = 1e-9  # m: of a platform without arms, which has no moments
-POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
 
 
 class Work(NamedTuple):
@@ -205,26 +203,6 @@ def newton_step(packed, pose, states, work):
 
 
 @jit
-def move_platform(pose, work):
-    """Add work.move, shortened to the step limits, to *pose*. Returns the step's length (m) and whether it is full."""
-    n = pose.shape[0]
-    length = sqrt(work.move[0, 0] ** 2 + work.move[1, 0] ** 2 + work.move[2, 0] ** 2)
-    held = 1.0 if length <= POSE_STEP else POSE_STEP / length
-    if n == 6:
-        turn = sqrt(work.move[3, 0] ** 2 + work.move[4, 0] ** 2 + work.move[5, 0] ** 2)
-        if turn * held > TURN_STEP:
-            held = TURN_STEP / turn
-    for k in range(n):
-        work.move[k, 0] *= held
-    for k in range(3):
-        pose[k] += work.move[k, 0]
-    if n == 6:
-        compose(work.move[3, 0], work.move[4, 0], work.move[5, 0], pose[3:])
-        length += turn
-    return length * held, held == 1.0
-
-
-@jit
 def judge(packed, states, planes, spatial):
     """Code of a solved equilibrium: OK if the machine can have it; OVERSTRETCHED only if nothing else is wrong.
 
@@ -264,17 +242,6 @@ def _all_slack(packed, states):
         if not is_slack(packed.lines[i], states[i]):
             return False
     return True
-
-
-@jit
-def may_tip(packed, states):
-    """Whether a solved platform may be unstable: a body, or a point with a line that leaves its sheave backwards."""
-    if packed.freedoms == 6:
-        return True
-    for i in range(packed.lines.shape[0]):
-        if leaves_backwards(packed.lines[i], states[i]):
-            return True
-    return False
 
 
 @jit

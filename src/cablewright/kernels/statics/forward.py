@@ -1,11 +1,8 @@
 """Forward problem: unstrained lengths to the pose, from a neighbouring solution or without any guess."""
 
-from math import pi
-
 from cablewright.kernels import jit
-from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NORMAL, NOT_CONVERGED, OK, OVERSTRETCHED
+from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED
 from cablewright.kernels.newton import copy, copy_rows
-from cablewright.kernels.rotation import angle_of
 from cablewright.kernels.statics.descent import EXACT, FORCE_TOLERANCE, descend, spring_guess
 from cablewright.kernels.statics.equilibrium import (
     BALANCED,
@@ -20,7 +17,7 @@ from cablewright.kernels.statics.equilibrium import (
 from cablewright.kernels.statics.line.interface import draw_line, guess_line
 from cablewright.kernels.statics.line.upright import SLACK_TENSION, is_slack
 from cablewright.kernels.statics.line.vertical_plane import place
-from cablewright.kernels.statics.platform import is_held, load_scale, place_platform
+from cablewright.kernels.statics.platform import angle_of, load_scale, place_platform, turn_to_start
 
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
 MIN_STEP = 1e-3
@@ -28,7 +25,6 @@ POLISHES = 4  # Newton steps that balance taut lines where a pose's digits are t
 ROUGH = 1e-3  # of the load: unbalanced force at which Newton takes over from the descent
 LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the load, at which levers are placed
 STARTS = 10  # start rotations of a rigid body
-IN_PLANE = pi / 5.0  # rad: between the start rotations of a body in a plane
 UPRIGHT = 0.6  # rad: a solution rotated by less than this ends the search
 
 
@@ -127,23 +123,6 @@ def solve_cold(packed, lengths, pose, states, work):
     copy(best, pose)
     copy_rows(best_states, states)
     return answer, total, left
-
-
-@jit
-def turn_to_start(packed, pose, start):
-    """Set the rotation of *pose* for start number *start*: none, tilts to four sides, then rotations about z.
-
-    In a plane only the normal is an axis.
-    """
-    pose[3:] = 0.0
-    if is_held(packed.general, packed.platform):
-        turn = (start + 1) // 2 * (IN_PLANE if start % 2 else -IN_PLANE)
-        for k in range(3):
-            pose[3 + k] = turn * packed.platform[NORMAL + k]
-    elif 1 <= start <= 4:
-        pose[3 + (start - 1) // 2] = 0.6 if start % 2 else -0.6
-    elif start >= 5:
-        pose[5] = pi * (0.25, -0.25, 0.5, -0.5, 1.0)[start - 5]
 
 
 @jit(allocates=True)

@@ -34,7 +34,7 @@ from cablewright.kernels.layout import (
     Packed,
 )
 from cablewright.kernels.newton import copy, largest
-from cablewright.kernels.statics.equilibrium import evaluate, judge, judge_stability, may_tip, unbalanced
+from cablewright.kernels.statics.equilibrium import evaluate, judge, judge_stability, unbalanced
 from cablewright.kernels.statics.line.counterweight import beyond_limits
 from cablewright.kernels.statics.line.interface import (
     add_line_pull,
@@ -42,6 +42,7 @@ from cablewright.kernels.statics.line.interface import (
     column_line,
     extremes_at_pull,
     is_predicted_exactly,
+    may_tip,
     predict_line,
     settle_line_at_pull,
 )

@@ -5,7 +5,7 @@ plane, are the plane's, which is taken to hold both ways. With P the projector o
 P w = 0 has the stiffness P K P. Without a plane the functions of a plane leave everything as it is.
 """
 
-from math import inf, sqrt
+from math import inf, pi, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
@@ -20,7 +20,10 @@ from cablewright.kernels.layout import (
     TENSION_MIN,
     WRENCH,
 )
-from cablewright.kernels.rotation import matrix, rotate
+from cablewright.kernels.rotation import compose, left_jacobian, matrix, rotate
+
+POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
+IN_PLANE = pi / 5.0  # rad: between the start rotations of a body in a plane
 
 
 @jit(inline=True)
@@ -28,6 +31,78 @@ def place_platform(pose, rotation):
     """Write the *rotation* (3, 3) of the *pose* of a rigid body; a point has none, and it stays as it is."""
     if pose.shape[0] == 6:
         matrix(pose[3:], rotation)
+
+
+@jit(inline=True)
+def rates_of_rotation(pose, out):
+    """Write the derivative (3, 3) of a body's world rotation by its rotation vector; of a point nothing."""
+    if pose.shape[0] == 6:
+        left_jacobian(pose[3:], out)
+
+
+@jit
+def shift_pose(pose, shift):
+    """Move the *pose* (n,) by *shift* (n,): a translation, and of a body a rotation in world axes."""
+    for k in range(3):
+        pose[k] += shift[k]
+    if pose.shape[0] == 6:
+        compose(shift[3], shift[4], shift[5], pose[3:])
+
+
+@jit
+def angle_of(pose):
+    """Rotation angle of a pose (n,), rad; 0 for a point load."""
+    return sqrt(pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2) if pose.shape[0] == 6 else 0.0
+
+
+@jit
+def between(start, end, shift):
+    """Write to *shift* (n,) the translation and the rotation in world axes that move pose *start* to *end*."""
+    for k in range(3):
+        shift[k] = end[k] - start[k]
+    if start.shape[0] == 6:
+        for k in range(3, 6):
+            shift[k] = -start[k]
+        compose(end[3], end[4], end[5], shift[3:])
+
+
+@jit
+def move_platform(pose, work):
+    """Add work.move, shortened to the step limits, to *pose*. Returns the step's length (m) and whether it is full."""
+    n = pose.shape[0]
+    length = sqrt(work.move[0, 0] ** 2 + work.move[1, 0] ** 2 + work.move[2, 0] ** 2)
+    held = 1.0 if length <= POSE_STEP else POSE_STEP / length
+    if n == 6:
+        turn = sqrt(work.move[3, 0] ** 2 + work.move[4, 0] ** 2 + work.move[5, 0] ** 2)
+        if turn * held > TURN_STEP:
+            held = TURN_STEP / turn
+    for k in range(n):
+        work.move[k, 0] *= held
+    for k in range(3):
+        pose[k] += work.move[k, 0]
+    if n == 6:
+        compose(work.move[3, 0], work.move[4, 0], work.move[5, 0], pose[3:])
+        length += turn
+    return length * held, held == 1.0
+
+
+@jit
+def turn_to_start(packed, pose, start):
+    """Set the rotation of *pose* for start number *start*: none, tilts to four sides, then rotations about z.
+
+    In a plane only the normal is an axis. A point has no rotation.
+    """
+    if packed.freedoms < 6:
+        return
+    pose[3:] = 0.0
+    if is_held(packed.general, packed.platform):
+        turn = (start + 1) // 2 * (IN_PLANE if start % 2 else -IN_PLANE)
+        for k in range(3):
+            pose[3 + k] = turn * packed.platform[NORMAL + k]
+    elif 1 <= start <= 4:
+        pose[3 + (start - 1) // 2] = 0.6 if start % 2 else -0.6
+    elif start >= 5:
+        pose[5] = pi * (0.25, -0.25, 0.5, -0.5, 1.0)[start - 5]
 
 
 @jit

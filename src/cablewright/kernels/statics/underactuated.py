@@ -10,15 +10,23 @@ from math import exp, isnan, nan, pi, sqrt
 from cablewright.kernels import jit
 from cablewright.kernels.layout import FREE, FREE_COMPLIANCE, INFEASIBLE, NOT_CONVERGED, OK, TENSION_MIN, WEIGHT
 from cablewright.kernels.newton import copy, copy_rows, largest, largest_of_column, solve
-from cablewright.kernels.rotation import angle_of, left_jacobian
 from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
 from cablewright.kernels.statics.equilibrium import judge
-from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
+from cablewright.kernels.statics.forward import STARTS, UPRIGHT
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
 from cablewright.kernels.statics.line.counterweight import beyond_limits
 from cablewright.kernels.statics.line.interface import hang_line
 from cablewright.kernels.statics.line.vertical_plane import place
-from cablewright.kernels.statics.platform import add_reactions, keep_free, load_scale, place_platform, start_balance
+from cablewright.kernels.statics.platform import (
+    add_reactions,
+    angle_of,
+    keep_free,
+    load_scale,
+    place_platform,
+    rates_of_rotation,
+    start_balance,
+    turn_to_start,
+)
 
 MAX_PUSHING = 2  # number of the start from which on a line that would have to push ends the search
 SPRING_ROUNDS = 3  # descents on springs before Newton
@@ -41,8 +49,7 @@ def solve_hanging(packed, pose, states, work):
     answer, violation, min_angle = NOT_CONVERGED, 0.0, 1e300
     for start in range(STARTS):
         pose[:] = 0.0
-        if packed.freedoms == 6:
-            turn_to_start(packed, pose, start)
+        turn_to_start(packed, pose, start)
         code, beyond = _solve_from(packed, given, pose, states, work)
         angle = angle_of(pose)
         if code == answer:
@@ -182,8 +189,7 @@ def _step(given, pose, work, share):
 def _mix(packed, given, pose, work):
     """Set work.mixed and work.base.move to the linear system of the Newton step."""
     base, n, m = work.base, pose.shape[0], work.pulls.shape[0]
-    if n == 6:
-        left_jacobian(pose[3:], base.rotation)
+    rates_of_rotation(pose, base.rotation)
     column = 0
     for k in range(n):
         base.move[k, 0] = base.wrench[k]

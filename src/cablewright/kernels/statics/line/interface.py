@@ -6,10 +6,10 @@ work.spatial: for a robot that is not general it is None, and Numba, which prune
 lines alone (`docs/decisions/0014-plain-robots-apart.md`). Wrenches are (n,), N and N m about the platform's origin.
 """
 
-from math import cos
+from math import cos, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import EXIT_X, GUIDE, PHI, RADIUS, UNKNOWNS
+from cablewright.kernels.layout import DEAD_LENGTH, DEAD_SPAN, EXIT_X, GUIDE, PHI, RADIUS, SPANS, UNKNOWNS
 from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.line.spatial import GIVEN, advance_spatial
 from cablewright.kernels.statics.line.spatial_lines import (
@@ -63,6 +63,7 @@ from cablewright.kernels.statics.line.upright_pull import (
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import place_platform
 
+MIN_SPRING = 1e-3  # m
 PREDICTED = 1e-9  # of a pull: change up to which the predicted state of an upright line is exact to rounding
 
 
@@ -300,6 +301,36 @@ def leaves_backwards(row, y):
     The platform point is then under the sheave.
     """
     return row[GUIDE] > 0.0 or (row[RADIUS] > 0.0 and cos(y[PHI]) < 0.0)
+
+
+@jit
+def may_tip(packed, states):
+    """Whether a solved platform may be unstable: a body, or a point with a line that leaves its sheave backwards."""
+    if packed.freedoms == 6:
+        return True
+    for i in range(packed.lines.shape[0]):
+        if leaves_backwards(packed.lines[i], states[i]):
+            return True
+    return False
+
+
+@jit
+def spring_line(row, y, length, pose, i, tension, work, spatial):
+    """Return the length, m, of the spring from the exit point that replaces a placed line of *length*, m.
+
+    That is less what the straight line at *tension* (N) needs up to its exit. Negative inside a sheave.
+    """
+    plane = work.planes[i]
+    if spatial is not None and row[GUIDE] > 0.0:
+        distance = sqrt(plane[2] * plane[2] + plane[3] * plane[3])
+        drawn = draw_placed(row, y, pose, i, tension, work, spatial)
+        taut = drawn if drawn > 0.0 else row[SPANS] * distance + row[DEAD_SPAN] + row[DEAD_LENGTH]
+        return max((length - taut) / row[SPANS] + distance, MIN_SPRING)
+    x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
+    drawn = draw_upright(row, y, x, plane[3], tension)
+    if drawn < 0.0:
+        return drawn
+    return max((length - drawn) / row[SPANS] + sqrt(x * x + plane[3] * plane[3]), MIN_SPRING)
 
 
 @jit
