@@ -30,6 +30,7 @@ check: $(VENV)/.dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python tools/size_report.py
+	$(BIN)/python tools/branches.py --quiet
 	$(BIN)/python tools/audit.py
 
 test: $(VENV)/.dev

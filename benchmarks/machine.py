@@ -18,7 +18,7 @@ from benchmarks.timing import Row, best, installed
 from cablewright.control.guard import GuardSettings, GuardState, judge
 from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
-from cablewright.kernels.statics.line import settle
+from cablewright.kernels.statics.line.upright import settle
 from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import with_severity

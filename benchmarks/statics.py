@@ -13,7 +13,7 @@ from benchmarks.timing import Row, best, installed, medians
 from cablewright.kernels import batches, jit, layout
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
-from cablewright.kernels.statics.line import guess, settle
+from cablewright.kernels.statics.line.upright import guess, settle
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load

@@ -14,7 +14,7 @@ from cablewright.analyses import interference as analysis
 from cablewright.analyses.interference import Interference, InterferenceSettings, distances, free_region
 from cablewright.errors import InputError
 from cablewright.kernels import layout
-from cablewright.kernels.statics.catenary import span
+from cablewright.kernels.statics.line.catenary import span
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import placed
 from cablewright.models.solids import Obstacle, of_mesh

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from cablewright.kernels.statics.catenary import span
+from cablewright.kernels.statics.line.catenary import span
 from oracles.irvine import span as textbook
 
 

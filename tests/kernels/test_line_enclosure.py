@@ -9,8 +9,8 @@ from mpmath import mp, mpf
 import cases
 from cablewright.kernels import layout
 from cablewright.kernels.certificates import system_enclosure
-from cablewright.kernels.certificates.line_enclosure import enclose_jacobian, enclose_residual
-from cablewright.kernels.statics import line as kernel
+from cablewright.kernels.statics.line import upright as kernel
+from cablewright.kernels.statics.line.enclosure import enclose_jacobian, enclose_residual
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
 from cablewright.solvers.forward import solve_forward

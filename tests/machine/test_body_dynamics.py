@@ -15,7 +15,7 @@ from cablewright.kernels.layout import EXIT_Z, FREE, FREE_COMPLIANCE, MASS_X, MA
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.plant.dynamics import CENTRE, INERTIA, MASS, MOMENTUM, PART, RATE, THRUST, TURN, VELOCITY
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics.line import settle
+from cablewright.kernels.statics.line.upright import settle
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.forward import solve_forward

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cablewright.kernels.layout import FREE, FREE_COMPLIANCE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.plant.dynamics import CENTRE, INERTIA, MASS, PLACE, RATE, TURN, VELOCITY
-from cablewright.kernels.statics.line import settle
+from cablewright.kernels.statics.line.upright import settle
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load
 from cablewright.solvers.forward import solve_forward

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import cablewright as cw
 import out_of_plane
 from cablewright.kernels import batches, layout
-from cablewright.kernels.statics import spatial
+from cablewright.kernels.statics.line import spatial
 from cablewright.models.parameters import varied
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import stiffness

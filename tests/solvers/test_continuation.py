@@ -10,7 +10,7 @@ import pytest
 import cases
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import layout
-from cablewright.kernels.statics.equilibrium import LOG_SLACK
+from cablewright.kernels.statics.line.upright import LOG_SLACK
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load

@@ -12,11 +12,13 @@ import out_of_plane
 from cablewright.analyses.interference import distances
 from cablewright.errors import InputError, Status
 from cablewright.machine.simulated import settings
+from cablewright.robot import Robot
 from cablewright.solvers.limits import sheave_clearances
 from cablewright.solvers.line_cover import refuse_unfit
 from cablewright.solvers.tension import structures
 from cablewright.solvers.uniqueness import unique_among
 from cablewright.studies.estimators import estimator
+from cablewright.studies.logged_lines import hanging_lines
 
 TILTED = out_of_plane.point("tilted")
 BODY = out_of_plane.body("mixed")
@@ -36,9 +38,7 @@ def test_none_is_certified_and_none_is_called_the_only_one() -> None:
 @pytest.mark.parametrize(
     ("ask", "by"),
     [
-        (lambda: cw.solve_with_slack(TILTED, PLACE, {0: 0.1}), "slack lines"),
         (lambda: cw.slack_sets(TILTED, PLACE), "the shape of a line"),
-        (lambda: cw.excess_lengths(cw.inverse(TILTED, PLACE)), "excess lengths"),
         (lambda: refuse_unfit(cw.Model(TILTED), np.full(4, 5.0)), "exhaustive"),
         (lambda: cw.enclose_poses(cw.inverse(TILTED, PLACE), 1e-4), "a box of poses"),
         (lambda: cw.simulate_calibration(TILTED, 20, 1e-4, cable="elastic"), "calibration of lines that stretch"),
@@ -49,6 +49,28 @@ def test_none_is_certified_and_none_is_called_the_only_one() -> None:
 def test_what_does_not_cover_them_says_so(ask: Any, by: str) -> None:
     with pytest.raises(InputError, match=f"{by}: line '.*' has a swivel whose axis is not vertical; it is not covered"):
         ask()
+
+
+@pytest.mark.parametrize("robot", [TILTED, BODY, out_of_plane.body("mounts")], ids=lambda robot: robot.name)
+def test_lines_hang_by_their_lengths_alone(robot: Robot) -> None:
+    held = cw.inverse(robot, [POSE[: robot.n]]).checked()
+    found = hanging_lines(held.model, held.pose, held.lengths)
+    np.testing.assert_allclose(found, held.states, rtol=1e-9, atol=1e-9)
+    unknown = hanging_lines(held.model, held.pose, np.where(np.arange(robot.m) == 0, np.nan, held.lengths))
+    assert (unknown[0, 1:] == found[0, 1:]).all()
+    assert np.isfinite(unknown).all()
+
+
+def test_a_slack_line_takes_its_place_in_the_balance() -> None:
+    held = cw.inverse(BODY, POSE, tension_limits=LIMITS).checked()
+    excess = cw.excess_lengths(held)
+    assert (np.abs(excess) < 0.1).all()
+    slack = cw.solve_with_slack(BODY, POSE, {0: 0.05}, tension_limits=LIMITS).checked()
+    np.testing.assert_allclose(cw.excess_lengths(slack)[0], 0.05, atol=1e-12)
+    assert slack.is_valid()
+    again = cw.forward(slack.model, slack.lengths, guess=POSE).checked()
+    np.testing.assert_allclose(again.pose, POSE, atol=1e-9)
+    np.testing.assert_allclose(again.tensions, slack.tensions, rtol=1e-6)
 
 
 def test_a_search_lists_them_uncertified() -> None:

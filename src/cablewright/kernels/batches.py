@@ -4,28 +4,43 @@ They hold no lock of Python's, so that several threads can share a batch. A row 
 its chunk, so that results depend neither on the number of threads nor on what each of them was given.
 """
 
+from math import log
+
 import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.krawczyk import certify, levers
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold
-from cablewright.kernels.layout import CHUNK, NOT_CONVERGED, NOT_FINITE, OK, SINGULAR, STATE, robot_of
+from cablewright.kernels.layout import (
+    CHUNK,
+    FREE,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    OK,
+    SINGULAR,
+    STATE,
+    TAU,
+    WEIGHT,
+    robot_of,
+)
 from cablewright.kernels.newton import copy, copy_rows, largest
-from cablewright.kernels.rotation import between, compose, matrix
 from cablewright.kernels.shared_winches.program import shared_workspace
 from cablewright.kernels.shared_winches.solve import solve_shared
-from cablewright.kernels.statics.counterweight import read_lengths
-from cablewright.kernels.statics.equilibrium import draw_straight, evaluate, workspace
+from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.kernels.statics.forward import solve_cold, solve_near, solve_warm
 from cablewright.kernels.statics.inverse import solve_inverse
 from cablewright.kernels.statics.inverse_work import inverse_workspace
 from cablewright.kernels.statics.lever_starts import start_at
-from cablewright.kernels.statics.line import extremes, lengths_of
+from cablewright.kernels.statics.line.counterweight import read_lengths
+from cablewright.kernels.statics.line.interface import add_line_pull, draw_line, find_line, place_lines, taut_line
+from cablewright.kernels.statics.line.upright import extremes, is_slack, lengths_of
+from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.linearise import linearise, tension_changes
+from cablewright.kernels.statics.platform import between, place_platform, shift_pose
 from cablewright.kernels.statics.underactuated import solve_hanging
-from cablewright.kernels.statics.wrench import place
 
 MAX_DEVIATION = 0.05  # m, rad: between the expected and the solved pose of a row that continues its neighbour's path
+DRAWN = 1e3  # of its own weight: tension at which a line out of the plane is drawn straight
 NO_SOLUTION = (NOT_CONVERGED, SINGULAR, NOT_FINITE)
 COLD, NEAR, WARM, CHAIN = 0, 1, 2, 3  # what a forward solve starts from; see `forward_rows`
 
@@ -66,10 +81,7 @@ def _follow(packed, lengths, pose, states, neighbour, shift, work):
     A rigid body can have several equilibria, and line states of another pose may lead to one far away.
     """
     begin = pose.copy()
-    for k in range(3):
-        pose[k] += shift[k]
-    if packed.freedoms == 6:
-        compose(shift[3], shift[4], shift[5], pose[3:])
+    shift_pose(pose, shift)
     expected, moved = pose.copy(), np.zeros(packed.freedoms)
     copy_rows(neighbour, states)
     result = solve_warm(packed, lengths, pose, states, work)
@@ -146,12 +158,63 @@ def straight_rows(packed, poses, tension, lengths):
     work, y = workspace(robot_of(packed, 0)), np.zeros(STATE)
     for j in range(poses.shape[0]):
         own = robot_of(packed, j)
-        if own.freedoms == 6:
-            matrix(poses[j, 3:], work.rotation)
+        place_platform(poses[j], work.rotation)
         for i in range(own.lines.shape[0]):
             place(own.lines, i, poses[j], work.rotation, work.arms[i], work.planes[i])
-            drawn = draw_straight(own.lines[i], y, poses[j], i, tension, work)
+            drawn = draw_line(own.lines[i], y, poses[j], i, tension, work, work.spatial)
             lengths[j, i] = drawn if drawn >= 0.0 else np.nan
+
+
+@jit(allocates=True)
+def taut_rows(packed, poses, lengths):
+    """Write the lengths (N, m) of straight lines, levers without weight, at *poses* (N, n); NaN inside a sheave."""
+    work, y = workspace(robot_of(packed, 0)), np.zeros(STATE)
+    for j in range(poses.shape[0]):
+        own = robot_of(packed, j)
+        place_lines(own, poses[j], work)
+        for i in range(own.lines.shape[0]):
+            drawn = taut_line(own.lines[i], y, poses[j], i, work, work.spatial)
+            lengths[j, i] = drawn if drawn >= 0.0 else np.nan
+
+
+@jit(allocates=True)
+def shape_rows(packed, poses, lengths, states):
+    """Write states (N, m, 6) of lines of *lengths* (N, m), m, at *poses* (N, n), each without the others.
+
+    A line of unknown length, or one too short, is straight; NaN where a pose is not known, or inside a sheave.
+    """
+    work = workspace(robot_of(packed, 0))
+    for j in range(poses.shape[0]):
+        own, known = robot_of(packed, j), np.isfinite(poses[j]).all()
+        if known:
+            place_lines(own, poses[j], work)
+        for i in range(own.lines.shape[0]):
+            row, y, length, spatial = own.lines[i], states[j, i], lengths[j, i], work.spatial
+            if known and np.isfinite(length) and find_line(row, y, length, poses[j], i, work, spatial) == OK:
+                continue
+            if known and taut_line(row, y, poses[j], i, work, spatial) >= 0.0:
+                y[TAU] = max(y[TAU], log(DRAWN * row[WEIGHT] * y[FREE] + 1e-300))
+            else:
+                y[:] = np.nan
+
+
+@jit(allocates=True)
+def slack_rows(packed, poses, lengths, slack, states, wrenches, codes):
+    """Hang the *slack* lines (k,) of *lengths* (N, m), m, at *poses* (N, n): write their states (N, m, 6).
+
+    Adds the wrench of each on the platform to *wrenches* (N, n); *codes* (N,): of the first line without a shape.
+    """
+    work = workspace(robot_of(packed, 0))
+    for j in range(poses.shape[0]):
+        own = robot_of(packed, j)
+        place_lines(own, poses[j], work)
+        for i in slack:
+            row, y = own.lines[i], states[j, i]
+            code = find_line(row, y, lengths[j, i], poses[j], i, work, work.spatial)
+            if codes[j] == OK:
+                codes[j] = code
+            if code == OK and not is_slack(row, y):
+                add_line_pull(row, y, i, work, work.spatial, wrenches[j])
 
 
 @jit(allocates=True)

@@ -1,29 +1,15 @@
 """Continuation of one equilibrium as lengths change, as a control loop calls it every few milliseconds."""
 
-from math import exp, sin
-
 import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import unfold
-from cablewright.kernels.layout import (
-    DEAD,
-    FOLD,
-    GUIDE,
-    JUMPED,
-    NOT_CONVERGED,
-    OK,
-    PSI,
-    SINGULAR,
-    TAU,
-    UNCERTIFIED,
-    UNKNOWNS,
-    WEIGHT,
-)
+from cablewright.kernels.layout import DEAD, FOLD, JUMPED, NOT_CONVERGED, OK, SINGULAR, UNCERTIFIED
 from cablewright.kernels.newton import copy, copy_rows, largest, min_pivot
-from cablewright.kernels.rotation import between
 from cablewright.kernels.statics.equilibrium import condense, evaluate, judge, judge_pivot, newton_step, refine
+from cablewright.kernels.statics.line.interface import dips_line
+from cablewright.kernels.statics.platform import between
 
 SUBSTEPS = (1, 4, 16, 64)  # numbers of parts that the change of lengths is divided into, tried in turn
 
@@ -92,17 +78,7 @@ def _has_changed_loop(packed, before, after, jump):
     The dead span of a slack line may be taut or hang in a loop: two equilibria whose poses are micrometres apart.
     """
     for i in range(packed.lines.shape[0]):
-        row = packed.lines[i]
-        far = row[UNKNOWNS] > 3.0 and abs(after[i, DEAD] - before[i, DEAD]) > jump
-        if far and _dips(row, before[i]) != _dips(row, after[i]):
+        row, far = packed.lines[i], abs(after[i, DEAD] - before[i, DEAD]) > jump
+        if far and dips_line(row, before[i]) != dips_line(row, after[i]):
             return True
     return False
-
-
-@jit
-def _dips(row, y):
-    """Whether the dead span has a lowest point between its ends."""
-    if row[GUIDE] > 0.0:
-        return False  # it is straight
-    v = exp(y[TAU]) * sin(y[PSI])
-    return v * (v + row[WEIGHT] * y[DEAD]) < 0.0

@@ -58,12 +58,6 @@ def left_jacobian(vector, out):
 
 
 @jit
-def angle_of(pose):
-    """Rotation angle of a pose (n,), rad; 0 for a point load."""
-    return sqrt(pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2) if pose.shape[0] == 6 else 0.0
-
-
-@jit
 def compose(x, y, z, vector):
     """Compose rotation *vector* (3,) in place with the world increment (x, y, z): exp(increment) exp(vector)."""
     aw, ax, ay, az = _quaternion(x, y, z)
@@ -77,17 +71,6 @@ def compose(x, y, z, vector):
         w, x, y, z = -w, -x, -y, -z
     factor = 2.0 * atan2(size, w) / size if size > 1e-9 else 2.0
     vector[0], vector[1], vector[2] = factor * x, factor * y, factor * z
-
-
-@jit
-def between(start, end, shift):
-    """Write to *shift* (n,) the translation and the rotation in world axes that move pose *start* to *end*."""
-    for k in range(3):
-        shift[k] = end[k] - start[k]
-    if start.shape[0] == 6:
-        for k in range(3, 6):
-            shift[k] = -start[k]
-        compose(end[3], end[4], end[5], shift[3:])
 
 
 @jit

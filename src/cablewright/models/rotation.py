@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
-from cablewright.kernels.rotation import between, compose, matrix
+from cablewright.kernels.rotation import compose, matrix
+from cablewright.kernels.statics.platform import between
 
 
 def matrices(vectors: ArrayLike) -> Array:

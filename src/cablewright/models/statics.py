@@ -15,7 +15,7 @@ from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.inverse import TENSION_TOLERANCE
-from cablewright.kernels.statics.line import SLACK_TENSION
+from cablewright.kernels.statics.line.upright import SLACK_TENSION
 from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.pack import pack, pack_rows

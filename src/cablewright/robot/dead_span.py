@@ -22,7 +22,7 @@ Guide = Vec3 | GuideSheave
 """A point that the cable passes, or a wheel that it lies on."""
 
 MOST_WOUND: Final = 1.5 * math.pi
-"""Largest angle of contact, rad: a larger one is one below zero, as in `kernels.statics.guides`."""
+"""Largest angle of contact, rad: a larger one is one below zero, as in `kernels.statics.line.guides`."""
 
 _ROUNDING: Final = 1e-9  # m, and rad
 _OUTSIDE: Final = 1.0 + 1e-12  # distance of a point from a wheel's axis, per radius, from which it has a tangent

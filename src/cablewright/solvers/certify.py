@@ -12,7 +12,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.certificates import krawczyk as kernel
-from cablewright.kernels.statics.wrench import NO_PLANE
+from cablewright.kernels.statics.line.vertical_plane import NO_PLANE
 from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
 from cablewright.results import Figure, Result

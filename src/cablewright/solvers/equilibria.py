@@ -15,7 +15,7 @@ from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
-from cablewright.kernels.statics.catenary import span
+from cablewright.kernels.statics.line.catenary import span
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import angle_between

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
-from cablewright.kernels.certificates import line_cell
 from cablewright.kernels.certificates.exclusion import Atlases
 from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
+from cablewright.kernels.statics.line import line_cell
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.progress import Progress, silent

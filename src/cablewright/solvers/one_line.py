@@ -1,6 +1,6 @@
 """One line at a pose, without the others: as a straight tangent, or hanging with excess length.
 
-Planes are those of `kernels.wrench.place`: ex, ey (world, towards the platform), x and z of the platform point from the
+Planes are those of `vertical_plane.place`: ex, ey (world, towards the platform), x and z of the platform point from the
 exit point, m.
 """
 
@@ -15,11 +15,10 @@ from numpy.typing import ArrayLike
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
-from cablewright.kernels.layout import Code
-from cablewright.kernels.statics.equilibrium import is_slack
-from cablewright.kernels.statics.line import SLACK_TENSION, guess, lever_stable, settle, start_force
-from cablewright.kernels.statics.sheave import straight, whole_length
-from cablewright.kernels.statics.wrench import has_plane
+from cablewright.kernels import batches
+from cablewright.kernels.layout import Code, Packed
+from cablewright.kernels.statics.line.upright import start_force
+from cablewright.kernels.statics.line.upright_lines import find_upright
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
@@ -28,9 +27,7 @@ from cablewright.solvers.arguments import as_poses
 LineKey = str | int
 """A line by its name, or by its index in the robot's lines, from 0."""
 
-TAUT = 1e9  # N; tension at which a lever's weight is negligible
 FLOOR_ROUNDING = 1e-9  # m; a cable that is that far below the floor counts as on it
-LEVER_PULLS = (1.0, 10.0, 100.0, 1000.0)  # tensions, times the weight of the straight line, at which levers are placed
 FIRST_STEP, STEP = 1e-3, 1.2  # m, factor: steps of the search for the largest excess
 RESOLUTION = 1e-9  # m per m of excess, of the ends of a range
 
@@ -51,21 +48,21 @@ def line_index(model: Model, line: LineKey) -> int:
     return index
 
 
-def planes_and_arms(lines: Array, poses: Array) -> tuple[Array, Array]:
-    """Return planes (N, m, 4), see `kernels.wrench.place`, and arms (N, m, 3) from the platform's origin, world, m."""
-    points = placed(poses, LineNumbers(lines).platform_point)
-    away = points - LineNumbers(lines).exit_point
+def planes_of(lines: Array, poses: Array) -> Array:
+    """Return the planes (N, m, 4) of lines, see `vertical_plane.place`."""
+    away = placed(poses, LineNumbers(lines).platform_point) - LineNumbers(lines).exit_point
     x = np.hypot(away[..., 0], away[..., 1])
     along = np.where(x[..., None] > 0.0, away[..., :2] / np.where(x > 0.0, x, 1.0)[..., None], [1.0, 0.0])
-    return np.concatenate([along, x[..., None], away[..., 2:]], axis=-1), points - poses[..., None, :3]
+    return np.concatenate([along, x[..., None], away[..., 2:]], axis=-1)
 
 
-def taut_lengths(lines: Array, planes: Array) -> Array:
-    """Return the length (m,), m, of each straight line in its plane (m, 4), unstretched; NaN inside a sheave."""
-    lengths, y = np.full(len(lines), np.nan), blank_states()
-    for i, (row, plane) in enumerate(zip(lines, planes, strict=True)):
-        if np.isfinite(plane).all() and straight(row, plane[2], plane[3], TAUT, y):
-            lengths[i] = whole_length(row, y)
+def taut_lengths(packed: Packed, poses: Array) -> Array:
+    """Return the length (N, m), m, of each straight line at *poses* (N, n), unstretched; NaN inside a sheave.
+
+    *packed* has one row or N.
+    """
+    lengths = np.empty((len(poses), packed.lines.shape[1]))
+    batches.taut_rows(packed, np.ascontiguousarray(poses), lengths)
     return lengths
 
 
@@ -75,53 +72,19 @@ def one_pose(model: Model, pose: ArrayLike) -> tuple[Array, Array]:
     at, single = as_poses(model, pose, "pose")
     if not single:
         raise InputError(f"pose: one pose is expected; got {len(at)} rows")
-    return at, planes_and_arms(model.packed.lines, at)[0][0]
+    return at, planes_of(model.packed.lines, at)[0]
 
 
 def hang(row: Array, plane: Array, length: float, y: Array) -> int:
-    """Set the line state *y* to a line of unstrained *length* (m) in its plane (4,). Returns a kernel code."""
-    x, z, own = plane[2], plane[3], LineNumbers(row)
-    if not has_plane(row, plane):
-        return Code.UNDER_EXIT
-    if math.isnan(length) or (own.has_lever and math.hypot(x, z) < own.lever + own.radius):
-        return Code.INSIDE_SHEAVE
-    if own.weight == 0.0 and straight(row, x, z, SLACK_TENSION, y) and whole_length(row, y) <= length:
-        return Code.OK
-    block, rhs, settled = np.zeros((y.size, y.size)), np.zeros((y.size, 3)), np.full(y.size, np.nan)
-    for pull in LEVER_PULLS:
-        if not guess(row, x, z, length, pull * max(float(own.weight), 1.0) * math.hypot(x, z), y):
-            return Code.INSIDE_SHEAVE
-        if settle(row, x, z, length, y, block, rhs) and not _runs_back(own, LineStates(y)):
-            settled[:] = y
-            if lever_stable(row, y):
-                break
-    y[:] = settled
-    return Code.NOT_CONVERGED if np.isnan(y).any() else Code.OK
-
-
-def _runs_back(own: LineNumbers, state: LineStates) -> bool:
-    """Whether the tension at the sheave does not carry the dead span, which then hangs below the winch."""
-    if own.unknowns in (3.0, 5.0):  # without a dead span, or with one that may sag
-        return False
-    pull = math.exp(state.log_tension) * math.sin(state.dead_angle)
-    return bool(pull < 0.0 < pull + own.weight * state.dead_length)
-
-
-def end_wrench(row: Array, plane: Array, arm: Array, y: Array) -> Array:
-    """Return force, N, and moment about the platform's origin, N m, of one line on the platform, world: (6,)."""
-    h = v = 0.0
-    if not is_slack(row, y):
-        h, v = start_force(y)
-        v += LineNumbers(row).weight * LineStates(y).free_length  # at the platform end
-    force = LineNumbers(row).pulls * np.array([-h * plane[0], -h * plane[1], -v])
-    return np.concatenate([force, np.cross(arm, force)])
+    """Set the state *y* of an upright line to unstrained *length* (m) in its plane (4,). Returns a kernel code."""
+    return int(find_upright(row, y, plane, length, np.zeros((y.size, y.size)), np.zeros((y.size, 4))))
 
 
 def max_excess(model: Model, pose: Array, i: int) -> tuple[float, str]:
     """Return the largest excess of line *i* at *pose* (1, n), m, and what limits it: a word of `slack.SlackSet`."""
-    row, planes = model.packed.lines[i], planes_and_arms(model.packed.lines, pose)[0][0]
+    row, planes = model.packed.lines[i], planes_of(model.packed.lines, pose)[0]
     own = LineNumbers(row)
-    taut = float(taut_lengths(model.packed.lines, planes)[i])
+    taut = float(taut_lengths(model.rows(), pose)[0, i])
     line, limit, ended_by = model.robot.lines[i], math.inf, "nothing"
     if line.winch.capacity is not None:
         limit, ended_by = line.winch.capacity / line.cables - taut, "capacity"

@@ -8,8 +8,8 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.layout import EXIT, LENGTH
-from cablewright.kernels.statics.spatial_parameters import mount_rows
-from cablewright.kernels.statics.wrench import AXIS_DISTANCE
+from cablewright.kernels.statics.line.spatial_parameters import mount_rows
+from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.parameters import OF_LINES, OF_PLATFORM, lines_of
 from cablewright.models.rotation import matrices

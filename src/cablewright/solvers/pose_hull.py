@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels.certificates import pose_hull as kernel
-from cablewright.kernels.statics.equilibrium import is_slack
+from cablewright.kernels.statics.line.upright import is_slack
 from cablewright.models.statics import Equilibrium
 from cablewright.progress import Progress
 from cablewright.solvers.certify import is_only_one

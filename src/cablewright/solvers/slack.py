@@ -24,12 +24,13 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
-from cablewright.kernels.statics.equilibrium import judge
+from cablewright.kernels.statics.equilibrium import evaluate, judge
 from cablewright.kernels.statics.inverse import stays
 from cablewright.kernels.statics.inverse_work import inverse_workspace
-from cablewright.kernels.statics.line import extremes
-from cablewright.kernels.statics.sheave import straight, whole_length
-from cablewright.kernels.statics.wrench import has_plane
+from cablewright.kernels.statics.line.sheave import straight, whole_length
+from cablewright.kernels.statics.line.upright import extremes
+from cablewright.kernels.statics.line.upright_lines import TAUT
+from cablewright.kernels.statics.line.vertical_plane import has_plane
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Equilibrium, Model
@@ -39,15 +40,12 @@ from cablewright.solvers.arguments import as_lengths, as_poses, as_rows
 from cablewright.solvers.batches import run
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.one_line import (
-    TAUT,
     LineKey,
-    end_wrench,
     hang,
     last_fine,
     line_index,
     max_excess,
     one_pose,
-    planes_and_arms,
     taut_lengths,
 )
 
@@ -65,12 +63,8 @@ def excess_lengths(equilibrium: Equilibrium) -> Array:
 
     NaN where there is no answer or no tangent, as the platform point is inside the sheave.
     """
-    equilibrium.model.robot.require_lines_in_plane("excess lengths")
     rows = equilibrium[None] if equilibrium.single else equilibrium
-    planes, _ = planes_and_arms(rows.packed.lines, rows.pose)
-    lines = np.broadcast_to(rows.packed.lines, (len(planes), *rows.packed.lines.shape[1:]))
-    taut = np.array([taut_lengths(np.array(row), plane) for row, plane in zip(lines, planes, strict=True)])
-    excess = rows.lengths - taut.reshape(rows.lengths.shape)
+    excess = rows.lengths - taut_lengths(rows.packed, rows.pose)
     return np.asarray(excess[0] if equilibrium.single else excess)
 
 
@@ -104,7 +98,7 @@ def solve_with_slack(
 
 def _checked(model: Model, excess: Excess) -> dict[int, float]:
     """The excess by index of the line. Raises `InputError`."""
-    model.robot.require_lines_in_plane("slack lines")
+    model.robot.require_winches("slack lines")
     model.robot.require_own_winches("slack lines")
     by: dict[int, float] = {}
     for line, value in excess.items():
@@ -133,24 +127,16 @@ def _check_taut(model: Model, slack: int) -> None:
 def _solve(model: Model, pose: Array, slack: list[int], by: Array) -> Equilibrium:
     """A batch at *pose* (N, n), with the lines *slack* at their excess *by* (N, k), m."""
     rows, loose = len(pose), _loosened(model, slack)
-    lines = loose.packed.lines
-    planes, arms = planes_and_arms(lines, pose)
     states, lengths = blank_states(rows, model.m), np.zeros((rows, model.m))
-    wrenches = np.zeros((rows, 6))
-    hung = np.zeros(rows, dtype=np.int64)
-    for j in range(rows):
-        lengths[j, slack] = taut_lengths(lines[slack], planes[j, slack]) + by[j]
-        for i in slack:
-            code = hang(lines[i], planes[j, i], lengths[j, i], states[j, i])
-            hung[j] = hung[j] or code
-            if code == Code.OK:
-                wrenches[j] += end_wrench(lines[i], planes[j, i], arms[j, i], states[j, i])
+    wrenches, hung = np.zeros((rows, model.n)), np.zeros(rows, dtype=np.int64)
+    lengths[:, slack] = taut_lengths(loose.rows(), pose)[:, slack] + by
+    batches.slack_rows(loose.rows(), pose, lengths, np.array(slack, dtype=np.int64), states, wrenches, hung)
     codes, violations = _hold(loose, pose, slack, wrenches, states, lengths)
     codes = np.where(hung == 0, codes, hung)
     states[(hung != 0) | np.isnan(states).any(axis=(1, 2))] = np.nan
     lengths[np.isnan(states).any(axis=(1, 2))] = np.nan
     violations[hung != 0] = 0.0
-    _judge(loose, pose, planes, states, slack, codes, violations)
+    _judge(loose, pose, states, lengths, slack, codes, violations)
     return Equilibrium(loose, loose.rows(), pose, lengths, states, codes, violations, np.zeros(rows, dtype=np.int64))
 
 
@@ -166,7 +152,7 @@ def _loosened(model: Model, slack: list[int]) -> Model:
 def _hold(
     model: Model, pose: Array, slack: list[int], wrenches: Array, states: Array, lengths: Array
 ) -> tuple[NDArray[np.int64], Array]:
-    """Solve the taut lines under the *wrenches* (N, 6) of the slack ones: codes and violations (N,).
+    """Solve the taut lines under the *wrenches* (N, n) of the slack ones: codes and violations (N,).
 
     Writes the taut lines' part of *states* and *lengths*.
     """
@@ -174,7 +160,7 @@ def _hold(
     taut = [i for i in range(model.m) if i not in slack]
     lines = np.repeat(packed.lines[None, taut], rows, axis=0)
     platform = PlatformNumbers(np.repeat(packed.platform[None], rows, axis=0))
-    platform.wrench[:, : model.n] += wrenches[:, : model.n]
+    platform.wrench[:, : model.n] += wrenches
     found, paid = blank_states(rows, len(taut)), np.zeros((rows, len(taut)))
     codes, violations = np.zeros(rows, dtype=np.int64), np.zeros(rows)
     arrays = (packed._replace(lines=lines, platform=platform.array), pose, found, paid, codes, violations)
@@ -186,8 +172,8 @@ def _hold(
 def _judge(
     model: Model,
     pose: Array,
-    planes: Array,
     states: Array,
+    lengths: Array,
     slack: list[int],
     codes: NDArray[np.int64],
     violations: Array,
@@ -198,7 +184,8 @@ def _judge(
     for j in np.flatnonzero(np.isin(codes, (Code.OK, Code.UNSTABLE, Code.SINGULAR))):
         if np.isnan(states[j]).any():
             continue
-        codes[j] = judge(packed, states[j], planes[j], work.base.spatial)
+        evaluate(packed, lengths[j], pose[j], states[j], work.base)
+        codes[j] = judge(packed, states[j], work.base.planes, work.base.spatial)
         if codes[j] != Code.OK:
             continue
         over = [extremes(packed.lines[i], states[j, i])[1] - max_tensions[i] for i in slack]

@@ -8,10 +8,10 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.statics import taut
+from cablewright.kernels.statics.line.upright_lines import TAUT
 from cablewright.models.packed_views import LineNumbers, blank_states
 from cablewright.models.rotation import matrix_of
 from cablewright.models.statics import Model
-from cablewright.solvers.one_line import TAUT
 
 
 class Taut(NamedTuple):
@@ -21,7 +21,7 @@ class Taut(NamedTuple):
     free: Array  # (m,) m from the sheave to B
     lengths: Array  # (m,) m from the winch to B
     toward: Array  # (m, 3) unit vectors: gradients of the lengths with respect to B, the line's platform point
-    planes: Array  # (m, 4) of the lines, see `kernels.wrench.place`
+    planes: Array  # (m, 4) of the lines, see `vertical_plane.place`
     per_motion: Array  # (m, n) gradients by the motion of the platform: its translation, and its rotation in space
 
 

@@ -171,7 +171,7 @@ def _azimuth(held: Equilibrium, exits: Array) -> Array:
 
 
 def _loads(design: str, held: Equilibrium) -> Loads:
-    """Contact points and forces in each line's vertical plane, by the conventions of `kernels/statics/sheave.py`."""
+    """Contact points and forces in each line's vertical plane, as in `kernels/statics/line/sheave.py`."""
     robot = held.model.robot
     exits = np.array([line.exit_point for line in robot.lines])
     levers, radii, weights, arms = (

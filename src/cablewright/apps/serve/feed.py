@@ -132,14 +132,11 @@ class Feed:
         return self.shapes.curves(self.state)
 
 
-def _drawn(head: LogHead, file: Path | None) -> tuple[bytes, Shapes | None]:
+def _drawn(head: LogHead, file: Path | None) -> tuple[bytes, Shapes]:
     """The scene as JSON: that in the *file* of a job's check, or of the robot alone; and its lines, once drawn."""
     scene = live_scene(head) if file is None or not file.is_file() else from_json(file.read_bytes())
     text = to_json(scene)
-    try:
-        shapes = Shapes(head, scene)
-    except CablewrightError:  # lines out of their vertical planes are not drawn by their lengths
-        return text, None
+    shapes = Shapes(head, scene)
     rest = {"platform": {"position": head.robot.scene.frame_min, "rotation": (0.0, 0.0, 0.0)}}
     shapes.curves(rest | {"lines": {"lengths": [1.0] * head.robot.m}})  # compiled here
     return text, shapes

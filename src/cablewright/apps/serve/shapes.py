@@ -83,8 +83,7 @@ class Shapes:
     """The lines of one machine, as points on the grid of its scene."""
 
     def __init__(self, head: LogHead, scene: dict[str, Any]) -> None:
-        """On the grid of a *scene*. Raises `InputError` for a robot with lines out of their vertical planes."""
-        head.robot.require_lines_in_plane("a line by its length alone")
+        """Draw on the grid of a *scene*."""
         self.robot, self.model = head.robot, Model(head.robot)
         frame = np.subtract(head.robot.scene.frame_max, head.robot.scene.frame_min)
         self._tolerance = float(frame.max()) / _FINE

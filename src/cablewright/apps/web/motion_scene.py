@@ -125,7 +125,7 @@ def _states(head: LogHead, moments: MotionSteps, time: Array, has_truth: bool) -
     poses, model, width = (moments.true if has_truth else moments.told), Model(head.robot), head.robot.n
     known = np.isfinite(poses).all(axis=1)
     poses, flat = poses[known], poses[known][:, :width]
-    if has_truth and all(line.in_plane for line in head.robot.lines):
+    if has_truth:
         states = hanging_lines(model, flat, moments.lengths[known])
     else:
         states = solve_inverse(model, flat).states

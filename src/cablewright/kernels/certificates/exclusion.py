@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import add, cos, div, exp, intersect, mul, point, sin, sub
-from cablewright.kernels.certificates.line_cell import (
+from cablewright.kernels.newton import copy
+from cablewright.kernels.statics.line.line_cell import (
     BEND,
     BY_PHI,
     BY_TAU,
@@ -32,7 +33,6 @@ from cablewright.kernels.certificates.line_cell import (
     X,
     Z,
 )
-from cablewright.kernels.newton import copy
 
 EXCLUDED, SETTLED, OPEN = 0, 1, 2
 AXIS, SHAPES, SOFT, UNSEEN = 1, 2, 4, 8  # bits of the reason why a box is open

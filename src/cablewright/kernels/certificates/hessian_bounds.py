@@ -24,7 +24,6 @@ from cablewright.kernels.certificates.interval import (
     sqr,
     sub,
 )
-from cablewright.kernels.certificates.line_enclosure import ONE, ZERO
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
     BETA,
@@ -41,6 +40,7 @@ from cablewright.kernels.layout import (
     UNKNOWNS,
     WEIGHT,
 )
+from cablewright.kernels.statics.line.enclosure import ONE, ZERO
 
 PI_UP = 3.1415926535897936
 ALONG, ACROSS, LENGTH, DEAD_ALONG, DEAD_ACROSS, MOMENT, PULL, SHEAR, SIDEWAYS, TURNED = range(10)

@@ -14,7 +14,7 @@ from cablewright.kernels.certificates.interval import GAMMA, ROUNDING
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, residual_of_all
 from cablewright.kernels.layout import BETA, END_SPRING, GUIDE, MOUNT, UNKNOWNS
 from cablewright.kernels.newton import solve
-from cablewright.kernels.statics.equilibrium import is_slack
+from cablewright.kernels.statics.line.upright import is_slack
 
 UNDERFLOW = 1e-290  # bound of the underflow in sums of products with Y
 LARGEST = 1e12  # largest entry of Y for which UNDERFLOW is valid

@@ -7,7 +7,9 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import cos, exp, sin
-from cablewright.kernels.certificates.line_branches import (
+from cablewright.kernels.layout import UNKNOWNS
+from cablewright.kernels.newton import copy
+from cablewright.kernels.statics.line.line_branches import (
     DROPPED,
     INNER,
     PROVED,
@@ -17,7 +19,7 @@ from cablewright.kernels.certificates.line_branches import (
     shape_work,
     tighten,
 )
-from cablewright.kernels.certificates.line_cell import (
+from cablewright.kernels.statics.line.line_cell import (
     CENTRE,
     GOOD,
     LABEL,
@@ -31,8 +33,6 @@ from cablewright.kernels.certificates.line_cell import (
     force,
     sheet,
 )
-from cablewright.kernels.layout import UNKNOWNS
-from cablewright.kernels.newton import copy
 
 MAX_BOXES = 128  # boxes of the inner unknowns of one cell that are kept apart
 CUTS = 4000  # max bisections of boxes in one cell

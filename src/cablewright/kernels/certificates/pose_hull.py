@@ -13,14 +13,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.bisection import worst_cut
-from cablewright.kernels.certificates.branch_tube import (
-    PROVED,
-    TubeWork,
-    prove_tube,
-    reach_towards,
-    slopes,
-    tube_work,
-)
+from cablewright.kernels.certificates.branch_tube import PROVED, TubeWork, prove_tube, reach_towards, slopes, tube_work
 from cablewright.kernels.certificates.interval import (
     GAMMA,
     ROUNDING,

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sin, sqr, sub
-from cablewright.kernels.certificates.line_enclosure import ONE, ZERO, enclose_jacobian, enclose_residual
 from cablewright.kernels.layout import (
     EXIT_X,
     FREE,
@@ -25,6 +24,7 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WRENCH,
 )
+from cablewright.kernels.statics.line.enclosure import ONE, ZERO, enclose_jacobian, enclose_residual
 
 
 class CertificateWork(NamedTuple):

@@ -15,12 +15,13 @@ from cablewright.kernels.collision.distance import (
     segment_segment,
     vector,
 )
-from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline, span_plane
+from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline
 from cablewright.kernels.layout import STATE
 from cablewright.kernels.newton import copy_rows
-from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics.guides import GUIDE_SIZE
-from cablewright.kernels.statics.wrench import place
+from cablewright.kernels.statics.line.guides import GUIDE_SIZE
+from cablewright.kernels.statics.line.interface import shape_line
+from cablewright.kernels.statics.line.vertical_plane import place
+from cablewright.kernels.statics.platform import place_platform
 
 LINE, BODY, FRAME, PART = 0, 1, 2, 3  # kinds of obstacles, in the order of the results
 KINDS = 4
@@ -139,17 +140,15 @@ def drawn_lines(packed, poses, states, around, points, counts):
 @jit
 def _drawn(lines, pose, states, around, work):
     """Draw all lines as polylines; False where a number is not finite."""
-    if pose.shape[0] == 6:
-        matrix(pose[3:], work.rotation)
+    place_platform(pose, work.rotation)
     for i in range(lines.shape[0]):
         for k in range(STATE):
             if not np.isfinite(states[i, k]):
                 return False
         place(lines, i, pose, work.rotation, work.arm, work.plane)
-        span_plane(lines[i], states[i], work.guide, work.origin, work.plane)
-        work.counts[i], work.bounds[i] = polyline(
-            lines[i], states[i], work.origin, work.plane, around.ends, around.tolerance, work.points[i], work.cuts[i]
-        )
+        begin = shape_line(lines[i], states[i], work.guide, work.origin, work.plane)
+        drawing = work.origin, work.plane, around.ends, around.tolerance, work.points[i], work.cuts[i]
+        work.counts[i], work.bounds[i] = polyline(lines[i], states[i], begin, *drawing)
     return True
 
 
@@ -207,9 +206,8 @@ def _from_bodies(i, pose, around, work, margins, pairs, places):
     for k in range(work.cuts[i, 1]):
         px, py, pz = points[k, 0] - pose[0], points[k, 1] - pose[1], points[k, 2] - pose[2]
         ux, uy, uz = vector(points, k, points, k + 1)
-        if pose.shape[0] == 6:
-            px, py, pz = _turned_back(R, px, py, pz)
-            ux, uy, uz = _turned_back(R, ux, uy, uz)
+        px, py, pz = _turned_back(R, px, py, pz)
+        ux, uy, uz = _turned_back(R, ux, uy, uz)
         for box in range(around.bodies.shape[0]):
             own = around.bodies[box]
             x, y, z = px - own[0], py - own[1], pz - own[2]

@@ -8,23 +8,8 @@ and its horizontal component h is w |h| / (T^2 (1 + c T)), largest where T is sm
 from math import ceil, cos, exp, sin, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import (
-    AZIMUTH,
-    BETA,
-    EXIT_X,
-    FREE,
-    FREE_COMPLIANCE,
-    GUIDE,
-    LEVER,
-    PHI,
-    RADIUS,
-    SIDE,
-    TAU,
-    WEIGHT,
-)
-from cablewright.kernels.statics.catenary import TINY, span
-from cablewright.kernels.statics.guides import CONTACT_POINT, give_way, leave_frame
-from cablewright.kernels.statics.line import given_way
+from cablewright.kernels.layout import FREE, FREE_COMPLIANCE, PHI, TAU, WEIGHT
+from cablewright.kernels.statics.line.catenary import TINY, span
 
 MAX_POINTS = 128  # of a line
 EVEN_PIECES = 8  # up to this number, the rest of a section is divided evenly
@@ -33,20 +18,16 @@ TRIES = 40
 
 
 @jit
-def polyline(row, y, origin, plane, ends, tolerance, points, cuts):
+def polyline(row, y, begin, origin, plane, ends, tolerance, points, cuts):
     """Write the free span of a solved line to *points* (MAX_POINTS, 3), world, from its sheave to the platform.
 
     Two of the points lie *ends* (m) along the cable from either end, or both in its middle; *cuts* (2,) receives their
-    indices. *plane* and *origin* (3,), m, world, are those of `span_plane`. Returns the number of points and a bound of
-    the distance between curve and polyline, m: at most *tolerance* unless that requires too many points.
+    indices. *begin*, *origin* (3,), m, world, and *plane* are those of `shape_line`. Returns the number of points and a
+    bound of the distance between curve and polyline, m: at most *tolerance* unless that requires too many points.
     """
     t = exp(y[TAU])
     h, v = t * cos(y[PHI]), t * sin(y[PHI])
-    turn, x0, z0 = row[SIDE] * row[RADIUS], 0.0, 0.0
-    if row[GUIDE] == 0.0:
-        x0, z0 = given_way(row, y)
-        x0 += row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])
-        z0 += row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
+    x0, z0 = begin
     if row[WEIGHT] == 0.0:
         return _straight(origin, x0, z0, plane, ends, points, cuts), 0.0
     count, bound = 0, 0.0
@@ -56,29 +37,6 @@ def polyline(row, y, origin, plane, ends, tolerance, points, cuts):
             break
         tolerance *= LOOSER
     return count, bound
-
-
-@jit
-def span_plane(row, y, guide, origin, plane):
-    """Write the point (3,), world, from which `polyline` draws a solved line in *plane*, as set by `wrench.place`.
-
-    That is the exit point, or for a line out of the plane, where it leaves the frame; its span's own plane is then
-    written to *plane*. *guide* (GUIDE_SIZE,) is scratch.
-    """
-    for k in range(3):
-        origin[k] = row[EXIT_X + k]
-    if row[GUIDE] == 0.0:
-        return
-    t, c = exp(y[TAU]), cos(y[PHI])
-    away = (plane[0] * plane[2], plane[1] * plane[2], plane[3])
-    plane[0], plane[1] = cos(y[AZIMUTH]), sin(y[AZIMUTH])
-    fx, fy, fz = t * c * plane[0], t * c * plane[1], t * sin(y[PHI])
-    leave_frame(row, fx, fy, fz, away, guide, 0)
-    give_way(row, fx, fy, fz, 0.0, guide, 0)
-    for k in range(3):
-        origin[k] += guide[CONTACT_POINT + k]
-    straight = y[FREE] * (1.0 + t * row[FREE_COMPLIANCE])
-    plane[2], plane[3] = straight * c, straight * sin(y[PHI])  # its end, as long as it is straight
 
 
 @jit

@@ -35,7 +35,8 @@ from cablewright.kernels.fitting.straight_line import (
     turning,
 )
 from cablewright.kernels.newton import along_columns
-from cablewright.kernels.rotation import compose, matrix, rotate
+from cablewright.kernels.rotation import compose, rotate
+from cablewright.kernels.statics.platform import place_platform
 
 # Kinds of rows, and the meaning of their `line`, `other` (indices of lines or axes) and `extra` (six numbers):
 ENCODER = 0  # line
@@ -386,13 +387,6 @@ def _between(rows, i, other, value, work):
     return size - value, count
 
 
-@jit
-def begin_pose(pose, work):
-    """Prepare *work* for the rows of a pose (n,)."""
-    if pose.shape[0] == 6:
-        matrix(pose[3:], work.rotation)
-
-
 @jit(allocates=True)
 def derivatives(rows, free, theta, poses, values, weights, residuals, slopes, gradients):
     """Write weighted residuals (R,) and derivatives by pose (R, p) and unknowns (R, k) at *theta*, *poses* (N, n).
@@ -407,7 +401,7 @@ def derivatives(rows, free, theta, poses, values, weights, residuals, slopes, gr
     for j in range(poses.shape[0] + 1):
         alone = j == poses.shape[0]
         pose = poses[0 if alone else j]
-        begin_pose(pose, work)
+        place_platform(pose, work.rotation)
         for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
             if weights[i] == 0.0:  # it does not count, even where it has no value
                 residuals[i] = 0.0
@@ -428,7 +422,7 @@ def lengths_at(rows, theta, poses, lengths):
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     for j in range(poses.shape[0]):
-        begin_pose(poses[j], work)
+        place_platform(poses[j], work.rotation)
         for i in range(lengths.shape[1]):
             ax, ay, az = _arm(work, i)
             over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)
@@ -441,7 +435,7 @@ def given_at(rows, theta, poses, given):
     work = reading(rows.lines.shape[0])
     place_unknowns(rows, theta, work.lines)
     for j in range(poses.shape[0]):
-        begin_pose(poses[j], work)
+        place_platform(poses[j], work.rotation)
         for i in range(given.shape[1]):
             ax, ay, az = _arm(work, i)
             over_sheave(work.lines[i], poses[j, 0] + ax, poses[j, 1] + ay, poses[j, 2] + az, work.free)

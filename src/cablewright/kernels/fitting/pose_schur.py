@@ -13,16 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.fitting.calibration_residuals import (
-    Reading,
-    begin_pose,
-    place_unknowns,
-    read_row,
-    reading,
-)
+from cablewright.kernels.fitting.calibration_residuals import Reading, place_unknowns, read_row, reading
 from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK
 from cablewright.kernels.newton import along_columns, cholesky, copy
 from cablewright.kernels.rotation import compose
+from cablewright.kernels.statics.platform import place_platform, shift_pose
 
 MIN_DAMPING, MAX_DAMPING = 1e-12, 1e12
 FLOOR = 1e-30  # added to damped diagonal entries, so that a row of zeros has a pivot
@@ -85,7 +80,7 @@ def cost(rows, theta, poses, values, weights, work):
     for j in range(poses.shape[0] + 1):
         alone = j == poses.shape[0]
         pose = poses[0 if alone else j]
-        begin_pose(pose, work.row)
+        place_platform(pose, work.row.rotation)
         for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
             if weights[i] > 0.0:
                 off, _ = read_row(rows, i, j, values[i], pose, work.row)
@@ -108,7 +103,7 @@ def normal_equations(rows, free, theta, poses, values, weights, work):
     for j in range(poses.shape[0] + 1):
         alone = j == poses.shape[0]
         pose = poses[0 if alone else j]
-        begin_pose(pose, work.row)
+        place_platform(pose, work.row.rotation)
         for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
             if weights[i] > 0.0:
                 off, count = read_row(rows, i, j, values[i], pose, work.row)
@@ -228,10 +223,7 @@ def _move(free, pose, e, moved):
     n, p = free.shape
     copy(pose, moved)
     if p == n:
-        for c in range(3):
-            moved[c] += e[c]
-        if n == 6:
-            compose(e[3], e[4], e[5], moved[3:])
+        shift_pose(moved, e)
         return
     for c in range(3):
         moved[c] += free[c, 0] * e[0] + free[c, 1] * e[1]

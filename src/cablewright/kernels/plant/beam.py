@@ -7,8 +7,7 @@ from cablewright.kernels.layout import FREE, PLATFORM_WEIGHT, POINT_X, WEIGHT
 from cablewright.kernels.plant.dynamics import MASS, MOMENTUM, PART, THRUST
 from cablewright.kernels.plant.winding import DRUM_END, LIMITED, STALLED
 from cablewright.kernels.rotation import rotate
-from cablewright.kernels.statics.equilibrium import is_slack
-from cablewright.kernels.statics.line import start_force
+from cablewright.kernels.statics.line.upright import is_slack, start_force
 
 # Entries of a beam; an empty array: the platform has one length.
 LENGTH, SPEED = 0, 1  # m, m/s

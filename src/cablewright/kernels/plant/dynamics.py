@@ -14,28 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import (
-    FREE,
-    MASS_X,
-    NOT_CONVERGED,
-    NOT_FINITE,
-    OK,
-    PLATFORM_WEIGHT,
-    SINGULAR,
-    WEIGHT,
-)
+from cablewright.kernels.layout import FREE, MASS_X, NOT_CONVERGED, NOT_FINITE, OK, PLATFORM_WEIGHT, SINGULAR, WEIGHT
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import compose, matrix, rotate
-from cablewright.kernels.statics.equilibrium import (
-    add_eliminated,
-    eliminate,
-    evaluate,
-    is_slack,
-    step_line,
-    workspace_of,
-)
-from cablewright.kernels.statics.line import force_change
-from cablewright.kernels.statics.wrench import add_force
+from cablewright.kernels.statics.equilibrium import evaluate, workspace_of
+from cablewright.kernels.statics.line.interface import advance_line
+from cablewright.kernels.statics.line.upright import force_change, is_slack
+from cablewright.kernels.statics.line.upright_lines import add_eliminated, eliminate
+from cablewright.kernels.statics.platform import add_force
 
 STEPS = 30
 MOVE_TOLERANCE = 1e-9  # m and rad: size of the last Newton step of the midpoint
@@ -308,5 +294,5 @@ def _apply(packed, dt, states, work, swing):
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
         if not is_slack(row, y):
-            step_line(row, y, work.steps[i], work.arms[i], work.planes[i], swing.move)
+            advance_line(row, y, i, swing.move, work, work.spatial)
     return 0.5 * dt * sqrt(size)

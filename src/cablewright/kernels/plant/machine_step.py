@@ -12,10 +12,10 @@ from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_poi
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import turn_winches
 from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics.equilibrium import is_slack
-from cablewright.kernels.statics.line import guess, start_force
-from cablewright.kernels.statics.sheave import straight, whole_length
-from cablewright.kernels.statics.wrench import load_scale, place
+from cablewright.kernels.statics.line.sheave import straight, whole_length
+from cablewright.kernels.statics.line.upright import guess, is_slack, start_force
+from cablewright.kernels.statics.line.vertical_plane import place
+from cablewright.kernels.statics.platform import load_scale
 
 # Columns of a line's readings: tension at the sheave, N; tangent's angle, true and by an accelerometer, rad; length of
 # the straight line, m.

@@ -12,14 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import DEAD, FREE, GUIDE, PHI, PREFERRED, PSI, TAU
-from cablewright.kernels.rotation import left_jacobian
+from cablewright.kernels.layout import PREFERRED
 from cablewright.kernels.shared_winches.lengths import LengthWork, length_workspace
 from cablewright.kernels.statics.inverse import curve
-from cablewright.kernels.statics.line import extremes_and_change
-from cablewright.kernels.statics.plane import keep_free
-from cablewright.kernels.statics.pull_limits import extremes_out_of_plane, pull_limits
-from cablewright.kernels.statics.spatial_pull import change_by_pull
+from cablewright.kernels.statics.line.interface import extremes_at_pull
+from cablewright.kernels.statics.line.pull_limits import pull_limits
+from cablewright.kernels.statics.platform import keep_free, rates_of_rotation
 from cablewright.kernels.statics.tension import Program
 
 # Columns of a table of lines on another's drum: L[LINE] = OFFSET + SENSE * L[OTHER].
@@ -111,8 +109,7 @@ def fill_program(packed, shares, pose, states, work, own):
         most = max(most, work.pulls[i])
     for k in range(n):
         own.load[k] = work.base.wrench[k]
-    if n == 6:
-        left_jacobian(pose[3:], work.base.rotation)
+    rates_of_rotation(pose, work.base.rotation)
     for k in range(n):
         _fill_rate(own, k, work)
     for r in range(shares.shape[0]):
@@ -205,14 +202,7 @@ def _fill_pull(packed, shares, i, y, work, own):
     curve(program, own.multipliers, own.before, own.column, i, pull, row[PREFERRED])
     for k in range(own.column.shape[0]):
         own.load[k] += own.column[k] * pull
-    if row[GUIDE] > 0.0:
-        dphi, dtau, dfree, ddead = change_by_pull(row, y, i, work.base.spatial)
-        low, high, dlow, dhigh = extremes_out_of_plane(row, y, dphi, dtau, dfree, ddead)
-    else:
-        steps = work.base.steps[i]
-        low, high, dlow, dhigh = extremes_and_change(
-            row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
-        )
+    low, high, dlow, dhigh = extremes_at_pull(row, y, i, work.base, work.base.spatial)
     own.low[i], own.high[i] = pull_limits(row, y, pull, work.slackest[0], low, high, dlow, dhigh)
 
 

@@ -28,10 +28,8 @@ from cablewright.kernels.shared_winches.program import (
     forget_multipliers,
     missed,
 )
-from cablewright.kernels.statics.counterweight import beyond_limits
 from cablewright.kernels.statics.descent import place_below
 from cablewright.kernels.statics.equilibrium import judge
-from cablewright.kernels.statics.forward import turn_to_start
 from cablewright.kernels.statics.inverse import (
     NEEDS_PUSH,
     PROGRAMS,
@@ -43,6 +41,8 @@ from cablewright.kernels.statics.inverse import (
     judge_held,
     would_push,
 )
+from cablewright.kernels.statics.line.counterweight import beyond_limits
+from cablewright.kernels.statics.platform import turn_to_start
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
 from cablewright.kernels.statics.underactuated import evaluate_at_pulls, hang, keep
 
@@ -85,8 +85,7 @@ def _guess_pose(packed, attempt, pose, states, work, own):
     """Write a start to *pose*: below the exits and unrotated at first, then hung on springs. False if those fail."""
     pose[:] = 0.0
     work.lengths[:] = 0.0  # not known: the guess depends on the frame alone
-    if packed.freedoms == 6:
-        turn_to_start(packed, pose, attempt)
+    turn_to_start(packed, pose, attempt)
     place_below(packed, work.lengths, pose)
     if attempt > 0 or isnan(own.given[0]) or isnan(own.given[1]) or isnan(own.given[2]):
         return hang(packed, own.given, pose, states, work)

@@ -2,38 +2,29 @@
 
 For a point load on eyelet lines the potential is convex (docs/theory/statics.md), so the descent converges from
 anywhere; for other robots it is a robust local minimisation. Line laws: SPRING, a massless unilateral spring of
-the line's stiffness, cheap and good for a first guess; SETTLED, the line itself.
+the line's stiffness, cheap and good for a first guess; EXACT, the line itself.
 """
 
 from math import sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import (
-    ARC_COMPLIANCE,
-    COUNTERWEIGHT,
-    DEAD,
-    DEAD_COMPLIANCE,
-    DEAD_LENGTH,
-    DEAD_SPAN,
-    END_SPRING,
-    EXIT_X,
-    FREE,
-    FREE_COMPLIANCE,
-    GUIDE,
-    RADIUS,
-    SPANS,
-    WEIGHT,
-)
+from cablewright.kernels.certificates.exclusion import SETTLED
+from cablewright.kernels.layout import COUNTERWEIGHT, END_SPRING, EXIT_X, FREE_COMPLIANCE, SPANS
 from cablewright.kernels.newton import copy, largest, largest_of_column, solve
-from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics.equilibrium import add_eliminated, draw_straight, eliminate, move_platform
-from cablewright.kernels.statics.line import SLACK_TENSION, guess, settle, system
-from cablewright.kernels.statics.plane import hold, into_plane, keep_free_columns
-from cablewright.kernels.statics.sheave import straight, unstrain, whole_length, wrap
-from cablewright.kernels.statics.spatial_lines import add_settled
-from cablewright.kernels.statics.wrench import AXIS_DISTANCE, add_line, load_scale, place, start_balance
+from cablewright.kernels.statics.line.interface import condense_line, settle_line, spring_line
+from cablewright.kernels.statics.line.upright import FAILED
+from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE, add_line, place
+from cablewright.kernels.statics.platform import (
+    hold,
+    into_plane,
+    keep_free_columns,
+    load_scale,
+    move_platform,
+    place_platform,
+    start_balance,
+)
 
-SPRING, SETTLED = 0, 1
+SPRING, EXACT = 0, 1
 DESCENT_STEPS = 200
 LINE_SEARCH_STEPS = 30
 FORCE_TOLERANCE = 1e-11  # of the load
@@ -111,8 +102,7 @@ def _direction(packed, work, n, damping):
 @jit
 def _evaluate(packed, lengths, pose, states, work, law):
     """Evaluate wrench and tangent stiffness at *pose* under the line law. False where a line has no solution."""
-    if packed.freedoms == 6:
-        matrix(pose[3:], work.rotation)
+    place_platform(pose, work.rotation)
     start_balance(packed, work.rotation, work.wrench, work.stiffness)
     for i in range(packed.lines.shape[0]):
         row, plane = packed.lines[i], work.planes[i]
@@ -120,16 +110,9 @@ def _evaluate(packed, lengths, pose, states, work, law):
         if law == SPRING:
             _add_spring(row, work.lengths[i], work.arms[i], plane, work.wrench, work.stiffness)
             continue
-        if row[GUIDE] > 0.0:
-            if not add_settled(row, lengths[i], pose, states[i], i, SPRING_TENSION, work, work.spatial):
-                return False
-            continue
-        steps, block, force = work.steps[i], work.blocks[i], work.forces[i]
-        found = _settle_line(row, plane[2], plane[3], lengths[i], states[i], block, steps, force)
-        if found < 0:
+        found = settle_line(row, states[i], lengths[i], pose, i, SPRING_TENSION, work, work.spatial)
+        if found == FAILED or (found == SETTLED and not condense_line(row, states[i], i, work, work.spatial)):
             return False
-        if found > 0:
-            add_eliminated(row, states[i], force, steps, work.arms[i], plane, work.wrench, work.stiffness)
     hold(packed, work.wrench, work.stiffness)
     return True
 
@@ -148,39 +131,6 @@ def _add_spring(row, length, arm, plane, wrench, stiffness):
     across = tension / distance
     kxx, kxz, kzz = rate * c * c + across * s * s, (rate - across) * c * s, rate * s * s + across * c * c
     add_line(row, arm, plane, tension * c, tension * s, kxx, kxz, kxz, kzz, wrench, stiffness)
-
-
-@jit
-def _settle_line(row, x, z, length, y, block, steps, force):
-    """Solve and eliminate a line at a fixed platform point: 1 solved, 0 massless and slack, -1 not solved."""
-    if row[WEIGHT] == 0.0:
-        found = _massless(row, x, z, length, y, block, steps)
-        if found <= 0:
-            return found
-    elif not settle(row, x, z, length, y, block, steps) and not (
-        guess(row, x, z, length, SPRING_TENSION, y) and settle(row, x, z, length, y, block, steps)
-    ):
-        return -1
-    force[0], force[1] = system(row, y, x, z, length, block, steps[:, 0])
-    return 1 if eliminate(row, block, steps, 3) else -1
-
-
-@jit
-def _massless(row, x, z, length, y, block, rhs):
-    """Solve a massless line: 1 taut, 0 slack (its tension in *y* is then SLACK_TENSION), -1 not solved."""
-    if not straight(row, x, z, SLACK_TENSION, y):
-        return -1
-    excess = whole_length(row, y) - length
-    if excess <= 0.0:
-        return 0
-    contact = row[RADIUS] * wrap(row, y)
-    compliance = (
-        row[SPANS] * y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
-    )
-    tension = excess / (compliance + row[END_SPRING])
-    straight(row, x, z, tension, y)
-    unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
-    return 1 if settle(row, x, z, length, y, block, rhs) else -1
 
 
 @jit
@@ -204,22 +154,14 @@ def spring_guess(packed, lengths, pose, states, work):
 @jit
 def _offset_springs(packed, lengths, pose, states, work):
     """Set work.lengths to the springs' lengths: *lengths* less what straight lines at *pose* need up to the exits."""
-    if packed.freedoms == 6:
-        matrix(pose[3:], work.rotation)
+    place_platform(pose, work.rotation)
     for i in range(packed.lines.shape[0]):
-        row, plane, y = packed.lines[i], work.planes[i], states[i]
-        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-        if row[GUIDE] > 0.0:
-            distance = sqrt(plane[2] * plane[2] + plane[3] * plane[3])
-            drawn = draw_straight(row, y, pose, i, SPRING_TENSION, work)
-            taut = drawn if drawn > 0.0 else row[SPANS] * distance + row[DEAD_SPAN] + row[DEAD_LENGTH]
-            work.lengths[i] = max((lengths[i] - taut) / row[SPANS] + distance, 1e-3)
-            continue
-        x = max(plane[2], 4.0 * row[RADIUS])  # clear of the sheave, where there is no tangent
-        if not straight(row, x, plane[3], SPRING_TENSION, y):
+        place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
+        work.lengths[i] = spring_line(
+            packed.lines[i], states[i], lengths[i], pose, i, SPRING_TENSION, work, work.spatial
+        )
+        if work.lengths[i] < 0.0:
             return False
-        more = (lengths[i] - whole_length(row, y)) / row[SPANS]
-        work.lengths[i] = max(more + sqrt(x * x + plane[3] * plane[3]), 1e-3)
     return True
 
 

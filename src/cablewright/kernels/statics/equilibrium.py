@@ -1,6 +1,5 @@
 """All lines and the platform: Newton on F(x, y) = 0 with each line's block eliminated to an n x n system."""
 
-from math import cos, exp, log, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -8,14 +7,6 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
-    BAD_WRAP,
-    BETA,
-    BREAKING,
-    FREE,
-    GUIDE,
-    LEVER,
-    LEVER_MOMENT,
-    LEVER_UNSTABLE,
     MASS_X,
     MASS_Y,
     MASS_Z,
@@ -23,38 +14,34 @@ from cablewright.kernels.layout import (
     NOT_FINITE,
     OK,
     OVERSTRETCHED,
-    PHI,
     PLATFORM_WEIGHT,
-    PULLS,
-    RADIUS,
     SINGULAR,
     STATE,
-    TAU,
-    UNDER_EXIT,
-    UNKNOWNS,
     UNSTABLE,
-    WEIGHT,
     WRENCH,
 )
 from cablewright.kernels.newton import copy, largest, min_pivot, solve
-from cablewright.kernels.rotation import compose, matrix
-from cablewright.kernels.statics.line import SLACK_TENSION, advance, extremes, force_change, lever_stable, system
-from cablewright.kernels.statics.plane import hold, keep_free, keep_free_columns
-from cablewright.kernels.statics.sheave import straight, whole_length, wrap
-from cablewright.kernels.statics.spatial import SpatialWork, is_unwound, spatial_work
-from cablewright.kernels.statics.spatial_lines import condense_placed, draw_placed, evaluate_placed, step_placed
-from cablewright.kernels.statics.wrench import add_line, add_pull, has_plane, is_eyelet, place, start_balance
+from cablewright.kernels.statics.line.interface import advance_line, condense_line, evaluate_line, judge_line, may_tip
+from cablewright.kernels.statics.line.spatial import SpatialWork, spatial_work
+from cablewright.kernels.statics.line.upright import is_slack
+from cablewright.kernels.statics.line.upright_parameters import OWN
+from cablewright.kernels.statics.line.vertical_plane import place
+from cablewright.kernels.statics.platform import (
+    hold,
+    keep_free,
+    keep_free_columns,
+    move_platform,
+    place_platform,
+    start_balance,
+)
 
 NEWTON_STEPS = 60
 LENGTH_TOLERANCE = 1e-12  # on every geometric equation, m: of lines over 1 m, of shorter ones a share
 FORCE_TOLERANCE = 1e-12  # of the largest force at play
 BALANCED = 1e-10  # of the largest force: imbalance accepted where rounding limits it
 STALLED = 1e-10  # the same, where rounding limits it
-LOG_SLACK = log(SLACK_TENSION) + 1e-9
 NEUTRAL = 1e-10  # of the largest stiffness: a smaller one does not hold a platform
-BACKWARDS = -1e-9  # cosine of a span's direction, below which it leaves its sheave backwards and not straight down
 SHORTEST_ARM = 1e-9  # m: of a platform without arms, which has no moments
-POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
 
 
 class Work(NamedTuple):
@@ -70,6 +57,7 @@ class Work(NamedTuple):
     move: NDArray[np.float64]  # (n, 1)
     trial: NDArray[np.float64]  # (n,)
     forces: NDArray[np.float64]  # (m, 2): tension (h, v) where each free span starts
+    changes: NDArray[np.float64]  # (6, 5): one line's changes by its parameters
     lengths: NDArray[np.float64]  # (m,)
     spatial: SpatialWork | None
 
@@ -94,6 +82,7 @@ def workspace_of(general, n, m):
         np.zeros((n, 1)),
         np.zeros(n),
         np.zeros((m, 2)),
+        np.zeros((STATE, len(OWN))),
         np.zeros(m),
         spatial_work(general, n, m),
     )
@@ -106,9 +95,8 @@ def evaluate(packed, lengths, pose, states, work):
     Leaves the lines' blocks and residuals in *work*, except of slack massless lines. Returns the largest geometric
     residual (m), the largest unbalanced force (N) and the force scale (N).
     """
-    lines, n = packed.lines, packed.freedoms
-    if n == 6:
-        matrix(pose[3:], work.rotation)
+    lines = packed.lines
+    place_platform(pose, work.rotation)
     start_balance(packed, work.rotation, work.wrench, work.stiffness)
     scale = packed.platform[PLATFORM_WEIGHT]
     worst, reach = 0.0, _arm_of_weight(packed)
@@ -116,28 +104,15 @@ def evaluate(packed, lengths, pose, states, work):
     for k in range(3):
         scale += abs(packed.platform[WRENCH + k])
     for i in range(lines.shape[0]):
-        row, y, steps, plane = lines[i], states[i], work.steps[i], work.planes[i]
-        place(lines, i, pose, work.rotation, work.arms[i], plane)
+        row, y = lines[i], states[i]
+        place(lines, i, pose, work.rotation, work.arms[i], work.planes[i])
         reach = max(reach, abs(work.arms[i, 0]), abs(work.arms[i, 1]), abs(work.arms[i, 2]))
         if is_slack(row, y):
             continue
-        if row[GUIDE] > 0.0:
-            size, force = evaluate_placed(row, y, lengths[i], pose, i, work, work.spatial)
-            if size > worst or size != size:
-                worst = size
-            scale = max(scale, force)
-            continue
-        h, v = system(row, y, plane[2], plane[3], lengths[i], work.blocks[i], steps[:, 0])
-        work.forces[i, 0], work.forces[i, 1] = h, v
-        v += row[WEIGHT] * y[FREE]
-        for k in range(int(row[UNKNOWNS])):
-            size = abs(steps[k, 0])
-            if k == BETA:
-                size *= row[LEVER] / max(1.0, row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU])))  # about its end's error
-            if size > worst or size != size:  # keeps a NaN
-                worst = size
-        add_pull(row, work.arms[i], plane, h, v, work.trial)
-        scale = max(scale, row[PULLS] * abs(h), row[PULLS] * abs(v))
+        size, force = evaluate_line(row, y, lengths[i], pose, i, work, work.spatial)
+        if size > worst or size != size:  # keeps a NaN
+            worst = size
+        scale = max(scale, force)
     keep_free(packed, work.trial)
     return worst, _unbalanced(work.trial, reach), scale
 
@@ -149,59 +124,11 @@ def condense(packed, states, work):
     False where a line's block is singular.
     """
     for i in range(packed.lines.shape[0]):
-        row, y, steps = packed.lines[i], states[i], work.steps[i]
-        if is_slack(row, y):
-            continue
-        if row[GUIDE] > 0.0:
-            if not condense_placed(row, y, i, work, work.spatial):
-                return False
-            continue
-        if not eliminate(row, work.blocks[i], steps, 3):
+        row, y = packed.lines[i], states[i]
+        if not is_slack(row, y) and not condense_line(row, y, i, work, work.spatial):
             return False
-        add_eliminated(row, y, work.forces[i], steps, work.arms[i], work.planes[i], work.wrench, work.stiffness)
     hold(packed, work.wrench, work.stiffness)
     return True
-
-
-@jit
-def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
-    """Add one eliminated line to the balance and stiffness: its end force after its own step, and its change."""
-    weight = row[WEIGHT]
-    h, v = force[0], force[1]
-    dh, dv = force_change(h, v, weight, steps, 0)
-    kxx, kzx = force_change(h, v, weight, steps, 1)
-    kxz, kzz = force_change(h, v, weight, steps, 2)
-    v += weight * y[FREE]
-    add_line(row, arm, plane, h - dh, v - dv, kxx, kxz, kzx, kzz, wrench, stiffness)
-
-
-@jit
-def draw_straight(row, y, pose, i, tension, work):
-    """Set *y* to the straight placed line *i* at *tension* (N), with strained lengths. Returns its length, m.
-
-    Negative where the platform point lies inside a sheave.
-    """
-    if row[GUIDE] > 0.0:
-        return draw_placed(row, y, pose, i, tension, work, work.spatial)
-    plane = work.planes[i]
-    return whole_length(row, y) if straight(row, plane[2], plane[3], tension, y) else -1.0
-
-
-@jit
-def is_slack(row, y):
-    """Whether a massless line is slack: it carries no tension and has no shape."""
-    return row[WEIGHT] == 0.0 and y[TAU] <= LOG_SLACK
-
-
-@jit
-def eliminate(row, block, steps, columns):
-    """Replace steps[:, :columns] by the block inverse times residual (column 0), x, z and length. False if singular."""
-    unknowns = int(row[UNKNOWNS])
-    for column in range(1, columns):
-        for k in range(unknowns):
-            steps[k, column] = 0.0
-        steps[column - 1, column] = 1.0
-    return solve(block, steps, unknowns, columns)
 
 
 @jit
@@ -270,48 +197,9 @@ def newton_step(packed, pose, states, work):
     keep_free_columns(packed, work.move)
     step, full = move_platform(pose, work)
     for i in range(lines.shape[0]):
-        if is_slack(lines[i], states[i]):
-            continue
-        if lines[i, GUIDE] > 0.0:
-            full = step_placed(states[i], i, work.move, work.spatial) and full
-        else:
-            full = step_line(lines[i], states[i], work.steps[i], work.arms[i], work.planes[i], work.move) and full
+        if not is_slack(lines[i], states[i]):
+            full = advance_line(lines[i], states[i], i, work.move, work, work.spatial) and full
     return True, step, full
-
-
-@jit
-def move_platform(pose, work):
-    """Add work.move, shortened to the step limits, to *pose*. Returns the step's length (m) and whether it is full."""
-    n = pose.shape[0]
-    length = sqrt(work.move[0, 0] ** 2 + work.move[1, 0] ** 2 + work.move[2, 0] ** 2)
-    held = 1.0 if length <= POSE_STEP else POSE_STEP / length
-    if n == 6:
-        turn = sqrt(work.move[3, 0] ** 2 + work.move[4, 0] ** 2 + work.move[5, 0] ** 2)
-        if turn * held > TURN_STEP:
-            held = TURN_STEP / turn
-    for k in range(n):
-        work.move[k, 0] *= held
-    for k in range(3):
-        pose[k] += work.move[k, 0]
-    if n == 6:
-        compose(work.move[3, 0], work.move[4, 0], work.move[5, 0], pose[3:])
-        length += turn
-    return length * held, held == 1.0
-
-
-@jit
-def step_line(row, y, steps, arm, plane, move):
-    """Take one line's Newton step together with the platform's move. Returns whether it is full."""
-    dx, dy, dz = move[0, 0], move[1, 0], move[2, 0]
-    if move.shape[0] == 6:
-        a, b, c = move[3, 0], move[4, 0], move[5, 0]
-        dx += b * arm[2] - c * arm[1]
-        dy += c * arm[0] - a * arm[2]
-        dz += a * arm[1] - b * arm[0]
-    along = plane[0] * dx + plane[1] * dy
-    for k in range(int(row[UNKNOWNS])):
-        steps[k, 0] -= steps[k, 1] * along + steps[k, 2] * dz
-    return advance(row, y, steps[:, 0], 1.0)
 
 
 @jit
@@ -322,25 +210,11 @@ def judge(packed, states, planes, spatial):
     """
     code = OK
     for i in range(packed.lines.shape[0]):
-        row, y = packed.lines[i], states[i]
-        if row[GUIDE] > 0.0:
-            if is_unwound(row, i, spatial):
-                return BAD_WRAP
-            if extremes(row, y)[1] > row[BREAKING]:
-                code = OVERSTRETCHED
-            continue
-        if not has_plane(row, planes[i]):
-            if is_eyelet(row):
-                return UNDER_EXIT
-            if cos(y[PHI]) < BACKWARDS:  # the sheave can face any way, and drives the platform off its axis
-                return UNSTABLE
-        if not lever_stable(row, y):
-            return LEVER_UNSTABLE
-        angle = wrap(row, y)
-        if angle < 0.0 or angle > 6.283185307179586:
-            return BAD_WRAP
-        if extremes(row, y)[1] > row[BREAKING]:
-            code = OVERSTRETCHED
+        found = judge_line(packed.lines[i], states[i], i, planes, spatial)
+        if found == OVERSTRETCHED:
+            code = found
+        elif found != OK:
+            return found
     return code
 
 
@@ -354,7 +228,7 @@ def judge_stability(packed, states, work):
     """
     if _all_slack(packed, states):
         return SINGULAR
-    if packed.freedoms < 6 and not leaves_backwards(packed, states):
+    if not may_tip(packed, states):
         return OK
     if not condense(packed, states, work):
         return SINGULAR
@@ -368,18 +242,6 @@ def _all_slack(packed, states):
         if not is_slack(packed.lines[i], states[i]):
             return False
     return True
-
-
-@jit
-def leaves_backwards(packed, states):
-    """Whether any free span leaves its sheave away from the platform, whose point is then under the sheave.
-
-    Of a line out of the plane nothing of the kind is proved.
-    """
-    for i in range(packed.lines.shape[0]):
-        if packed.lines[i, GUIDE] > 0.0 or (packed.lines[i, RADIUS] > 0.0 and cos(states[i, PHI]) < 0.0):
-            return True
-    return False
 
 
 @jit

@@ -1,36 +1,23 @@
 """Forward problem: unstrained lengths to the pose, from a neighbouring solution or without any guess."""
 
-from math import pi
-
 from cablewright.kernels import jit
-from cablewright.kernels.layout import (
-    GUIDE,
-    LEVER_UNSTABLE,
-    MASSLESS,
-    NORMAL,
-    NOT_CONVERGED,
-    OK,
-    OVERSTRETCHED,
-)
+from cablewright.kernels.layout import LEVER_UNSTABLE, MASSLESS, NOT_CONVERGED, OK, OVERSTRETCHED
 from cablewright.kernels.newton import copy, copy_rows
-from cablewright.kernels.rotation import angle_of, matrix
-from cablewright.kernels.statics.descent import FORCE_TOLERANCE, SETTLED, descend, spring_guess
+from cablewright.kernels.statics.descent import EXACT, FORCE_TOLERANCE, descend, spring_guess
 from cablewright.kernels.statics.equilibrium import (
     BALANCED,
     LENGTH_TOLERANCE,
-    draw_straight,
     evaluate,
     grains,
-    is_slack,
     judge,
     judge_stability,
     newton_step,
     refine,
 )
-from cablewright.kernels.statics.line import SLACK_TENSION, guess
-from cablewright.kernels.statics.plane import is_held
-from cablewright.kernels.statics.spatial_lines import guess_placed
-from cablewright.kernels.statics.wrench import load_scale, place
+from cablewright.kernels.statics.line.interface import draw_line, guess_line
+from cablewright.kernels.statics.line.upright import SLACK_TENSION, is_slack
+from cablewright.kernels.statics.line.vertical_plane import place
+from cablewright.kernels.statics.platform import angle_of, load_scale, place_platform, turn_to_start
 
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
 MIN_STEP = 1e-3
@@ -38,7 +25,6 @@ POLISHES = 4  # Newton steps that balance taut lines where a pose's digits are t
 ROUGH = 1e-3  # of the load: unbalanced force at which Newton takes over from the descent
 LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the load, at which levers are placed
 STARTS = 10  # start rotations of a rigid body
-IN_PLANE = pi / 5.0  # rad: between the start rotations of a body in a plane
 UPRIGHT = 0.6  # rad: a solution rotated by less than this ends the search
 
 
@@ -47,7 +33,7 @@ def solve_warm(packed, lengths, pose, states, work):
     """Solve from *pose* and *states*, updated in place. Returns code, iterations, residual (m)."""
     if packed.platform[MASSLESS] > 0.0:
         iterations, residual = 1, 0.0
-        if not descend(packed, lengths, pose, states, work, SETTLED, FORCE_TOLERANCE, packed.freedoms):
+        if not descend(packed, lengths, pose, states, work, EXACT, FORCE_TOLERANCE, packed.freedoms):
             return NOT_CONVERGED, iterations, residual
         if not _polish(packed, lengths, pose, states, work):
             return NOT_CONVERGED, iterations, residual
@@ -85,7 +71,7 @@ def _hang_slack(packed, lengths, pose, states, work, tolerance):
         row, y = packed.lines[i], states[i]
         if not is_slack(row, y):
             continue
-        drawn = draw_straight(row, y, pose, i, SLACK_TENSION, work)
+        drawn = draw_line(row, y, pose, i, SLACK_TENSION, work, work.spatial)
         if drawn < 0.0 or drawn > lengths[i] + tolerance:
             return False
     return True
@@ -139,23 +125,6 @@ def solve_cold(packed, lengths, pose, states, work):
     return answer, total, left
 
 
-@jit
-def turn_to_start(packed, pose, start):
-    """Set the rotation of *pose* for start number *start*: none, tilts to four sides, then rotations about z.
-
-    In a plane only the normal is an axis.
-    """
-    pose[3:] = 0.0
-    if is_held(packed.general, packed.platform):
-        turn = (start + 1) // 2 * (IN_PLANE if start % 2 else -IN_PLANE)
-        for k in range(3):
-            pose[3 + k] = turn * packed.platform[NORMAL + k]
-    elif 1 <= start <= 4:
-        pose[3 + (start - 1) // 2] = 0.6 if start % 2 else -0.6
-    elif start >= 5:
-        pose[5] = pi * (0.25, -0.25, 0.5, -0.5, 1.0)[start - 5]
-
-
 @jit(allocates=True)
 def _solve_from_springs(packed, lengths, pose, states, work):
     """Solve from `spring_guess` with the rotation given in *pose*. Returns as `solve_warm`.
@@ -175,7 +144,7 @@ def _solve_from_springs(packed, lengths, pose, states, work):
         return code, iterations + more, residual
     copy(begin, pose)
     if guess_states(packed, lengths, pose, states, work, 1.0):
-        descend(packed, lengths, pose, states, work, SETTLED, ROUGH, packed.freedoms)
+        descend(packed, lengths, pose, states, work, EXACT, ROUGH, packed.freedoms)
         code, last, residual = solve_warm(packed, lengths, pose, states, work)
         more += last
     return code, iterations + more, residual
@@ -207,7 +176,7 @@ def solve_by_homotopy(packed, lengths, pose, states, work):
     for i in range(m):
         row, y = packed.lines[i], states[i]
         place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
-        drawn = draw_straight(row, y, pose, i, load_scale(packed) / m, work)
+        drawn = draw_line(row, y, pose, i, load_scale(packed) / m, work, work.spatial)
         if drawn < 0.0:
             return NOT_CONVERGED, 0, 0.0
         taut[i] = min(lengths[i], drawn)
@@ -243,14 +212,10 @@ def guess_states(packed, lengths, pose, states, work, pull):
     Levers are placed as if each line carried *pull* times its share of the load.
     """
     share = pull * load_scale(packed) / packed.lines.shape[0]
-    if packed.freedoms == 6:
-        matrix(pose[3:], work.rotation)
+    place_platform(pose, work.rotation)
     for i in range(packed.lines.shape[0]):
-        row, y, plane = packed.lines[i], states[i], work.planes[i]
-        place(packed.lines, i, pose, work.rotation, work.arms[i], plane)
-        if row[GUIDE] > 0.0:
-            if not guess_placed(row, y, pose, i, lengths[i], share, work, work.spatial):
-                return False
-        elif not guess(row, plane[2], plane[3], lengths[i], share, y):
+        row, y = packed.lines[i], states[i]
+        place(packed.lines, i, pose, work.rotation, work.arms[i], work.planes[i])
+        if not guess_line(row, y, pose, i, lengths[i], share, work, work.spatial):
             return False
     return True

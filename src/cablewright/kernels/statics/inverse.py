@@ -1,6 +1,6 @@
 """Inverse problem: pose to unstrained lengths and tensions, under tension limits.
 
-The unknown of each line is its pull (`line.pull_of`), which is its tension where cables are straight. The solution has
+The unknown of each line is its pull (`upright_pull.pull_of`), its tension where cables are straight. The solution has
 the least norm of the pulls, or of their distances from preferred pulls. With sag it is found by a sequence of quadratic
 programs on the lines linearised at their current pulls; with straight cables and no levers the first one is exact.
 """
@@ -17,73 +17,40 @@ from cablewright.kernels.layout import (
     DEAD_COMPLIANCE,
     FREE,
     FREE_COMPLIANCE,
-    GUIDE,
     INFEASIBLE,
-    INSIDE_SHEAVE,
-    LEVER,
     LEVER_UNSTABLE,
     MASSLESS,
     NOT_CONVERGED,
     OK,
     OVERSTRETCHED,
-    PHI,
     PLATFORM_WEIGHT,
     PREFERRED,
-    PSI,
-    PULLS,
-    RADIUS,
     SINGULAR,
     TAU,
     TENSION_MIN,
-    UNDER_EXIT,
-    UNKNOWNS,
     UNSTABLE,
     WEIGHT,
     WINCH_Z,
     Packed,
 )
 from cablewright.kernels.newton import copy, largest
-from cablewright.kernels.rotation import matrix
-from cablewright.kernels.statics.counterweight import beyond_limits
-from cablewright.kernels.statics.equilibrium import (
-    evaluate,
-    is_slack,
-    judge,
-    judge_stability,
-    leaves_backwards,
-    unbalanced,
+from cablewright.kernels.statics.equilibrium import evaluate, judge, judge_stability, unbalanced
+from cablewright.kernels.statics.line.counterweight import beyond_limits
+from cablewright.kernels.statics.line.interface import (
+    add_line_pull,
+    begin_line,
+    column_line,
+    extremes_at_pull,
+    is_predicted_exactly,
+    may_tip,
+    predict_line,
+    settle_line_at_pull,
 )
-from cablewright.kernels.statics.line import (
-    SLACK_TENSION,
-    extremes,
-    extremes_and_change,
-    force_change,
-    lengths_of,
-    pull_of,
-    settle_at_pull,
-    start_force,
-)
-from cablewright.kernels.statics.plane import keep_free
-from cablewright.kernels.statics.pull_limits import extremes_out_of_plane, pull_limits
-from cablewright.kernels.statics.sheave import straight, unstrain
-from cablewright.kernels.statics.spatial_pull import (
-    TAUT,
-    add_placed,
-    begin_placed,
-    column_placed,
-    predict_placed,
-    settle_placed,
-)
+from cablewright.kernels.statics.line.pull_limits import pull_limits
+from cablewright.kernels.statics.line.upright import SLACK_TENSION, extremes, lengths_of
+from cablewright.kernels.statics.line.vertical_plane import place
+from cablewright.kernels.statics.platform import keep_free, load_scale, place_platform, start_balance
 from cablewright.kernels.statics.tension import SOFT, Program, distribute
-from cablewright.kernels.statics.wrench import (
-    NO_PLANE,
-    add_pull,
-    has_plane,
-    is_eyelet,
-    load_scale,
-    place,
-    start_balance,
-)
 
 PROGRAMS = 120
 SOFT_PROGRAMS = 40
@@ -94,7 +61,6 @@ MIN_SECANT = 1e-4  # of a pull: the curvature over a shorter step is rounding
 MIN_PULL = 0.02  # of its share of the load: pull of a line that programs have reduced again and again
 SMALL_VIOLATION = 1e-3  # of the load: up to here a pose is tried again before it is reported infeasible
 TENSION_TOLERANCE = 1e-11  # of the largest pull
-PREDICTED = 1e-9  # of a pull: change up to which a line's predicted state is exact to rounding
 IDLE = 1e-10  # of the largest pull: programs halve the pull of an idle line until it is about a tenth of this
 BALANCE_TOLERANCE = 1e-9  # of the largest force
 STIFFEST = 1e-8  # 1/N: compliance assumed for rigid cables where the stability of the platform is judged
@@ -123,7 +89,7 @@ def judge_held(packed, pose, states, work, code, violation):
         code, violation = _judge_hung(packed, states)
     if code == OK and packed.platform[MASSLESS] > 0.0:
         _mark_slack(packed, states, work.pulls)
-    if code == OK and (packed.freedoms == 6 or leaves_backwards(packed, states)):
+    if code == OK and may_tip(packed, states):
         code = stays(packed, pose, states, work)
     return code, violation
 
@@ -228,13 +194,7 @@ def balances(packed, states, work):
     scale = packed.platform[PLATFORM_WEIGHT]
     for i in range(packed.lines.shape[0]):
         row = packed.lines[i]
-        if row[GUIDE] > 0.0:
-            scale = max(scale, add_placed(row, i, base.spatial, base.wrench))
-            continue
-        h, v = start_force(states[i])
-        v += row[WEIGHT] * states[i, FREE]
-        add_pull(row, base.arms[i], base.planes[i], h, v, base.wrench)
-        scale = max(scale, row[PULLS] * abs(h), row[PULLS] * abs(v))
+        scale = max(scale, add_line_pull(row, states[i], i, base, base.spatial, base.wrench))
     keep_free(packed, base.wrench)
     return unbalanced(packed, base.arms, base.wrench) <= BALANCE_TOLERANCE * scale
 
@@ -278,13 +238,10 @@ def _settle_idle(packed, pose, states, work):
     """
     base = work.base
     for i in range(packed.lines.shape[0]):
-        row, pull, plane = packed.lines[i], work.pulls[i], base.planes[i]
-        if row[GUIDE] > 0.0:
-            if not settle_placed(row, states[i], i, pose, pull, base, base.spatial):
-                return False
-        elif abs(work.moves[i]) > PREDICTED * pull and not settle_at_pull(
-            row, plane[2], plane[3], pull, states[i], base.blocks[i], base.steps[i]
-        ):
+        row, pull = packed.lines[i], work.pulls[i]
+        if is_predicted_exactly(row, pull, work.moves[i]):
+            continue
+        if not settle_line_at_pull(row, states[i], pose, i, pull, base, base.spatial):
             return False
     return True
 
@@ -330,30 +287,13 @@ def begin(packed, pose, states, work, known):
     if not known:
         work.multipliers[:] = 0.0
     share = load_scale(packed) / packed.lines.shape[0]
-    if packed.freedoms == 6:
-        matrix(pose[3:], base.rotation)
+    place_platform(pose, base.rotation)
     for i in range(packed.lines.shape[0]):
-        row, y, plane = packed.lines[i], states[i], base.planes[i]
-        place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
-        if row[GUIDE] > 0.0:
-            code, work.pulls[i] = begin_placed(row, y, i, pose, base, base.spatial, known, share)
-            if code != OK:
-                return code
-            continue
-        if not has_plane(row, plane) and (is_eyelet(row) or abs(plane[3]) <= NO_PLANE):
-            return UNDER_EXIT
-        if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
-            return INSIDE_SHEAVE  # within reach of the lever
-        if not known or is_slack(row, y):
-            tension = max(share, row[TENSION_MIN], 1.0)
-            if not straight(row, plane[2], plane[3], tension, y):
-                return INSIDE_SHEAVE
-            tension = max(tension, TAUT * row[WEIGHT] * (y[FREE] + y[DEAD]))
-            y[TAU] = log(tension)
-            unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
-            work.pulls[i] = tension
-        else:
-            work.pulls[i], _, _ = pull_of(row, y, plane[2], plane[3])
+        row, y = packed.lines[i], states[i]
+        place(packed.lines, i, pose, base.rotation, base.arms[i], base.planes[i])
+        code, work.pulls[i] = begin_line(row, y, pose, i, known, share, base, base.spatial)
+        if code != OK:
+            return code
     return OK
 
 
@@ -387,11 +327,7 @@ def _program(packed, pose, states, work, give, relax):
         work.pulls[i] = pull + relax * (required - pull)
         grown = log(work.pulls[i] / pull)
         if abs(grown) < 0.1:  # predict the line's state along dy / dlog(pull), which saves it a Newton step
-            if packed.lines[i, GUIDE] > 0.0:
-                predict_placed(states[i], i, base.spatial, grown)
-            else:
-                for k in range(int(packed.lines[i, UNKNOWNS])):
-                    states[i, k] += grown * base.steps[i, k, 1]
+            predict_line(packed.lines[i], states[i], i, grown, base, base.spatial)
         change = max(change, abs(required - pull))
         along += work.moves[i] * (required - pull)
         work.moves[i] = required - pull
@@ -405,30 +341,11 @@ def _linearise_line(packed, i, pose, y, work):
     Returns whether it is solved, its extremes of tension, and their changes per logarithm of the pull.
     """
     row, pull, base = packed.lines[i], work.pulls[i], work.base
-    if row[GUIDE] > 0.0:
-        solved, dphi, dtau, dfree, ddead = column_placed(
-            row, y, i, pose, pull, base, base.spatial, work.column, work.load
-        )
-        if not solved:
-            return False, 0.0, 0.0, 0.0, 0.0
-        keep_free(packed, work.column)
-        low, high, dlow, dhigh = extremes_out_of_plane(row, y, dphi, dtau, dfree, ddead)
-        return True, low, high, dlow, dhigh
-    plane, steps = base.planes[i], base.steps[i]
-    if not settle_at_pull(row, plane[2], plane[3], pull, y, base.blocks[i], steps):
+    if not settle_line_at_pull(row, y, pose, i, pull, base, base.spatial):
         return False, 0.0, 0.0, 0.0, 0.0
-    h, v = start_force(y)
-    dh, dv = force_change(h, v, row[WEIGHT], steps, 1)
-    dh, dv = dh / pull, dv / pull
-    work.column[:] = 0.0
-    add_pull(row, base.arms[i], plane, -dh, -dv, work.column)
+    column_line(row, y, i, pull, base, base.spatial, work.column, work.load)
     keep_free(packed, work.column)
-    # the part of the end force that is not proportional to the pull belongs to the load
-    h, v = h - dh * pull, v + row[WEIGHT] * y[FREE] - dv * pull
-    add_pull(row, base.arms[i], plane, h, v, work.load)
-    low, high, dlow, dhigh = extremes_and_change(
-        row, y, steps[PHI, 1], steps[TAU, 1], steps[FREE, 1], steps[DEAD, 1], steps[PSI, 1]
-    )
+    low, high, dlow, dhigh = extremes_at_pull(row, y, i, base, base.spatial)
     return True, low, high, dlow, dhigh
 
 

@@ -20,8 +20,8 @@ from cablewright.kernels.layout import (
     WINCH_Z,
 )
 from cablewright.kernels.statics.forward import guess_states
-from cablewright.kernels.statics.sheave import straight, tangent, wrap
-from cablewright.kernels.statics.wrench import load_scale
+from cablewright.kernels.statics.line.sheave import straight, tangent, wrap
+from cablewright.kernels.statics.platform import load_scale
 
 
 @jit

@@ -1,12 +1,12 @@
 """Tangent stiffness of the platform, and each line's stiffness along its own chord."""
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import GUIDE, OK, PULLS, SINGULAR, WEIGHT, robot_of
+from cablewright.kernels.layout import OK, SINGULAR, robot_of
 from cablewright.kernels.newton import copy
-from cablewright.kernels.statics.equilibrium import condense, evaluate, is_slack, workspace
-from cablewright.kernels.statics.line import force_change, lengths_of, pull_of
-from cablewright.kernels.statics.plane import keep_free_part
-from cablewright.kernels.statics.spatial_lines import write_stiffness
+from cablewright.kernels.statics.equilibrium import condense, evaluate, workspace
+from cablewright.kernels.statics.line.interface import stiffen_line
+from cablewright.kernels.statics.line.upright import is_slack, lengths_of
+from cablewright.kernels.statics.platform import keep_free_part
 
 
 @jit(allocates=True)
@@ -33,18 +33,10 @@ def _stiffness(packed, pose, states, work, tangent, chords, axial, arms):
         copy(work.stiffness[k], tangent[k])
     keep_free_part(packed, tangent)
     for i in range(packed.lines.shape[0]):
-        row, y, steps, plane = packed.lines[i], states[i], work.steps[i], work.planes[i]
-        copy(work.arms[i], arms[i])
+        row, y = packed.lines[i], states[i]
         if is_slack(row, y):
+            copy(work.arms[i], arms[i])
             axial[i], chords[i, :] = 0.0, 0.0
-            continue
-        if row[GUIDE] > 0.0:
-            axial[i] = write_stiffness(row, y, i, chords[i], arms[i], work.spatial)
-            continue
-        h, v = work.forces[i, 0], work.forces[i, 1]
-        kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)
-        kxz, kzz = force_change(h, v, row[WEIGHT], steps, 2)
-        _, cx, cz = pull_of(row, y, plane[2], plane[3])
-        axial[i] = row[PULLS] * (cx * (kxx * cx + kxz * cz) + cz * (kzx * cx + kzz * cz))
-        chords[i, 0], chords[i, 1], chords[i, 2] = plane[0] * cx, plane[1] * cx, cz
+        else:
+            axial[i] = stiffen_line(row, y, i, work, work.spatial, chords[i], arms[i])
     return OK

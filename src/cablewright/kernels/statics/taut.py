@@ -4,7 +4,7 @@ from math import cos, nan, sin, sqrt
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import EXIT_X, FREE, PHI, SPANS
-from cablewright.kernels.statics.sheave import straight, whole_length
+from cablewright.kernels.statics.line.sheave import straight, whole_length
 
 # Columns of a line's results.
 ANGLE, REACH, WHOLE = 0, 1, 2  # rad above the horizontal, m from the sheave, m from the winch

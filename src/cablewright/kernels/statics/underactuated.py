@@ -8,30 +8,25 @@ In a plane the coordinates that it holds are given too, and what it carries are 
 from math import exp, isnan, nan, pi, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import (
-    DEAD_COMPLIANCE,
-    FREE,
-    FREE_COMPLIANCE,
-    GUIDE,
-    INFEASIBLE,
-    NOT_CONVERGED,
-    OK,
-    TENSION_MIN,
-    UNKNOWNS,
-    WEIGHT,
-)
+from cablewright.kernels.layout import FREE, FREE_COMPLIANCE, INFEASIBLE, NOT_CONVERGED, OK, TENSION_MIN, WEIGHT
 from cablewright.kernels.newton import copy, copy_rows, largest, largest_of_column, solve
-from cablewright.kernels.rotation import angle_of, left_jacobian, matrix
-from cablewright.kernels.statics.counterweight import beyond_limits
 from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
 from cablewright.kernels.statics.equilibrium import judge
-from cablewright.kernels.statics.forward import STARTS, UPRIGHT, turn_to_start
+from cablewright.kernels.statics.forward import STARTS, UPRIGHT
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
-from cablewright.kernels.statics.line import force_change, settle_at_pull, start_force, system_at_pull
-from cablewright.kernels.statics.plane import add_reactions, keep_free
-from cablewright.kernels.statics.sheave import straight, unstrain
-from cablewright.kernels.statics.spatial_pull import add_hanging
-from cablewright.kernels.statics.wrench import add_line, add_pull, load_scale, place, start_balance
+from cablewright.kernels.statics.line.counterweight import beyond_limits
+from cablewright.kernels.statics.line.interface import hang_line
+from cablewright.kernels.statics.line.vertical_plane import place
+from cablewright.kernels.statics.platform import (
+    add_reactions,
+    angle_of,
+    keep_free,
+    load_scale,
+    place_platform,
+    rates_of_rotation,
+    start_balance,
+    turn_to_start,
+)
 
 MAX_PUSHING = 2  # number of the start from which on a line that would have to push ends the search
 SPRING_ROUNDS = 3  # descents on springs before Newton
@@ -54,8 +49,7 @@ def solve_hanging(packed, pose, states, work):
     answer, violation, min_angle = NOT_CONVERGED, 0.0, 1e300
     for start in range(STARTS):
         pose[:] = 0.0
-        if packed.freedoms == 6:
-            turn_to_start(packed, pose, start)
+        turn_to_start(packed, pose, start)
         code, beyond = _solve_from(packed, given, pose, states, work)
         angle = angle_of(pose)
         if code == answer:
@@ -132,8 +126,7 @@ def hang(packed, given, pose, states, work):
     elastic = none_rigid(packed, work)
     for _ in range(SPRING_ROUNDS):
         keep(given, pose)
-        if packed.freedoms == 6:
-            matrix(pose[3:], base.rotation)
+        place_platform(pose, base.rotation)
         for i in range(m):
             place(packed.lines, i, pose, base.rotation, base.arms[i], base.planes[i])
             base.lengths[i] = sqrt(base.planes[i, 2] ** 2 + base.planes[i, 3] ** 2)
@@ -196,8 +189,7 @@ def _step(given, pose, work, share):
 def _mix(packed, given, pose, work):
     """Set work.mixed and work.base.move to the linear system of the Newton step."""
     base, n, m = work.base, pose.shape[0], work.pulls.shape[0]
-    if n == 6:
-        left_jacobian(pose[3:], base.rotation)
+    rates_of_rotation(pose, base.rotation)
     column = 0
     for k in range(n):
         base.move[k, 0] = base.wrench[k]
@@ -224,39 +216,13 @@ def evaluate_at_pulls(packed, pose, states, work, restart):
     *restart*: start from straight lines. False where a line has no solution.
     """
     base = work.base
-    if packed.freedoms == 6:
-        matrix(pose[3:], base.rotation)
+    place_platform(pose, base.rotation)
     start_balance(packed, base.rotation, base.wrench, base.stiffness)
     for i in range(packed.lines.shape[0]):
-        row, y, plane, block, steps = packed.lines[i], states[i], base.planes[i], base.blocks[i], base.steps[i]
-        place(packed.lines, i, pose, base.rotation, base.arms[i], plane)
-        x, z, pull = plane[2], plane[3], work.pulls[i]
-        if row[GUIDE] > 0.0:
-            if not add_hanging(row, y, i, pose, work, base.spatial, restart):
-                return False
-            continue
-        if restart or not settle_at_pull(row, x, z, pull, y, block, steps):
-            if not straight(row, x, z, pull, y):
-                return False
-            unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
-            if not settle_at_pull(row, x, z, pull, y, block, steps):
-                return False
-        by_x, by_z = system_at_pull(row, x, z, pull, y, block, steps)
-        for k in range(int(row[UNKNOWNS])):
-            steps[k, 0] = 0.0
-            steps[k, 2] = 0.0
-        steps[0, 0], steps[2, 0] = 1.0, -by_x
-        steps[1, 2], steps[2, 2] = 1.0, -by_z
-        if not solve(block, steps, int(row[UNKNOWNS]), 3):
+        row, y, pull = packed.lines[i], states[i], work.pulls[i]
+        place(packed.lines, i, pose, base.rotation, base.arms[i], base.planes[i])
+        if not hang_line(row, y, pull, pose, i, restart, base, base.spatial, work.column):
             return False
-        h, v = start_force(y)
-        weight = row[WEIGHT]
-        kxx, kzx = force_change(h, v, weight, steps, 0)
-        dh, dv = force_change(h, v, weight, steps, 1)
-        kxz, kzz = force_change(h, v, weight, steps, 2)
-        add_line(row, base.arms[i], plane, h, v + weight * y[FREE], kxx, kxz, kzx, kzz, base.wrench, base.stiffness)
-        work.column[:] = 0.0
-        add_pull(row, base.arms[i], plane, dh, dv, work.column)
         for k in range(packed.freedoms):
             work.structure[k, i] = work.column[k]
     keep_free(packed, base.wrench)

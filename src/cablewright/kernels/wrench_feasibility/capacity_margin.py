@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import INFEASIBLE, OK, TENSION_MAX, TENSION_MIN
-from cablewright.kernels.statics.plane import free_rows, free_side
+from cablewright.kernels.statics.platform import free_rows, free_side
 from cablewright.kernels.wrench_feasibility.distribution import robot_view
 from cablewright.kernels.wrench_feasibility.structure_matrix import (
     ASIDE,

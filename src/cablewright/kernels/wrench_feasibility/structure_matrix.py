@@ -4,7 +4,7 @@ Column i of A (n, m) is the wrench that line i exerts on the platform per newton
 the platform to where it leaves its mounting, and r x u about the platform's origin.
 """
 
-from math import cos, hypot, pi, sin, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -12,38 +12,23 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
-    BAD_WRAP,
     EXIT_X,
-    GUIDE,
-    INSIDE_SHEAVE,
-    LEVER,
     MASS_X,
     OK,
-    PHI,
     PLATFORM_WEIGHT,
     POINT_X,
     PULLS,
-    RADIUS,
     STATE,
     TENSION_MAX,
     TENSION_MIN,
     UNDER_EXIT,
-    UNKNOWNS,
     WRENCH,
 )
-from cablewright.kernels.rotation import matrix, rotate
-from cablewright.kernels.statics.equilibrium import BACKWARDS
-from cablewright.kernels.statics.sheave import straight, wrap
-from cablewright.kernels.statics.spatial import (
-    ARM,
-    FORCE,
-    SpatialWork,
-    is_unwound,
-    spatial_work,
-    straight_spatial,
-    why_not_straight,
-)
-from cablewright.kernels.statics.wrench import AXIS_DISTANCE, NO_PLANE, has_plane, is_eyelet, place
+from cablewright.kernels.rotation import rotate
+from cablewright.kernels.statics.equilibrium import Work, workspace_of
+from cablewright.kernels.statics.line.interface import aim_line
+from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE, NO_PLANE, is_eyelet, place
+from cablewright.kernels.statics.platform import place_platform
 
 DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
 WIDTH = 8  # rows of A, n or n + 1, padded so that a column fills whole registers
@@ -59,11 +44,8 @@ class StructureScratch(NamedTuple):
     table: NDArray[np.float64]  # (m + 1 + WIDTH, WIDTH): A, -w, and after `track` the row operations
     scale: NDArray[np.float64]  # (WIDTH,): size of the entries in each row of A
     order: NDArray[np.int64]  # (m,): the line at each position
-    rotation: NDArray[np.float64]  # (3, 3)
-    arm: NDArray[np.float64]  # (3,)
-    plane: NDArray[np.float64]  # (4,)
+    base: Work  # of one line
     state: NDArray[np.float64]  # (STATE,)
-    spatial: SpatialWork | None  # for one line
 
 
 @jit(allocates=True)
@@ -73,11 +55,8 @@ def structure_scratch(general, m):
         np.zeros((m + 1 + WIDTH, WIDTH)),
         np.ones(WIDTH),
         np.arange(m),
-        np.eye(3),
-        np.zeros(3),
-        np.zeros(4),
+        workspace_of(general, 6, 1),
         np.zeros(STATE),
-        spatial_work(general, 6, 1),
     )
 
 
@@ -88,9 +67,8 @@ def structure_at(packed, pose, work):
     A line over a sheave leaves along the tangent; a lever has its angle at the mean of the line's tension limits.
     """
     n, lines, platform = packed.freedoms, packed.lines, packed.platform
-    table, R, arm = work.table, work.rotation, work.arm
-    if n == 6:
-        matrix(pose[3:], R)
+    table, R, arm = work.table, work.base.rotation, work.base.arms[0]
+    place_platform(pose, R)
     m, reach = lines.shape[0], AXIS_DISTANCE
     for i in range(m):
         if is_eyelet(lines[i]):
@@ -106,7 +84,9 @@ def structure_at(packed, pose, work):
             inverse = 1.0 / sqrt(square)
             x, y, z = x * inverse, y * inverse, z * inverse
         else:
-            code, x, y, z = _over_sheave(lines, i, pose, R, arm, work)
+            place(lines, i, pose, R, arm, work.base.planes[0])
+            tension = 0.5 * (lines[i, TENSION_MIN] + lines[i, TENSION_MAX])
+            code, x, y, z = aim_line(lines[i], work.state, pose, 0, tension, work.base, work.base.spatial)
             if code != OK:
                 return code
             rx, ry, rz = arm[0], arm[1], arm[2]
@@ -125,41 +105,6 @@ def structure_at(packed, pose, work):
         table[m, 3] += ry * weight
         table[m, 4] -= rx * weight
     return OK
-
-
-@jit
-def _over_sheave(lines, i, pose, rotation, arm, work):
-    """Status code and the unit vector along which line *i* pulls, over its sheave; writes its arm."""
-    row, plane, state = lines[i], work.plane, work.state
-    place(lines, i, pose, rotation, arm, plane)
-    tension = 0.5 * (row[TENSION_MIN] + row[TENSION_MAX])
-    if row[GUIDE] > 0.0:
-        return _straight_placed(row, pose, rotation, arm, tension, work.state, work.spatial)
-    if row[UNKNOWNS] == 6.0 and hypot(plane[2], plane[3]) < row[LEVER] + row[RADIUS]:
-        return INSIDE_SHEAVE, 0.0, 0.0, 0.0
-    if not straight(row, plane[2], plane[3], tension, state):
-        return INSIDE_SHEAVE, 0.0, 0.0, 0.0
-    if not has_plane(row, plane) and cos(state[PHI]) < BACKWARDS:
-        return UNDER_EXIT, 0.0, 0.0, 0.0
-    contact = wrap(row, state)
-    if contact < 0.0 or contact > 2.0 * pi:
-        return BAD_WRAP, 0.0, 0.0, 0.0
-    along = -cos(state[PHI])
-    return OK, along * plane[0], along * plane[1], -sin(state[PHI])
-
-
-@jit
-def _straight_placed(row, pose, rotation, arm, tension, state, spatial):
-    """As `_over_sheave`, of a line out of the plane; *arm* then reaches to where it leaves the platform."""
-    if spatial is None:
-        return UNDER_EXIT, 0.0, 0.0, 0.0
-    record = spatial.records[0]
-    if not straight_spatial(row, state, pose, arm, rotation, tension, record, spatial.blocks[0], spatial.steps[0]):
-        return why_not_straight(row, state, pose, arm), 0.0, 0.0, 0.0
-    if is_unwound(row, 0, spatial):
-        return BAD_WRAP, 0.0, 0.0, 0.0
-    arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
-    return OK, -record[FORCE], -record[FORCE + 1], -record[FORCE + 2]
 
 
 @jit

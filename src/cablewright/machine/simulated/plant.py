@@ -12,9 +12,10 @@ from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
-from cablewright.kernels.rotation import between, matrix
+from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import workspace
+from cablewright.kernels.statics.platform import between
 from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
 from cablewright.models.packed_views import LineStates

@@ -9,7 +9,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.kernels.layout import EXIT_Z, PULLS, RADIUS, TAU, WEIGHT
-from cablewright.kernels.statics.line import SLACK_TENSION
+from cablewright.kernels.statics.line.upright import SLACK_TENSION
 from cablewright.machine.simulated.settings import FaultPlan
 from cablewright.robot import Robot
 

@@ -1,13 +1,17 @@
 """Lines out of the plane in the solves of a whole robot, each at index *i* of the robot's scratch.
 
-*spatial* is `Work.spatial`: None for a robot that is not general, for which nothing here is compiled, see `Packed`.
+*spatial* is `Work.spatial` of a general robot; for others nothing here is compiled, see `Packed`.
 """
 
-from math import log, nan
+from math import cos, exp, hypot, log, nan, sin
 
 from cablewright.kernels import jit
+from cablewright.kernels.certificates.exclusion import SETTLED
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
+    AZIMUTH,
+    BAD_WRAP,
+    BREAKING,
     CONTACT,
     COUNTERWEIGHT,
     DEAD,
@@ -15,35 +19,41 @@ from cablewright.kernels.layout import (
     END_SPRING,
     FREE,
     FREE_COMPLIANCE,
+    NOT_CONVERGED,
+    OK,
+    OVERSTRETCHED,
+    PHI,
     PULLS,
     SPANS,
     TAU,
     WEIGHT,
 )
 from cablewright.kernels.newton import solve
-from cablewright.kernels.statics.line import SLACK_TENSION
-from cablewright.kernels.statics.sheave import unstrain
-from cablewright.kernels.statics.spatial import (
+from cablewright.kernels.statics.line.guides import CONTACT_POINT, give_way, leave_frame
+from cablewright.kernels.statics.line.sheave import unstrain
+from cablewright.kernels.statics.line.spatial import (
     ARM,
     END_FORCE,
+    FORCE,
     POSE,
     RESIDUAL,
     SIZE,
     advance_spatial,
     guess_spatial,
+    is_unwound,
     settle_spatial,
     spatial_system,
     straight_length,
     straight_spatial,
+    why_not_straight,
 )
-from cablewright.kernels.statics.spatial_wrench import add_spatial, add_spatial_pull, stiffness_along
+from cablewright.kernels.statics.line.spatial_wrench import add_spatial, add_spatial_pull, stiffness_along
+from cablewright.kernels.statics.line.upright import FAILED, SLACK, SLACK_TENSION, extremes
 
 
 @jit
 def evaluate_placed(row, y, length, pose, i, work, spatial):
-    """As `equilibrium.evaluate`, of one line. Returns its largest residual, m, NaN without a solution, and force, N."""
-    if spatial is None:
-        return nan, 0.0
+    """As `interface.evaluate_line`."""
     record, rhs = spatial.records[i], spatial.steps[i]
     if not spatial_system(row, y, pose, work.arms[i], work.rotation, length, record, spatial.blocks[i], rhs):
         return nan, 0.0
@@ -60,9 +70,7 @@ def evaluate_placed(row, y, length, pose, i, work, spatial):
 
 @jit
 def condense_placed(row, y, i, work, spatial):
-    """As `equilibrium.condense`, of one evaluated line. False if its block is singular."""
-    if spatial is None:
-        return False
+    """As `interface.condense_line`."""
     rows = spatial.steps[i]
     if not solve(spatial.blocks[i], rows, SIZE, POSE + work.wrench.shape[0]):
         return False
@@ -72,9 +80,7 @@ def condense_placed(row, y, i, work, spatial):
 
 @jit
 def step_placed(y, i, move, spatial):
-    """As `equilibrium.step_line`, of an eliminated line."""
-    if spatial is None:
-        return False
+    """As `interface.advance_line`."""
     steps = spatial.steps[i]
     for k in range(SIZE):
         for j in range(move.shape[0]):
@@ -84,9 +90,7 @@ def step_placed(y, i, move, spatial):
 
 @jit
 def draw_placed(row, y, pose, i, tension, work, spatial):
-    """As `equilibrium.draw_straight`, of one line."""
-    if spatial is None:
-        return -1.0
+    """As `interface.draw_line`."""
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     found = straight_spatial(row, y, pose, work.arms[i], work.rotation, tension, record, block, rhs)
     return straight_length(row, y) if found else -1.0
@@ -94,29 +98,22 @@ def draw_placed(row, y, pose, i, tension, work, spatial):
 
 @jit
 def guess_placed(row, y, pose, i, length, tension, work, spatial):
-    """As `line.guess`, of one line."""
-    if spatial is None:
-        return False
+    """As `interface.guess_line`."""
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     return guess_spatial(row, y, pose, work.arms[i], work.rotation, length, tension, record, block, rhs)
 
 
 @jit
-def add_settled(row, length, pose, y, i, tension, work, spatial):
-    """Solve a line at a fixed pose, if need be from a guess at *tension*, and add it. False if it is not solved.
-
-    A slack massless one adds nothing.
-    """
-    if spatial is None:
-        return False
+def settle_placed(row, y, length, pose, i, tension, work, spatial):
+    """As `interface.settle_line`."""
     arm, turned = work.arms[i], work.rotation
     record, block, rhs = spatial.records[i], spatial.blocks[i], spatial.steps[i]
     if row[WEIGHT] == 0.0 and row[COUNTERWEIGHT] == 0.0:
         if not straight_spatial(row, y, pose, arm, turned, SLACK_TENSION, record, block, rhs):
-            return False
+            return FAILED
         excess = straight_length(row, y) - length
         if excess <= 0.0:
-            return True
+            return SLACK
         compliance = row[SPANS] * y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE]
         compliance += y[CONTACT] * row[ARC_COMPLIANCE] + row[END_SPRING]
         y[TAU] = log(excess / compliance)
@@ -127,16 +124,58 @@ def add_settled(row, length, pose, y, i, tension, work, spatial):
             guess_spatial(row, y, pose, arm, turned, length, tension, record, block, rhs)
             and settle_spatial(row, y, pose, arm, turned, length, record, block, rhs)
         )
-    if not (solved and spatial_system(row, y, pose, arm, turned, length, record, block, rhs)):
-        return False
-    return condense_placed(row, y, i, work, spatial)
+    evaluated = solved and spatial_system(row, y, pose, arm, turned, length, record, block, rhs)
+    return SETTLED if evaluated else FAILED
 
 
 @jit
-def write_stiffness(row, y, i, chord, arm, spatial):
-    """Write the *chord* (3,) of an eliminated line and the *arm* (3,) of its end; returns its stiffness along it."""
-    if spatial is None:
-        return nan
+def find_placed(row, y, length, pose, i, work, spatial):
+    """As `interface.find_line`."""
+    plane = work.planes[i]
+    tension = max(row[WEIGHT], 1.0) * hypot(plane[2], plane[3])
+    if not guess_placed(row, y, pose, i, length, tension, work, spatial):
+        return why_not_straight(row, y, pose, work.arms[i])
+    return NOT_CONVERGED if settle_placed(row, y, length, pose, i, tension, work, spatial) == FAILED else OK
+
+
+@jit
+def judge_placed(row, y, i, spatial):
+    """As `interface.judge_line`."""
+    if is_unwound(row, i, spatial):
+        return BAD_WRAP
+    return OVERSTRETCHED if extremes(row, y)[1] > row[BREAKING] else OK
+
+
+@jit
+def aim_placed(row, y, pose, i, tension, work, spatial):
+    """As `interface.aim_line`."""
+    record, arm = spatial.records[i], work.arms[i]
+    if draw_placed(row, y, pose, i, tension, work, spatial) < 0.0:
+        return why_not_straight(row, y, pose, arm), 0.0, 0.0, 0.0
+    if is_unwound(row, i, spatial):
+        return BAD_WRAP, 0.0, 0.0, 0.0
+    arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
+    return OK, -record[FORCE], -record[FORCE + 1], -record[FORCE + 2]
+
+
+@jit
+def stiffen_placed(row, y, i, spatial, chord, arm):
+    """As `interface.stiffen_line`."""
     record = spatial.records[i]
     arm[0], arm[1], arm[2] = record[ARM], record[ARM + 1], record[ARM + 2]
     return row[PULLS] * stiffness_along(row, y, record, spatial.steps[i], chord)
+
+
+@jit
+def shape_placed(row, y, guide, origin, plane):
+    """As `interface.shape_line`, for the *plane* of the platform point and the exit point in *origin*."""
+    t, c = exp(y[TAU]), cos(y[PHI])
+    away = (plane[0] * plane[2], plane[1] * plane[2], plane[3])
+    plane[0], plane[1] = cos(y[AZIMUTH]), sin(y[AZIMUTH])
+    fx, fy, fz = t * c * plane[0], t * c * plane[1], t * sin(y[PHI])
+    leave_frame(row, fx, fy, fz, away, guide, 0)
+    give_way(row, fx, fy, fz, 0.0, guide, 0)
+    for k in range(3):
+        origin[k] += guide[CONTACT_POINT + k]
+    straight = y[FREE] * (1.0 + t * row[FREE_COMPLIANCE])
+    plane[2], plane[3] = straight * c, straight * sin(y[PHI])  # its end, as long as it is straight

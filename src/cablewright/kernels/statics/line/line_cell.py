@@ -25,10 +25,10 @@ from cablewright.kernels.certificates.interval import (
     sqr,
     sub,
 )
-from cablewright.kernels.certificates.line_branches import dead_angle, free_length, rise
-from cablewright.kernels.certificates.line_enclosure import ONE, PI, ZERO, arc_length, contact, taken_up
-from cablewright.kernels.certificates.span_enclosure import hanging_span
 from cablewright.kernels.layout import FREE_COMPLIANCE, LEVER, LEVER_MOMENT, RADIUS, SIDE, UNKNOWNS, WEIGHT
+from cablewright.kernels.statics.line.enclosure import ONE, PI, ZERO, arc_length, contact, taken_up
+from cablewright.kernels.statics.line.line_branches import dead_angle, free_length, rise
+from cablewright.kernels.statics.line.span_enclosure import hanging_span
 
 # Columns of a leaf; all but LABEL and GOOD are the lower end of an interval, whose upper end follows.
 CELL_PHI, CELL_TAU = 0, 2

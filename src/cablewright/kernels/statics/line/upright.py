@@ -36,14 +36,16 @@ from cablewright.kernels.layout import (
     WINCH_Z,
 )
 from cablewright.kernels.newton import largest_of_column, solve
-from cablewright.kernels.statics.catenary import span
-from cablewright.kernels.statics.sheave import constant_length, straight, unstrain, wrap
+from cablewright.kernels.statics.line.catenary import span
+from cablewright.kernels.statics.line.sheave import constant_length, straight, unstrain, wrap
 
 STEPS = 80
 LENGTH_TOLERANCE = 1e-15  # m per m of line: a few roundings
 SLACK_FROM = 1.001  # lengths per chord: from here the catenary is a better guess than the parabola
 STALLED = 1e-12  # Newton step after which the next one is rounding
 SLACK_TENSION = 1e-30  # N: marks a slack massless line; no taut one, of the smallest machine, has as little
+LOG_SLACK = log(SLACK_TENSION) + 1e-9
+SETTLED, SLACK, FAILED = 1, 0, -1  # what `interface.settle_line` returns
 
 
 @jit
@@ -333,71 +335,6 @@ def settle(row, x, z, length, y, jacobian, rhs):
 
 
 @jit
-def pull_of(row, y, x, z):
-    """Pull of the free span (N), which is its mid-length force along its chord, and the chord's direction.
-
-    A straight line's pull is its tension. Unlike the tension at the sheave, which rises again when a slack span becomes
-    heavy, the pull falls monotonically with the length paid out, so that a pull determines the shape.
-    """
-    h, v = start_force(y)
-    turn = row[SIDE] * row[RADIUS]
-    gx, gz = given_way(row, y)
-    cx = x - gx - row[LEVER] * cos(y[BETA]) + turn * sin(y[PHI])
-    cz = z - gz - row[LEVER] * sin(y[BETA]) - turn * cos(y[PHI])
-    chord = sqrt(cx * cx + cz * cz)
-    cx, cz = cx / chord, cz / chord
-    return h * cx + (v + 0.5 * row[WEIGHT] * y[FREE]) * cz, cx, cz
-
-
-@jit
-def settle_at_pull(row, x, z, pull, y, jacobian, rhs):
-    """Solve the line at a fixed point for *pull* (N) from *y*; rhs[:, 1] is then dy / dlog(pull). True if converged."""
-    unknowns = int(row[UNKNOWNS])
-    scale = LENGTH_TOLERANCE * (1.0 + abs(x) + abs(z))
-    for _ in range(STEPS):
-        system_at_pull(row, x, z, pull, y, jacobian, rhs)
-        done = largest_of_column(rhs, unknowns) < scale
-        if not solve(jacobian, rhs, unknowns, 2):
-            return False
-        if done:
-            return True
-        done = largest_of_column(rhs, unknowns) < STALLED
-        advance(row, y, rhs[:, 0], 1.0)
-        if done:
-            return True
-    return False
-
-
-@jit
-def system_at_pull(row, x, z, pull, y, jacobian, rhs):
-    """As `system`, with the pull given instead of the length; rhs[:, 1] is the derivative by -log(pull).
-
-    Returns the derivatives of the pull's equation by x and z.
-    """
-    h, v = system(row, y, x, z, 0.0, jacobian, rhs[:, 0])
-    for k in range(int(row[UNKNOWNS])):
-        jacobian[2, k] = 0.0
-        rhs[k, 1] = 0.0
-    turn = row[SIDE] * row[RADIUS]
-    hx, hz = row[LEVER] * cos(y[BETA]), row[LEVER] * sin(y[BETA])
-    tx, tz = turn * cos(y[PHI]), turn * sin(y[PHI])
-    gx, gz = given_way(row, y)
-    cx, cz = x - gx - hx + tz, z - gz - hz - tx
-    chord = sqrt(cx * cx + cz * cz)
-    cx, cz = cx / chord, cz / chord
-    middle = v + 0.5 * row[WEIGHT] * y[FREE]
-    across = (middle * cx - h * cz) / (chord * pull)  # the chord turns as its ends move
-    jacobian[2, PHI] = (h * cz - v * cx) / pull + across * (cx * tz - cz * tx)
-    jacobian[2, TAU] = (h * cx + v * cz) / pull
-    jacobian[2, FREE] = 0.5 * row[WEIGHT] * cz / pull
-    if row[UNKNOWNS] > 5.0:
-        jacobian[2, BETA] = -across * (cx * hx + cz * hz)
-    if row[MOUNT] > 0.0:
-        soft = row[MOUNT] * row[PULLS]
-        jacobian[2, PHI] -= across * soft * (cz * v + cx * h)
-        jacobian[2, TAU] += across * (cz * gx - cx * gz)
-        if row[UNKNOWNS] > 4.0:
-            jacobian[2, PSI] = -across * soft * cx * exp(y[TAU]) * cos(y[PSI]) / row[SPANS]
-    rhs[2, 0] = (h * cx + middle * cz) / pull - 1.0
-    rhs[2, 1] = 1.0
-    return -across * cz, across * cx
+def is_slack(row, y):
+    """Whether a massless line is slack: it carries no tension and has no shape."""
+    return row[WEIGHT] == 0.0 and y[TAU] <= LOG_SLACK

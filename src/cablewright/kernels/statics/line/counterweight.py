@@ -19,8 +19,8 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WINCH_RISE,
 )
-from cablewright.kernels.statics.guides import SPAN_BY_FORCE
-from cablewright.kernels.statics.line import extremes, length_of
+from cablewright.kernels.statics.line.guides import SPAN_BY_FORCE
+from cablewright.kernels.statics.line.upright import extremes, length_of
 
 LIGHTEST = 0.05  # of the counterweight's tension: the least at the sheave with which a guess begins
 

@@ -27,18 +27,6 @@ from cablewright.kernels.certificates.interval import (
     sub,
     up,
 )
-from cablewright.kernels.certificates.line_enclosure import (
-    ONE,
-    ZERO,
-    arc_length,
-    contact,
-    dead_direction,
-    enclose_jacobian,
-    enclose_residual,
-    taken_up,
-    upright,
-)
-from cablewright.kernels.certificates.span_enclosure import hanging_span
 from cablewright.kernels.layout import (
     BETA,
     DEAD,
@@ -59,6 +47,18 @@ from cablewright.kernels.layout import (
     WINCH_Z,
 )
 from cablewright.kernels.newton import copy, solve
+from cablewright.kernels.statics.line.enclosure import (
+    ONE,
+    ZERO,
+    arc_length,
+    contact,
+    dead_direction,
+    enclose_jacobian,
+    enclose_residual,
+    taken_up,
+    upright,
+)
+from cablewright.kernels.statics.line.span_enclosure import hanging_span
 
 TURN = 6.2832  # just above 2 pi
 NARROWER = 0.7  # ratio of widths above which a shrunk box is not examined again

@@ -33,8 +33,8 @@ from cablewright.kernels.layout import (
     WINCH_RISE,
 )
 from cablewright.kernels.newton import solve
-from cablewright.kernels.statics.catenary import span
-from cablewright.kernels.statics.guides import (
+from cablewright.kernels.statics.line.catenary import span
+from cablewright.kernels.statics.line.guides import (
     ARC,
     ARC_BY_FORCE,
     ARC_BY_RADIUS,
@@ -46,8 +46,7 @@ from cablewright.kernels.statics.guides import (
     SPAN_BY_RADIUS,
     towards_winch,
 )
-from cablewright.kernels.statics.line import force_on_mount
-from cablewright.kernels.statics.spatial import (
+from cablewright.kernels.statics.line.spatial import (
     ARM,
     END_FORCE,
     FORCE,
@@ -58,14 +57,13 @@ from cablewright.kernels.statics.spatial import (
     dead_length,
     spatial_system,
 )
-from cablewright.kernels.statics.spatial_wrench import wrench_change
+from cablewright.kernels.statics.line.spatial_wrench import wrench_change
+from cablewright.kernels.statics.line.upright import force_on_mount
 
 
 @jit
-def write_parameters(row, y, length, i, pose, work, spatial, right):
-    """Write the columns of line *i*'s parameters in `linearise`, the wrench's changes, to *right* (n, 10 m)."""
-    if spatial is None:
-        return False
+def write_placed(row, y, length, pose, i, work, spatial, right):
+    """As `interface.change_line`."""
     if not _parameter_changes(row, y, length, i, pose, work, spatial):
         return False
     for k in range(PARAMETERS):
@@ -76,10 +74,8 @@ def write_parameters(row, y, length, i, pose, work, spatial, right):
 
 
 @jit
-def write_tension_changes(row, y, length, i, pose, work, spatial, own, by_pose):
-    """Write the rows *own* (10,) and *by_pose* (n,) of line *i* in `linearise.tension_changes`."""
-    if spatial is None:
-        return False
+def write_tension_placed(row, y, length, pose, i, work, spatial, own, by_pose):
+    """As `interface.change_tension`."""
     record = spatial.records[i]
     for k in range(by_pose.shape[0]):
         by_pose[k] = _tension_change(record, y, spatial.steps[i], POSE + k)

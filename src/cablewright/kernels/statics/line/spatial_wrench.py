@@ -4,8 +4,17 @@ from math import exp
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import TAU, WEIGHT
-from cablewright.kernels.statics.guides import BY_FORCE
-from cablewright.kernels.statics.spatial import ARM, CHORD, END_FORCE, PLATFORM, POSE, RESIDUAL, pull_along, turn_of
+from cablewright.kernels.statics.line.guides import BY_FORCE
+from cablewright.kernels.statics.line.spatial import (
+    ARM,
+    CHORD,
+    END_FORCE,
+    PLATFORM,
+    POSE,
+    RESIDUAL,
+    pull_along,
+    turn_of,
+)
 
 
 @jit

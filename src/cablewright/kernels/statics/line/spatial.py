@@ -41,9 +41,9 @@ from cablewright.kernels.layout import (
     WEIGHT,
 )
 from cablewright.kernels.newton import largest_of_column, solve
-from cablewright.kernels.statics.catenary import span
-from cablewright.kernels.statics.counterweight import hang_counterweight, shape_hung
-from cablewright.kernels.statics.guides import (
+from cablewright.kernels.statics.line.catenary import span
+from cablewright.kernels.statics.line.counterweight import hang_counterweight, shape_hung
+from cablewright.kernels.statics.line.guides import (
     ARC,
     ARC_BY_FORCE,
     BY_FORCE,
@@ -55,8 +55,8 @@ from cablewright.kernels.statics.guides import (
     leave_frame,
     leave_platform,
 )
-from cablewright.kernels.statics.line import LENGTH_TOLERANCE, STALLED, STEPS, shape_span
-from cablewright.kernels.statics.sheave import constant_length
+from cablewright.kernels.statics.line.sheave import constant_length
+from cablewright.kernels.statics.line.upright import LENGTH_TOLERANCE, STALLED, STEPS, shape_span
 
 SIZE = 4  # unknowns of a line
 # Columns of the right-hand sides and of what `solve` makes of them.
@@ -451,7 +451,5 @@ def guess_spatial(row, y, pose, arm, rotation, length, tension, record, block, r
 @jit
 def is_unwound(row, i, spatial):
     """Whether the cable of line *i* would leave a sheave before it meets it: an angle of contact is negative."""
-    if spatial is None:
-        return False
     at_frame = spatial.records[i, FRAME + ARC] < -UNWOUND * row[RADIUS]
     return at_frame or spatial.records[i, PLATFORM + ARC] < -UNWOUND * row[END_RADIUS]

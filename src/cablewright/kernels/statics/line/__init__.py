@@ -1,0 +1,1 @@
+"""One line from winch to platform: all its kinds, behind the functions of `interface`."""

@@ -1,0 +1,259 @@
+"""Upright lines in the solves of a whole robot, each at index *i* of the robot's scratch, see `equilibrium.Work`."""
+
+from math import cos, exp, hypot, isnan, nan, pi, sin
+
+from cablewright.kernels import jit
+from cablewright.kernels.certificates.exclusion import SETTLED
+from cablewright.kernels.layout import (
+    ARC_COMPLIANCE,
+    BAD_WRAP,
+    BETA,
+    BREAKING,
+    DEAD,
+    DEAD_COMPLIANCE,
+    END_SPRING,
+    FREE,
+    FREE_COMPLIANCE,
+    INSIDE_SHEAVE,
+    LEVER,
+    LEVER_MOMENT,
+    LEVER_UNSTABLE,
+    NOT_CONVERGED,
+    OK,
+    OVERSTRETCHED,
+    PHI,
+    PSI,
+    PULLS,
+    RADIUS,
+    SIDE,
+    SPANS,
+    STATE,
+    TAU,
+    UNDER_EXIT,
+    UNKNOWNS,
+    UNSTABLE,
+    WEIGHT,
+)
+from cablewright.kernels.newton import solve
+from cablewright.kernels.statics.line.sheave import straight, unstrain, whole_length, wrap
+from cablewright.kernels.statics.line.upright import (
+    FAILED,
+    SLACK,
+    SLACK_TENSION,
+    advance,
+    extremes,
+    force_change,
+    given_way,
+    guess,
+    lever_stable,
+    settle,
+    system,
+)
+from cablewright.kernels.statics.line.upright_pull import pull_of
+from cablewright.kernels.statics.line.vertical_plane import (
+    add_line,
+    add_pull,
+    has_plane,
+    is_eyelet,
+    is_in_reach_of_lever,
+)
+
+TAUT = 1e9  # N; tension at which a lever's weight is negligible
+LEVER_PULLS = (1.0, 10.0, 100.0, 1000.0)  # tensions, times the weight of the straight line, at which levers are placed
+BACKWARDS = -1e-9  # cosine of a span's direction, below which it leaves its sheave backwards and not straight down
+
+
+@jit
+def evaluate_upright(row, y, length, i, work):
+    """As `interface.evaluate_line`."""
+    plane, steps, worst = work.planes[i], work.steps[i], 0.0
+    h, v = system(row, y, plane[2], plane[3], length, work.blocks[i], steps[:, 0])
+    work.forces[i, 0], work.forces[i, 1] = h, v
+    v += row[WEIGHT] * y[FREE]
+    for k in range(int(row[UNKNOWNS])):
+        size = abs(steps[k, 0])
+        if k == BETA:
+            size *= row[LEVER] / max(1.0, row[LEVER_MOMENT] / (row[LEVER] * exp(y[TAU])))  # about its end's error
+        if size > worst or size != size:  # keeps a NaN
+            worst = size
+    add_pull(row, work.arms[i], plane, h, v, work.trial)
+    return worst, row[PULLS] * max(abs(h), abs(v))
+
+
+@jit
+def condense_upright(row, y, i, work):
+    """As `interface.condense_line`."""
+    if not eliminate(row, work.blocks[i], work.steps[i], 3):
+        return False
+    add_eliminated(row, y, work.forces[i], work.steps[i], work.arms[i], work.planes[i], work.wrench, work.stiffness)
+    return True
+
+
+@jit
+def eliminate(row, block, steps, columns):
+    """Replace steps[:, :columns] by the block inverse times residual (column 0), x, z and length. False if singular."""
+    unknowns = int(row[UNKNOWNS])
+    for column in range(1, columns):
+        for k in range(unknowns):
+            steps[k, column] = 0.0
+        steps[column - 1, column] = 1.0
+    return solve(block, steps, unknowns, columns)
+
+
+@jit
+def add_eliminated(row, y, force, steps, arm, plane, wrench, stiffness):
+    """Add one eliminated line to the balance and stiffness: its end force after its own step, and its change."""
+    weight = row[WEIGHT]
+    h, v = force[0], force[1]
+    dh, dv = force_change(h, v, weight, steps, 0)
+    kxx, kzx = force_change(h, v, weight, steps, 1)
+    kxz, kzz = force_change(h, v, weight, steps, 2)
+    v += weight * y[FREE]
+    add_line(row, arm, plane, h - dh, v - dv, kxx, kxz, kzx, kzz, wrench, stiffness)
+
+
+@jit
+def step_upright(row, y, steps, arm, plane, move):
+    """As `interface.advance_line`."""
+    dx, dy, dz = move[0, 0], move[1, 0], move[2, 0]
+    if move.shape[0] == 6:
+        a, b, c = move[3, 0], move[4, 0], move[5, 0]
+        dx += b * arm[2] - c * arm[1]
+        dy += c * arm[0] - a * arm[2]
+        dz += a * arm[1] - b * arm[0]
+    along = plane[0] * dx + plane[1] * dy
+    for k in range(int(row[UNKNOWNS])):
+        steps[k, 0] -= steps[k, 1] * along + steps[k, 2] * dz
+    return advance(row, y, steps[:, 0], 1.0)
+
+
+@jit
+def draw_upright(row, y, x, z, tension):
+    """As `interface.draw_line`, to the platform point (x, z) in the line's plane, m."""
+    return whole_length(row, y) if straight(row, x, z, tension, y) else -1.0
+
+
+@jit
+def settle_upright(row, y, x, z, length, i, tension, work):
+    """As `interface.settle_line`, for the platform point (x, z) in the line's plane, m."""
+    block, steps = work.blocks[i], work.steps[i]
+    if row[WEIGHT] == 0.0:
+        found = _settle_massless(row, x, z, length, y, block, steps)
+        if found != SETTLED:
+            return found
+    elif not settle(row, x, z, length, y, block, steps) and not (
+        guess(row, x, z, length, tension, y) and settle(row, x, z, length, y, block, steps)
+    ):
+        return FAILED
+    work.forces[i, 0], work.forces[i, 1] = system(row, y, x, z, length, block, steps[:, 0])
+    return SETTLED
+
+
+@jit
+def _settle_massless(row, x, z, length, y, block, rhs):
+    """Solve a massless line: SETTLED, SLACK (its tension in *y* is then SLACK_TENSION) or FAILED."""
+    if not straight(row, x, z, SLACK_TENSION, y):
+        return FAILED
+    excess = whole_length(row, y) - length
+    if excess <= 0.0:
+        return SLACK
+    contact = row[RADIUS] * wrap(row, y)
+    compliance = (
+        row[SPANS] * y[FREE] * row[FREE_COMPLIANCE] + y[DEAD] * row[DEAD_COMPLIANCE] + contact * row[ARC_COMPLIANCE]
+    )
+    tension = excess / (compliance + row[END_SPRING])
+    straight(row, x, z, tension, y)
+    unstrain(y, row[FREE_COMPLIANCE], row[DEAD_COMPLIANCE])
+    return SETTLED if settle(row, x, z, length, y, block, rhs) else FAILED
+
+
+@jit
+def find_upright(row, y, plane, length, block, rhs):
+    """As `interface.find_line`, in its *plane* (4,); *block* (6, 6) and *rhs* (6, 4) are scratch."""
+    x, z, settled = plane[2], plane[3], False
+    if not has_plane(row, plane):
+        return UNDER_EXIT
+    if isnan(length) or is_in_reach_of_lever(row, plane):
+        return INSIDE_SHEAVE
+    if row[WEIGHT] == 0.0 and straight(row, x, z, SLACK_TENSION, y) and whole_length(row, y) <= length:
+        return OK
+    for pull in LEVER_PULLS:
+        if not guess(row, x, z, length, pull * max(row[WEIGHT], 1.0) * hypot(x, z), y):
+            return INSIDE_SHEAVE
+        if settle(row, x, z, length, y, block, rhs) and not _runs_back(row, y):
+            settled = True
+            for k in range(STATE):
+                rhs[k, 3] = y[k]
+            if lever_stable(row, y):
+                break
+    for k in range(STATE):
+        y[k] = rhs[k, 3] if settled else nan
+    return OK if settled else NOT_CONVERGED
+
+
+@jit
+def _runs_back(row, y):
+    """Whether the tension at the sheave does not carry the dead span, which then hangs below the winch."""
+    if row[UNKNOWNS] == 3.0 or row[UNKNOWNS] == 5.0:  # without a dead span, or with one that may sag
+        return False
+    pull = exp(y[TAU]) * sin(y[PSI])
+    return pull < 0.0 < pull + row[WEIGHT] * y[DEAD]
+
+
+@jit
+def judge_upright(row, y, plane):
+    """As `interface.judge_line`."""
+    if not has_plane(row, plane):
+        if is_eyelet(row):
+            return UNDER_EXIT
+        if cos(y[PHI]) < BACKWARDS:  # the sheave can face any way, and drives the platform off its axis
+            return UNSTABLE
+    if not lever_stable(row, y):
+        return LEVER_UNSTABLE
+    angle = wrap(row, y)
+    if angle < 0.0 or angle > 2.0 * pi:
+        return BAD_WRAP
+    return OVERSTRETCHED if extremes(row, y)[1] > row[BREAKING] else OK
+
+
+@jit
+def aim_upright(row, y, tension, plane):
+    """As `interface.aim_line`."""
+    if is_in_reach_of_lever(row, plane) or not straight(row, plane[2], plane[3], tension, y):
+        return INSIDE_SHEAVE, 0.0, 0.0, 0.0
+    if not has_plane(row, plane) and cos(y[PHI]) < BACKWARDS:
+        return UNDER_EXIT, 0.0, 0.0, 0.0
+    contact = wrap(row, y)
+    if contact < 0.0 or contact > 2.0 * pi:
+        return BAD_WRAP, 0.0, 0.0, 0.0
+    along = -cos(y[PHI])
+    return OK, along * plane[0], along * plane[1], -sin(y[PHI])
+
+
+@jit
+def stiffen_upright(row, y, i, work, chord):
+    """As `interface.stiffen_line`."""
+    steps, plane = work.steps[i], work.planes[i]
+    h, v = work.forces[i, 0], work.forces[i, 1]
+    kxx, kzx = force_change(h, v, row[WEIGHT], steps, 1)
+    kxz, kzz = force_change(h, v, row[WEIGHT], steps, 2)
+    _, cx, cz = pull_of(row, y, plane[2], plane[3])
+    chord[0], chord[1], chord[2] = plane[0] * cx, plane[1] * cx, cz
+    return row[PULLS] * (cx * (kxx * cx + kxz * cz) + cz * (kzx * cx + kzz * cz))
+
+
+@jit
+def dips_upright(row, y):
+    """As `interface.dips_line`."""
+    v = exp(y[TAU]) * sin(y[PSI])
+    return v * (v + row[WEIGHT] * y[DEAD]) < 0.0
+
+
+@jit
+def start_upright(row, y):
+    """Where the free span leaves the line, from the exit point: in the line's plane, and up, m."""
+    turn = row[SIDE] * row[RADIUS]
+    x, z = given_way(row, y)
+    x += row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])
+    z += row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
+    return x, z
