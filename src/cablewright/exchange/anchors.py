@@ -9,7 +9,8 @@ from typing import Any, Final
 from cablewright.errors import InputError
 from cablewright.exchange.completion import Point, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
-from cablewright.robot import Eyelet, PointPlatform, Robot
+from cablewright.models.support import Capability, require
+from cablewright.robot import Robot
 from cablewright.validation import validated
 
 CABLE: Final = "spectra-1.1mm"
@@ -65,18 +66,11 @@ def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[
     return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius / radius, "drum_length": length}
 
 
-def require_anchors(robot: Robot, what: str, most: int, instead: str = "") -> None:
-    """Raise `InputError` unless *what* can describe the geometry of the robot, with at most so many lines.
-
-    *instead*: what to do else, for the message.
-    """
-    if robot.m > most:
-        raise InputError(f"robot {robot.name!r} has {robot.m} lines; {what} has {most} at most{instead}")
-    if not isinstance(robot.platform, PointPlatform) or robot.platform.plane is not None:
-        kind = "a plane" if robot.platform.plane is not None else "a body that rotates"
-        raise InputError(f"robot {robot.name!r} has {kind}; {what} has a point alone{instead}")
-    for line in robot.lines:
-        if not isinstance(line.sheave, Eyelet) or any(line.platform_point) or line.platform_sheave is not None:
-            raise InputError(
-                f"line {line.name!r} is not straight from an eyelet to the point; {what} has no other{instead}"
-            )
+def require_anchors(robot: Robot, capability: Capability, most: int) -> None:
+    """Raise `InputError` unless a firmware can describe the geometry of the robot, with at most so many lines."""
+    require(robot, capability)
+    wrong = f"robot {robot.name!r} has {robot.m} lines; at most {most} are allowed" if robot.m > most else ""
+    if any(robot.lines[0].platform_point):
+        wrong = f"robot {robot.name!r} has platform points that are not the origin of the platform"
+    if wrong:
+        raise InputError(f"{capability}: {wrong}; export klipper, which moves winches by their angle")

@@ -22,6 +22,7 @@ from cablewright.machine.drums import drums_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import Drum
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
@@ -113,19 +114,11 @@ def _note_job(name: str, path: WinchPath, lost: Notes) -> None:
 
 def _require_lines(name: str, robot: Robot) -> None:
     """Raise `InputError` for lines that this firmware cannot move, before the path is solved."""
-    for line in robot.lines:
-        other = "a counterweight" if line.counterweight is not None else "shared_winch" if line.shared_winch else ""
-        if other:
-            raise InputError(
-                f"line {line.name!r} has {other}; {name} moves one winch for each line: give it a winch of its own, or "
-                "export urdf, which has no lines"
-            )
     if name == "reprapfirmware":
         require_hangprinter(robot)
-    elif name == "klipper":
-        letters_of(robot)
-    elif name == "linuxcnc":
-        linuxcnc.letters_of(robot)
+        return
+    require(robot, Capability(f"export {name}"))
+    (letters_of if name == "klipper" else linuxcnc.letters_of)(robot)
 
 
 def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[Drum]) -> float:

@@ -20,6 +20,7 @@ from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, Feature, ImportedRobot, Notes
 from cablewright.exchange.xml_input import finite, whole
+from cablewright.models.support import Capability
 from cablewright.robot import Robot
 from cablewright.validation import shown
 
@@ -143,9 +144,7 @@ def _lines(printer: _Printer, exits: Mapping[str, Point], radii: list[float], lo
 
 def klipper_anchors(robot: Robot) -> ExportedFile:
     """Return the sections of a ``printer.cfg`` that let Klipper compute the lengths. Raises `InputError`."""
-    require_anchors(robot, "Klipper's winch kinematics", len(LETTERS))
-    if any(line.advantage > 1 for line in robot.lines):
-        raise InputError(f"robot {robot.name!r} has an advantage over 1, which Klipper's winch kinematics lacks")
+    require_anchors(robot, Capability.KLIPPER_WINCH, len(LETTERS))
     carried = "lines.exit_point lines.winch.drum_radius lines.name lines.sheave.kind"
     lost = tuple(lost_keys(keys_given(robot), carried))
     text = "# Lines are straight and rigid, drums have one layer. Lengths are mm.\n"

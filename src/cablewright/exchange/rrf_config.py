@@ -25,6 +25,7 @@ from cablewright.exchange.translation import ExportedFile, Feature, ImportedRobo
 from cablewright.exchange.xml_input import finite, whole
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import Drum
+from cablewright.models.support import Capability
 from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20
@@ -202,7 +203,7 @@ def rrf_config(
 
 def require_hangprinter(robot: Robot) -> None:
     """Raise `InputError` for a robot that the firmware's kinematics does not have."""
-    require_anchors(robot, "RepRapFirmware's Hangprinter", MOST, "; export klipper, which moves winches by their angle")
+    require_anchors(robot, Capability.REPRAPFIRMWARE, MOST)
 
 
 def _shortest(millimetres: float) -> str:

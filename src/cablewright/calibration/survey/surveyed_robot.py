@@ -8,6 +8,7 @@ from typing import Any, Final
 from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Exit, Survey
 from cablewright.errors import InputError
+from cablewright.models.support import Capability, require
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
 from cablewright.robot.sheave import Eyelet
@@ -27,7 +28,7 @@ def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:
     lengths. Raises `InputError` if the survey has no exits, for lines out of the plane, or if the resulting robot is
     not valid.
     """
-    robot.require_lines_in_plane("a survey of exits")
+    require(robot, Capability.SURVEY)
     by_line = {exit_.line: exit_ for exit_ in found.exits}
     if not by_line:
         raise InputError(

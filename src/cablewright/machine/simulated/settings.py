@@ -32,6 +32,7 @@ from cablewright.machine.simulated.unmodelled.laws import (
     WinchGears,
     Wind,
 )
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.units import Angle, Duration, Length, NonNegative, Positive
 from cablewright.validation import Description, refusal, validated
@@ -407,7 +408,7 @@ def whole_machine(machine: TwinSettings | str | Path) -> TwinSettings:
 
 def require_hanging(robot: Robot) -> None:
     """Raise `InputError` for lines that no plant can hang: of several spans, without weight, or without gravity."""
-    robot.require_drivable("the simulated machine")
+    require(robot, Capability.SIMULATION)
     origin = f"robot {robot.name!r}"
     if robot.scene.gravity == 0.0:
         raise InputError(f"{origin}: gravity = 0: a drum that hangs, and powder that falls, need some")

@@ -100,9 +100,11 @@ class ServeCommand:
 
         from cablewright.machine.settings import require_robot
         from cablewright.machine.simulated.settings import whole_machine
+        from cablewright.models.support import Capability, require
         from cablewright.studies.serve.station import DriveStation, SimulatedStation, resting_place
 
         require_robot(owner, robot.name)
+        require(robot, Capability.SERVE)
         given = numbers(self.at, "--at", 3)
         place = resting_place(robot) if given is None else np.array(given)
         file = self._machine_of(robot)
