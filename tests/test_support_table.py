@@ -66,7 +66,9 @@ def fault_of(robot: Robot, capability: Capability) -> str:
     if cell.verdict is Verdict.UNCERTIFIED:
         return "" if found is False else "it is certified"
     if isinstance(found, tuple):
-        notes = ((own.instead, f"{each.key}: {own.instead}") for each, own in cells(robot, capability))
+        notes = (
+            (f"{own.because}: {own.instead}", f"{each.key}: {own.instead}") for each, own in cells(robot, capability)
+        )
         return "" if all(set(each) & set(found) for each in notes) else f"a note is missing among {found}"
     return "" if found else f"the answer is {found}"
 

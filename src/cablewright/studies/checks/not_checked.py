@@ -53,7 +53,7 @@ def not_checked(
         found.append(f"{what} at {singular} of {len(statics.displacement)} samples: no regular equilibrium")
     if robot.platform.plane is not None:
         found += _on_plane(robot.platform.plane, statics.plane_force)
-    found += [cell.instead for _, cell in cells(robot, Capability.CHECK)]
+    found += [f"{cell.because}: {cell.instead}" for _, cell in cells(robot, Capability.CHECK)]
     turning = ("angular acceleration of the platform",) if turns else ()
     return [*found, *_LEFT_OUT, *turning]
 
