@@ -90,6 +90,7 @@ def _matrix(_line: Any, _robot: Robot) -> dict[str, Any]:
 
 
 _CHANGES: dict[str, Callable[[Any, Robot], dict[str, Any]]] = {
+    "lines": lambda _line, _robot: {},
     "eyelet": lambda _line, _robot: {},
     "swivel": lambda _line, _robot: {"sheave": {"kind": "swivel", "radius": 0.04}},
     "universal-joint": lambda line, _robot: {

@@ -11,7 +11,7 @@ from cablewright.errors import InputError, UnknownName, printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.exchange.wirex import MODULUS, VERSIONS, axes_of
-from cablewright.models.support import Capability, losses, require
+from cablewright.models.support import Capability, require
 from cablewright.robot import Cable, Line, RigidPlatform, Robot, Swivel
 from cablewright.robot.direction import unit_vector
 
@@ -32,7 +32,6 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
     _require_describable(robot)
     notes = Notes()
     carried = f"{_CARRIED} {_INERTIA}" if version == "0.32" else _CARRIED
-    notes.add_all(losses(robot, Capability.WIREX))
     notes.add_all(lost_keys(keys_given(robot), carried))
     unknown = ["platform.inertia"] if isinstance(robot.platform, RigidPlatform) and not robot.platform.inertia else []
     unknown += [

@@ -122,6 +122,7 @@ def _has_tilted_plane(robot: Robot) -> bool:
 
 
 FEATURES: Final = (
+    _of_robot("lines", "lines", "lines, their cables, sheaves and winches", lambda robot: bool(robot.lines)),
     _of_line("eyelet", "an eyelet as its sheave", "sheave.kind", lambda x: isinstance(x.sheave, Eyelet)),
     _of_line("swivel", "a swivel as its sheave", "sheave.kind", lambda x: isinstance(x.sheave, Swivel)),
     _of_line("universal-joint", "a universal joint", "sheave.kind", lambda x: isinstance(x.sheave, UniversalJoint)),
@@ -166,6 +167,7 @@ _TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley
 _OWN_WINCH: Final = "Give each line a winch of its own"
 _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
 _BY_ANGLE: Final = "Export klipper, which moves winches by their angle"
+_NOTHING: Final = "the format has nothing like it"
 _AT_POSES: Final = "Use inverse at poses in its plane"
 _C, _LOST, _REJECTED = Capability, Verdict.LOST, Verdict.REJECTED
 
@@ -218,17 +220,21 @@ _ROWS: Final = (
     (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
     (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage counterweight shared-winch body plane", _BY_ANGLE),
-    (_C.WIREX, _REJECTED, "universal-joint platform-sheave advantage plane", "Export mjcf"),
+    (_C.REPRAPFIRMWARE, _LOST, "guides mount spring", _NOTHING),
+    (_C.KLIPPER_WINCH, _LOST, "cables guides mount spring", _NOTHING),
+    (_C.WIREX, _REJECTED, "universal-joint advantage plane", "Export mjcf"),
+    (_C.WIREX, _REJECTED, "platform-sheave", "Export mjcf, which has it over eyelets"),
     (_C.WIREX, _REJECTED, "pulley platform-pulley", "Export urdf, which has no lines"),
     (_C.WIREX, _REJECTED, "winch-aside", "Leave out its winch_exit"),
     (_C.WIREX, _REJECTED, "counterweight", _WINCH_OR_URDF),
-    (_C.WIREX, _LOST, "guides mount spring shared-winch retraction", "the format has nothing like it"),
+    (_C.WIREX, _LOST, "guides mount spring shared-winch retraction", _NOTHING),
     (_C.MJCF, _REJECTED, "pulley winch-aside platform-pulley sheave-to-sheave", "Export urdf, which has no lines"),
     (_C.MJCF, _REJECTED, "counterweight", _WINCH_OR_URDF),
     (_C.MJCF, _LOST, "cables", "one tendon pulls for all cables side by side"),
     (_C.MJCF, _LOST, "guide-wheels",
      "wheels are sites on their rims, which hold the cable there; their arcs keep their lengths"),
-    (_C.MJCF, _LOST, "mount spring shared-winch retraction", "the format has nothing like it"),
+    (_C.MJCF, _LOST, "mount spring shared-winch retraction", _NOTHING),
+    (_C.URDF, _LOST, "lines", "URDF has no cables"),
 )  # fmt: skip
 
 SUPPORT: Final[Mapping[tuple[Capability, str], Cell]] = MappingProxyType(

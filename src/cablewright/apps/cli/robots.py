@@ -28,17 +28,27 @@ class RobotsCommand:
     """Start your own description from one of them: `cablewright robots NAME > mine.toml`."""
 
     EXAMPLE: ClassVar = "robots merlet2023"
-    ANSWERS: ClassVar = ("apps.cli.robots:RobotList", "apps.cli.robots:LibraryFile")
+    ANSWERS: ClassVar = ("apps.cli.robots:RobotList", "apps.cli.robots:LibraryFile", "apps.cli.robots:RobotSupport")
 
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Robot whose file is printed; without it, all are listed.")
+        str | None,
+        typer.Argument(
+            metavar="NAME", help="Robot whose file is printed; without it, all are listed. With --support or a file."
+        ),
     ] = None
+    support: Annotated[
+        bool, typer.Option("--support", help="Print which capabilities support the robot, and what to use instead.")
+    ] = False
     as_json: AsJson = False
 
     def run(self) -> int:
-        """Print the list, or the file."""
+        """Print the list, the file, or what supports the robot."""
         from cablewright.robot import library_names, library_text, load
 
+        if self.support:
+            if self.name is None:
+                raise InputError("--support: give the NAME of a robot, or its file")
+            return answer(RobotSupport.of(load(self.name)), self.as_json)
         if self.name is not None:
             return LibraryFile(self.name, library_text(self.name)).show(self.as_json)
         return answer(RobotList(tuple(map(load, library_names()))), self.as_json)
@@ -201,6 +211,33 @@ class RobotList(Result):
     )  # fmt: skip
 
     robots: tuple[Robot, ...]
+
+
+@dataclass(frozen=True)
+class RobotSupport(Result):
+    """How far each capability covers a robot."""
+
+    FIGURES: ClassVar = (
+        Figure("robot", "", "Name of the robot."),
+        Figure("capabilities", "", "Each capability.", parts=(
+            Figure("capability", "", "What is done with the robot."),
+            Figure("verdict", "", "works, not certified, not checked, lost or rejected."),
+            Figure("because", "", "What of the robot decides it."),
+            Figure("instead", "", "What to use instead, or what is left out."),
+        )),
+    )  # fmt: skip
+
+    robot: str
+    capabilities: tuple[dict[str, str], ...]
+
+    @classmethod
+    def of(cls, robot: Robot) -> RobotSupport:
+        """Return what `cablewright.models.support` says of a robot."""
+        from cablewright.models.support import Capability, support
+
+        found = ((capability, support(robot, capability)) for capability in Capability)
+        rows = ({"capability": str(of), **{key: str(each) for key, each in vars(cell).items()}} for of, cell in found)
+        return cls(robot.name, tuple(rows))
 
 
 @dataclass(frozen=True, repr=False)
