@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,7 +17,6 @@ import numpy as np
 from pydantic import ValidationError
 from pydantic_core import to_jsonable_python
 
-import cablewright
 from cablewright.errors import CablewrightError, EnvironmentFault, InputError, one_line
 from cablewright.solvers.batches import use_threads
 
@@ -106,7 +106,7 @@ def programs() -> dict[str, str]:
 
 
 def _sources() -> str:
-    home = Path(cablewright.__file__).parent
+    home = Path(str(files("cablewright")))
     found = hashlib.sha256()
     for file in sorted(home.rglob("*.py")):
         found.update(file.relative_to(home).as_posix().encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())

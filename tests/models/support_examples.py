@@ -32,12 +32,12 @@ from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.settings import DriveSettings
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
+from cablewright.models.job_poses import along, sampled
 from cablewright.models.support import Capability
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.solvers.line_cover import refuse_unfit
 from cablewright.studies.estimators import estimator
-from cablewright.studies.job_poses import along, sampled
 from cablewright.studies.prints.limits import planned
 from physics.test_shared_winches import parallelograms
 

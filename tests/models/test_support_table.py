@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-import support_examples as examples
 from cablewright.apps.cli.main import run
 from cablewright.errors import CablewrightError, InputError
 from cablewright.models.support import (
@@ -22,6 +21,7 @@ from cablewright.models.support import (
     support,
 )
 from cablewright.robot import Robot, library_names, load
+from models import support_examples as examples
 
 BY_NUMBERS = {
     (Capability.WORKSPACE, "few-winches"): "two lines are searched, in their vertical plane",
