@@ -102,8 +102,8 @@ def refusal_of(robot: Robot) -> str:
     if any(line.platform_sheave is not None for line in lines):
         return "on the platform; not supported"
     if len({line.cable for line in lines}) > 1:
-        return "different cables; a WireX file has one"
-    return "different min tensions" if len({line.tension_limits[0] for line in lines}) > 1 else ""
+        return "lines with different cables; not supported"
+    return "different minimum tensions" if len({line.tension_limits[0] for line in lines}) > 1 else ""
 
 
 @pytest.mark.parametrize("name", library_names())

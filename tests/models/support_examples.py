@@ -112,6 +112,12 @@ _CHANGES: dict[str, Callable[[Any, Robot], dict[str, Any]]] = {
     "spatial-mount": _matrix,
     "spring": lambda _line, _robot: {"spring": 2e5},
     "counterweight": lambda _line, _robot: {"counterweight": 8.0, "winch": {}},
+    "weightless": lambda line, _robot: {"cable": line.cable.model_copy(update={"linear_density": 0.0})},
+    "unlike-cables": lambda line, _robot: {"cable": line.cable.model_copy(update={"breaking_load": 3e4})},
+    "unlike-drums": lambda _line, _robot: {"winch": {"drum_radius": 0.06}},
+    "unlike-min-tensions": lambda _line, _robot: {"tension_limits": (6.0, 3000.0)},
+    "no-diameter": lambda line, _robot: {"cable": line.cable.model_copy(update={"diameter": None})},
+    "no-drum-radius": lambda _line, _robot: {"winch": {}},
     "shared-winch": lambda line, robot: {
         "shared_winch": {"line": robot.lines[1].name, "offset": 0.0, "winds": "along"}
     },
@@ -133,11 +139,12 @@ def _kept(robot: Robot, lines: Iterable[int]) -> Robot:
 def example(feature: str, body: bool) -> Robot | None:
     """A robot with a feature; None where no robot of this kind of platform has it."""
     found = _example(feature, body)
-    if found is None:
-        return None
+    if found is None or feature in ("no-diameter", "no-drum-radius"):
+        return found
     wound = []
     for line in found.lines:
-        winch = line.winch if line.counterweight else line.winch.model_copy(update=DRUM)
+        own = line.winch.drum_radius is not None or line.counterweight
+        winch = line.winch if own else line.winch.model_copy(update=DRUM)
         cable = line.cable.model_copy(update={"diameter": 0.003})
         wound.append(line.model_copy(update={"winch": winch, "cable": cable}))
     return found.model_copy(update={"lines": tuple(wound)})
@@ -158,6 +165,20 @@ def _example(feature: str, body: bool) -> Robot | None:
         return _kept(boards.board(body=body), range(2, 4) if body else range(2, 3))
     if feature == "body":
         return robot if body else None
+    if feature.startswith("over-"):
+        most = int(feature.split("-")[1])
+        angles = [2.0 * math.pi * k / (most + 1) for k in range(most + 1)]
+        exits = [(2.0 * math.cos(angle), 2.0 * math.sin(angle), 3.0) for angle in angles]
+        lines = [_line(f"line {k}", at) for k, at in enumerate(exits)]
+        return None if body else _robot("many", {"mass": 20.0}, lines)
+    if feature == "no-gravity":
+        own = load("ipanema")
+        return own.model_copy(update={"scene": own.scene.model_copy(update={"gravity": 0.0})}) if body else None
+    if feature == "offset-point":
+        at = [{"platform_point": (0.0, 0.0, 0.1)}] * robot.m
+        table = robot.model_dump(by_alias=True)
+        lines = [line | own for line, own in zip(table["lines"], at, strict=True)]
+        return None if body else Robot.model_validate(table | {"lines": lines})
     if feature == "few-winches":
         return load("grab-four-lines") if body else _kept(robot, (0, 2))
     assert feature == "retraction"
@@ -179,6 +200,8 @@ def pose_at(robot: Robot) -> np.ndarray:
         return np.array(at if robot.winches >= 3 else [0.2, np.nan, 1.2])
     if robot.sharing:
         return np.array([0.0, 0.0, 1.0, np.nan, np.nan, np.nan])
+    if robot.name == "ipanema":
+        return np.array([0.2, 0.1, 1.0, 0.0, 0.0, 0.0])
     if robot.m == 4:
         return np.array([1.1, 0.1, -0.2, np.nan, np.nan, 0.0])
     return np.array([0.5, 0.3, 1.5, 0.0, 0.0, 0.0])
@@ -338,6 +361,7 @@ PROBES: dict[Capability, Callable[[Robot], Any]] = {
         len(cw.simulate_calibration(robot, 12, 1e-4, cable="elastic").poses) == 12
     ),
     Capability.SIMULATION: _simulated,
+    Capability.MACHINE_FILE: machine_file,
     Capability.PRINT: _planned,
     Capability.ESTIMATION: lambda robot: estimator("encoders", robot, twin(robot).owner, held(robot).pose) is not None,
     Capability.CONTROL: lambda robot: VelocitySettings(cw.Model.of(robot), 1.0, law="model").gain > 0.0,

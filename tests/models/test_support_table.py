@@ -9,6 +9,7 @@ import pytest
 
 from cablewright.apps.cli.main import run
 from cablewright.errors import CablewrightError, InputError
+from cablewright.exchange import klipper_config, klipper_motion, linuxcnc, rrf_config
 from cablewright.models.support import (
     FEATURES,
     SPATIAL,
@@ -28,6 +29,7 @@ BY_NUMBERS = {
     (Capability.WORKSPACE, "few-lines-in-plane"): "two lines are searched, in their vertical plane",
     (Capability.STRAIGHT_WORKSPACE, "few-winches"): "there is no place at which any rotation is balanced",
     (Capability.STRAIGHT_WORKSPACE, "few-lines-in-plane"): "there is no place at which any rotation is balanced",
+    (Capability.SLACK, "no-gravity"): "the tension limits leave no line slack",
     (Capability.ELASTIC_CALIBRATION, "few-winches"): "a point on two lines has hardly any feasible pose",
 }
 """Cells of which the numbers of a robot decide more than the feature: they are not run."""
@@ -47,8 +49,9 @@ def cells_of(capability: Capability) -> Iterator[tuple[str, Robot, Verdict]]:
     for feature in FEATURES:
         for body in (False, True):
             robot = examples.example(feature.name, body)
-            many = capability is Capability.LINUXCNC and robot is not None and robot.m == 8  # it has axes for 6
-            if robot is not None and not many and (capability, feature.name) not in BY_NUMBERS:
+            asked = (capability, feature.name)
+            counted = feature.name.startswith("over-") and asked not in SUPPORT
+            if robot is not None and not counted and asked not in BY_NUMBERS:
                 assert feature.name in {each.name for each, _ in features(robot)}
                 yield f"{feature.name}, {'body' if body else 'point'}", robot, support(robot, capability).verdict
 
@@ -102,6 +105,16 @@ def test_a_rejected_cell_says_what_to_do_instead() -> None:
         if cell.verdict is Verdict.REJECTED:
             assert cell.instead[0].isupper()
             assert not cell.instead.endswith(".")
+
+
+def test_formats_have_as_many_lines_as_letters() -> None:
+    for most, capability in (
+        (len(klipper_motion.LETTERS), Capability.KLIPPER),
+        (len(klipper_config.LETTERS), Capability.KLIPPER_WINCH),
+        (rrf_config.MOST, Capability.REPRAPFIRMWARE),
+        (len(linuxcnc.LETTERS), Capability.LINUXCNC),
+    ):
+        assert SUPPORT[capability, f"over-{most}-lines"].verdict is Verdict.REJECTED
 
 
 def test_every_capability_is_run_and_every_feature_has_an_example() -> None:

@@ -111,11 +111,11 @@ def test_what_does_not_cover_shared_winches_says_so(what: str) -> None:
 def test_machines_calibration_and_homing_refuse() -> None:
     from cablewright.calibration.unknowns import require_covered
     from cablewright.machine.drives.scale import scales_of
-    from cablewright.machine.simulated.settings import require_hanging
+    from cablewright.models.support import Capability, require
 
     why = "line 'south-east' has shared_winch; not supported"
     for refuse in (
-        lambda: require_hanging(POINT),
+        lambda: require(POINT, Capability.SIMULATION),
         lambda: scales_of(POINT, None),  # type: ignore[arg-type]
         lambda: require_covered(POINT, False),
         lambda: Homing(type("Settings", (), {"model": cw.Model.of(POINT)})()),

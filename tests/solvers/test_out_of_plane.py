@@ -11,7 +11,7 @@ import cablewright as cw
 import out_of_plane
 from cablewright.analyses.interference import distances
 from cablewright.errors import InputError, Status
-from cablewright.machine.simulated import settings
+from cablewright.models.support import Capability, require
 from cablewright.solvers.limits import sheave_clearances
 from cablewright.solvers.line_cover import refuse_unfit
 from cablewright.solvers.tension import structures
@@ -42,7 +42,7 @@ def test_none_is_certified_and_none_is_called_the_only_one() -> None:
         (lambda: refuse_unfit(cw.Model(TILTED), np.full(4, 5.0)), "exhaustive"),
         (lambda: cw.enclose_poses(cw.inverse(TILTED, PLACE), 1e-4), "a box of poses"),
         (lambda: cw.simulate_calibration(TILTED, 20, 1e-4, cable="elastic"), "calibration of lines that stretch"),
-        (lambda: settings.require_hanging(TILTED), "the simulated machine"),
+        (lambda: require(TILTED, Capability.SIMULATION), "the simulated machine"),
         (lambda: estimator("encoders", TILTED, cw.load_machine("merlet2023"), np.zeros(3)), "estimation"),
     ],
 )

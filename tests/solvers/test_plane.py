@@ -15,9 +15,9 @@ import cablewright as cw
 import cases
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.machine.simulated.settings import require_hanging
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.line_cover import refuse_unfit
@@ -347,7 +347,7 @@ def test_what_does_not_know_planes_refuses_them() -> None:
         lambda: cw.solve_with_slack(robot, held.pose, {0: 0.1}),
         lambda: cw.slack_sets(robot, held.pose),
         lambda: cw.enclose_poses(held, 1e-6),
-        lambda: require_hanging(robot),
+        lambda: require(robot, Capability.SIMULATION),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
         lambda: VelocitySettings(cw.Model.of(robot), 1.0),
     ):

@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.errors import InputError
 from cablewright.exchange.completion import Point, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
-from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.validation import validated
 
@@ -64,13 +62,3 @@ def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[
     if growth == 0.0 or radius <= 0.0:  # which the robot refuses
         return {"drum_radius": radius}
     return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius / radius, "drum_length": length}
-
-
-def require_anchors(robot: Robot, capability: Capability, most: int) -> None:
-    """Raise `InputError` unless a firmware can describe the geometry of the robot, with at most so many lines."""
-    require(robot, capability)
-    wrong = f"robot {robot.name!r} has {robot.m} lines; at most {most} are allowed" if robot.m > most else ""
-    if any(robot.lines[0].platform_point):
-        wrong = f"robot {robot.name!r} has platform points that are not the origin of the platform"
-    if wrong:
-        raise InputError(f"{capability}: {wrong}; export klipper, which moves winches by their angle")

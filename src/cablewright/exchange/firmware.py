@@ -14,9 +14,9 @@ import numpy as np
 from cablewright.errors import InputError, UnknownName, printable
 from cablewright.exchange import linuxcnc
 from cablewright.exchange.klipper_config import klipper_anchors
-from cablewright.exchange.klipper_motion import SQUARE_CORNER, Stepper, klipper_job, letters_of, printer_config
+from cablewright.exchange.klipper_motion import SQUARE_CORNER, Stepper, klipper_job, printer_config
 from cablewright.exchange.motion_lines import motion_lines
-from cablewright.exchange.rrf_config import require_hangprinter, rrf_config
+from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import Notes
 from cablewright.machine.drums import drums_of
 from cablewright.machine.settings import MachineSettings
@@ -69,7 +69,7 @@ def firmware(
         assumed.add("drums: one layer of cable, turned without a gear; --machine gives layers and gear")
     if stepper is None:
         assumed.add(f"motors: {motor.full_steps} full steps a turn, {motor.microsteps} microsteps each")
-    _require_lines(name, robot)
+    require(robot, Capability(f"export {name}"))
     drums = drums_of(robot, machine)
     close = _tolerance(name, motor, robot, drums) if tolerance is None else tolerance
     jump = TOLERANCE if tolerance is None else 0.0
@@ -110,15 +110,6 @@ def _note_job(name: str, path: WinchPath, lost: Notes) -> None:
         )
     if codes := [f"{word} ({count})" for word, count in path.ignored.items() if word[0] in "MT"]:
         lost.add(f"job: temperatures, fans and the like: {', '.join(codes)}; put those that it needs before the motion")
-
-
-def _require_lines(name: str, robot: Robot) -> None:
-    """Raise `InputError` for lines that this firmware cannot move, before the path is solved."""
-    if name == "reprapfirmware":
-        require_hangprinter(robot)
-        return
-    require(robot, Capability(f"export {name}"))
-    (letters_of if name == "klipper" else linuxcnc.letters_of)(robot)
 
 
 def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[Drum]) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Final
 from xml.sax.saxutils import quoteattr
 
-from cablewright.errors import InputError, UnknownName, printable
+from cablewright.errors import UnknownName, printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.exchange.wirex import MODULUS, VERSIONS, axes_of
@@ -29,7 +29,7 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
     """Return the file of a robot. Raises `InputError` for a robot that the format cannot describe, by name."""
     if version not in VERSIONS:
         raise UnknownName("version", version, VERSIONS)
-    _require_describable(robot)
+    require(robot, Capability.WIREX)
     notes = Notes()
     carried = f"{_CARRIED} {_INERTIA}" if version == "0.32" else _CARRIED
     notes.add_all(lost_keys(keys_given(robot), carried))
@@ -59,15 +59,6 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
     comments = "".join(f"    <!-- lost: {_comment(each)} -->\n" for each in notes.all)
     parts.insert(1, comments)
     return ExportedFile('<?xml version="1.0" encoding="UTF-8"?>\n' + "".join(parts), notes.all)
-
-
-def _require_describable(robot: Robot) -> None:
-    """Raise `InputError` for what the format does not have: it would be another robot."""
-    require(robot, Capability.WIREX)
-    if len({line.cable for line in robot.lines}) > 1:
-        raise InputError(f"robot {robot.name!r}: lines have different cables; a WireX file has one: give all the same")
-    if len({line.tension_limits[0] for line in robot.lines}) > 1:
-        raise InputError(f"robot {robot.name!r}: lines have different min tensions; WireX has one: give all the same")
 
 
 def _chain(line: Line, winch: str) -> str:

@@ -69,6 +69,7 @@ class Capability(StrEnum):
     CALIBRATION = "calibration"
     ELASTIC_CALIBRATION = "calibration of lines that stretch"
     SIMULATION = "the simulated machine"
+    MACHINE_FILE = "machines --for"
     PRINT = "print"
     ESTIMATION = "estimation"
     CONTROL = "velocity control"
@@ -117,6 +118,10 @@ def _of_robot(name: str, words: str, key: str, has: Callable[[Robot], bool]) -> 
     return Feature(name, words, key, lambda robot: f"robot {robot.name!r}" if has(robot) else "")
 
 
+def _over(most: int) -> Feature:
+    return _of_robot(f"over-{most}-lines", f"more than {most} lines", "lines", lambda robot: robot.m > most)
+
+
 def _has_tilted_plane(robot: Robot) -> bool:
     return robot.platform.plane is not None and robot.platform.plane.axis is None
 
@@ -147,10 +152,24 @@ FEATURES: Final = (
     _of_line("spring", "a spring", "spring", lambda x: x.spring is not None),
     _of_line("counterweight", "a counterweight", "counterweight", lambda x: x.counterweight is not None),
     _of_line("shared-winch", "shared_winch", "shared_winch", lambda x: x.shared_winch is not None),
+    _of_line("weightless", "a cable without weight", "cable.linear_density", lambda x: x.cable.linear_density == 0.0),
+    _of_line("no-diameter", "no cable.diameter", "cable.diameter", lambda x: x.cable.diameter is None),
+    _of_line("no-drum-radius", "no winch.drum_radius", "winch.drum_radius",
+             lambda x: x.winch.drum_radius is None and x.counterweight is None),
+    _of_robot("unlike-drums", "drums of different radius", "lines.winch.drum_radius",
+              lambda robot: len({x.winch.drum_radius for x in robot.lines}) > 1),
+    _of_robot("unlike-cables", "lines with different cables", "lines.cable",
+              lambda robot: len({x.cable for x in robot.lines}) > 1),
+    _of_robot("unlike-min-tensions", "lines with different minimum tensions", "lines.tension_limits",
+              lambda robot: len({x.tension_limits[0] for x in robot.lines}) > 1),
+    _of_robot("no-gravity", "gravity = 0", "scene.gravity", lambda robot: robot.scene.gravity == 0.0),
+    _of_robot("offset-point", "lines that meet away from the platform's origin", "lines.platform_point",
+              lambda robot: robot.n == 3 and any(robot.lines[0].platform_point)),
     _of_robot("plane", "platform.plane", "platform.plane", lambda robot: robot.platform.plane is not None),
     _of_robot("tilted-plane", "a tilted platform.plane", "platform.plane", _has_tilted_plane),
     _of_robot("body", "a rigid platform", "platform.kind", lambda robot: isinstance(robot.platform, RigidPlatform)),
     _of_robot("retraction", "platform.retraction", "platform.retraction", lambda robot: robot.retraction is not None),
+    *map(_over, (5, 6, 17, 26)),
     _of_robot("few-winches", "fewer winches than degrees of freedom", "lines",
               lambda robot: robot.winches < robot.freedoms),
     _of_robot("few-lines-in-plane", "fewer lines than degrees of freedom in its plane", "lines",
@@ -168,6 +187,7 @@ _OWN_WINCH: Final = "Give each line a winch of its own"
 _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
 _BY_ANGLE: Final = "Export klipper, which moves winches by their angle"
 _NOTHING: Final = "the format has nothing like it"
+_IN_FILE: Final = "Give the number in the robot file"
 _AT_POSES: Final = "Use inverse at poses in its plane"
 _C, _LOST, _REJECTED = Capability, Verdict.LOST, Verdict.REJECTED
 
@@ -175,7 +195,7 @@ _ROWS: Final = (
     (_C.CERTIFY, Verdict.UNCERTIFIED, _PROVED, "The answer holds without a proof"),
     (_C.TRACKER, _REJECTED, _PROVED, "Track with TrackerSettings(certify=False)"),
     (_C.POSE_BOX, _REJECTED, f"{_PROVED} advantage cables", "Use linearise, whose pose errors are of first order"),
-    (_C.EQUILIBRIA, _REJECTED, "plane", "Use forward with a guess"),
+    (_C.EQUILIBRIA, _REJECTED, "plane weightless no-gravity", "Use forward with a guess"),
     (_C.EXHAUSTIVE, _REJECTED, f"{_PROVED} advantage cables body", "Search from many starts: leave out exhaustive"),
     (_C.TENSIONS, _REJECTED, "counterweight shared-winch", "Use inverse"),
     (_C.WRENCH_CLOSURE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
@@ -209,22 +229,39 @@ _ROWS: Final = (
     (_C.ELASTIC_CALIBRATION, _REJECTED, "guides tilted-swivel advantage cables few-lines-in-plane",
      "Calibrate with cable = rigid"),
     (_C.SIMULATION, _REJECTED, _DRIVEN, "Use check, which solves each pose of a job"),
+    (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
+    (_C.SIMULATION, _REJECTED, "offset-point", "Give all lines the platform_point [0, 0, 0]"),
+    (_C.MACHINE_FILE, _REJECTED, _DRIVEN, "Use check, which needs no machine"),
+    (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
+    (_C.MACHINE_FILE, _REJECTED, "unlike-drums", "Give all winches the same drum_radius"),
     (_C.PRINT, _REJECTED, f"{_DRIVEN} few-winches", "Use check, or inverse at poses"),
     (_C.ESTIMATION, _REJECTED, f"{_DRIVEN} few-winches", "Use forward with the measured lengths"),
+    (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
     (_C.CONTROL, _REJECTED, _DRIVEN, "Use inverse for the lengths of each pose"),
     (_C.HOMING, _REJECTED, f"{_DRIVEN} few-winches body", "Use forward with the measured lengths"),
     (_C.DRIVES, _REJECTED, "counterweight shared-winch", _OWN_WINCH),
+    (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
     (_C.SERVE, _REJECTED, f"{_DRIVEN} few-winches body", "Use check, or of a rigid platform print"),
+    (_C.KLIPPER, _REJECTED, "no-drum-radius", _IN_FILE),
+    (_C.LINUXCNC, _REJECTED, "no-drum-radius", _IN_FILE),
+    (_C.REPRAPFIRMWARE, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.KLIPPER, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
     (_C.LINUXCNC, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
     (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
-    (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane", _BY_ANGLE),
-    (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage counterweight shared-winch body plane", _BY_ANGLE),
+    (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane offset-point", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage body plane offset-point", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, "counterweight shared-winch", _WINCH_OR_URDF),
+    (_C.KLIPPER_WINCH, _REJECTED, "no-drum-radius", _IN_FILE),
+    (_C.KLIPPER, _REJECTED, "over-17-lines", "Leave out some of them"),
+    (_C.LINUXCNC, _REJECTED, "over-6-lines", "Export klipper"),
+    (_C.REPRAPFIRMWARE, _REJECTED, "over-5-lines", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, "over-26-lines", _BY_ANGLE),
     (_C.REPRAPFIRMWARE, _LOST, "guides mount spring", _NOTHING),
     (_C.KLIPPER_WINCH, _LOST, "cables guides mount spring", _NOTHING),
     (_C.WIREX, _REJECTED, "universal-joint advantage plane", "Export mjcf"),
     (_C.WIREX, _REJECTED, "platform-sheave", "Export mjcf, which has it over eyelets"),
     (_C.WIREX, _REJECTED, "pulley platform-pulley", "Export urdf, which has no lines"),
+    (_C.WIREX, _REJECTED, "unlike-cables unlike-min-tensions", "Give all lines the same"),
     (_C.WIREX, _REJECTED, "winch-aside", "Leave out its winch_exit"),
     (_C.WIREX, _REJECTED, "counterweight", _WINCH_OR_URDF),
     (_C.WIREX, _LOST, "guides mount spring shared-winch retraction", _NOTHING),
