@@ -161,7 +161,7 @@ class Robot(FileDescription):
         """Raise `InputError` for a line that is not in one vertical plane, which is not covered *by* something."""
         for line in self.lines:
             if not line.in_plane:
-                raise InputError(f"{by}: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
+                raise InputError(f"{by}: line {line.name!r} is not in one vertical plane; not supported")
 
     def limited(self, tension_limits: tuple[float, float]) -> Robot:
         """Return the robot with *tension_limits*, min and max (N), of every line."""
