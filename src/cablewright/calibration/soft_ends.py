@@ -17,12 +17,20 @@ from cablewright.models.creep import hour_compliance
 from cablewright.robot import Line, Robot
 
 
+def on_stiff_mounts(robot: Robot) -> Robot:
+    """Return the robot without what mounts of its exit points give."""
+    return _with_compliance(robot, [None] * robot.m)
+
+
 def with_mounts(robot: Robot) -> Robot:
     """Return the robot with a compliance of each mount: 0 where the file says nothing, and what it says elsewhere."""
-    lines = (
-        line if line.exit_compliance is not None else line.model_copy(update={"exit_compliance": 0.0})
-        for line in robot.lines
+    return _with_compliance(
+        robot, [0.0 if line.exit_compliance is None else line.exit_compliance for line in robot.lines]
     )
+
+
+def _with_compliance(robot: Robot, to: list[object]) -> Robot:
+    lines = (line.model_copy(update={"exit_compliance": each}) for line, each in zip(robot.lines, to, strict=True))
     return robot.model_copy(update={"lines": tuple(lines)})
 
 
