@@ -33,6 +33,11 @@ def test_the_index_of_examples_has_their_pinned_numbers() -> None:
         assert float(row[1]) == number, name
 
 
+def test_the_page_of_support_is_that_of_the_table() -> None:
+    tool = runpy.run_path(str(ROOT / "tools" / "support_page.py"))
+    assert (ROOT / "docs" / "support.md").read_text("utf-8") == tool["page"]()
+
+
 def test_pictures_of_the_quick_start_and_of_the_frame_are_drawn() -> None:
     tool = runpy.run_path(str(ROOT / "tools" / "docs_pictures.py"), run_name="tool")
     with style.drawing():

@@ -382,7 +382,7 @@ def test_poses_off_the_plane_are_refused_in_one_line() -> None:
         with pytest.raises(InputError, match=rf"^the data, pose 7: {words}.*is allowed$"):
             calibrate(truth, data)
     few = boards.board("vertical", True, lines=2)
-    with pytest.raises(InputError, match="2 lines do not hold a body in a plane, which is not covered"):
+    with pytest.raises(InputError, match="fewer lines than degrees of freedom in its plane; not supported"):
         simulate_calibration(few, 5, 0.0, cable="elastic")
 
 

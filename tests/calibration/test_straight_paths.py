@@ -158,7 +158,7 @@ def test_poses_are_chosen_for_several_spans() -> None:
 @pytest.mark.parametrize(
     ("robot", "message"),
     [
-        (body("pulleys"), "has a pulley in a fixed plane; it is not covered"),
+        (body("pulleys"), "has a pulley in a fixed plane; not supported"),
         (body("aside"), "has a winch that is not on the axis of its swivel"),
         (body("platform sheaves"), "has a sheave on the platform"),
         (tilted(body("aside")), "has a winch that is not on the axis of its swivel"),
@@ -173,7 +173,7 @@ def test_lines_whose_length_changes_elsewhere_are_refused(robot: Robot, message:
 
 
 def test_what_is_not_covered_is_refused() -> None:
-    elastic = "calibration of lines that stretch: line 'A' has advantage = 2; only 1 is covered"
+    elastic = "calibration of lines that stretch: line 'A' has an advantage over 1; not supported"
     with pytest.raises(InputError, match=elastic):
         simulate_calibration(HANGPRINTER, 20, 1e-4, cable="elastic")
     robot = point("tilted")

@@ -30,7 +30,7 @@ SAMPLES = {
 }  # fmt: skip
 FIRMWARE = ("klipper", "linuxcnc", "reprapfirmware")
 UNLIKE = {("linuxcnc", "body"), ("reprapfirmware", "body"), ("reprapfirmware", "suspended")}  # 8 lines, and swivels
-NEXT = re.compile(r"(: |; |, )(give|leave out|export|make|allow|raise|choose|put)\b[^\n]+$")
+NEXT = re.compile(r"(: |; |, |\. )(give|leave out|export|make|allow|raise|choose|put)\b[^\n]+$", re.IGNORECASE)
 
 
 def part_of(robot: str, folder: Path) -> Path:
@@ -128,5 +128,5 @@ def test_a_line_without_a_winch_of_its_own_is_refused(kind: str, other: str, tmp
         given = {"shared_winch": {"line": "B"}, "winch": rest[0]["winch"]}
     robot = Robot.model_validate(table | {"lines": [first | given, *rest]})
     (tmp_path / "a.gcode").write_text(";LAYER:0\nG1 X-100 Y-100 Z200 F9000\nG1 X100 Y100 E9\n")
-    with pytest.raises(InputError, match=f"line 'A' has (a )?{other}; {kind} moves one winch for each line: give it"):
+    with pytest.raises(InputError, match=f"export {kind}: line 'A' has (a )?{other}; not supported. Give each line"):
         firmware(kind, robot, load_job(tmp_path / "a.gcode"))

@@ -83,7 +83,7 @@ def test_wirex(name: str) -> None:
 def test_wirex_has_no_counterweights() -> None:
     table = load("ipanema1").model_dump(by_alias=True)
     first = table["lines"][0] | {"counterweight": 3.0, "winch": {}}
-    with pytest.raises(InputError, match="has a counterweight, which a WireX file cannot describe; give it a winch"):
+    with pytest.raises(InputError, match=r"has a counterweight; not supported\. Give each line a winch"):
         wirex(Robot.model_validate(table | {"lines": [first, *table["lines"][1:]]}))
 
 

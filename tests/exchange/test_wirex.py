@@ -94,16 +94,16 @@ def refusal_of(robot: Robot) -> str:
     """What a WireX file cannot describe of a robot, as it is said; empty if nothing."""
     lines = robot.lines
     if robot.platform.plane is not None:
-        return r"platform\.plane, which a WireX"
+        return "platform.plane; not supported"
     if any(line.sheave.kind not in ("eyelet", "swivel") for line in lines):
-        return "a universal-joint as its sheave, which a WireX|a pulley as its sheave, which a WireX"
+        return "a universal joint; not supported|a pulley in a fixed plane; not supported"
     if any(line.advantage > 1 for line in lines):
-        return "an advantage over 1, which a WireX"
+        return "an advantage over 1; not supported"
     if any(line.platform_sheave is not None for line in lines):
-        return "a platform_sheave, which a WireX"
+        return "on the platform; not supported"
     if len({line.cable for line in lines}) > 1:
-        return "different cables; a WireX file has one"
-    return "different min tensions" if len({line.tension_limits[0] for line in lines}) > 1 else ""
+        return "lines with different cables; not supported"
+    return "different minimum tensions" if len({line.tension_limits[0] for line in lines}) > 1 else ""
 
 
 @pytest.mark.parametrize("name", library_names())

@@ -296,7 +296,8 @@ def test_a_check_and_costs_know_that_it_has_no_winch(tmp_path: Path) -> None:
     robot = hung(plain.model_copy(update={"lines": (*plain.lines, middle)}), 4, 30.0)
     found = cw.check(robot, tmp_path / "part.toml")
     assert found.feasible
-    assert "counterweights against what is around them, and the room that they move in" in found.not_checked
+    said = "line 'middle' has a counterweight: counterweights against what is around them, and the room they move in"
+    assert said in found.not_checked
     assert not any("middle" in each for each in found.not_checked if "winch" in each)
     torques = found.statics.lines.winch_torque
     assert np.isfinite(torques[:, :4]).all()

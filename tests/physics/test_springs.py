@@ -136,7 +136,7 @@ def test_what_does_not_cover_them_says_so(tmp_path: Path) -> None:
         lambda: cw.Tracker(Model.of(robot), found.lengths),
         lambda: cw.enclose_poses(found, 1e-4),
     ):
-        with pytest.raises(InputError, match=r"line '.*' has spring"):
+        with pytest.raises(InputError, match=r"line '.*' has a spring; not supported"):
             ask()
     text = (Path(cw.robot.__file__).parent / "library" / "merlet2023.toml").read_text()
     for value, why in (("0", "greater than 0"), ('"3 N"', "spring"), ("-1", "greater than 0")):

@@ -295,7 +295,7 @@ def test_the_examples_in_the_documentation() -> None:
     assert f"pose              {pose} m\nplane force       {held.plane_force:.2f} N" in page
     own = tomllib.loads(line)["lines"][0]
     up = Line(**own, cable=rigid.lines[0].cable, tension_limits=(1, 2))
-    assert (up.sheave.kind, up.sheave.upright, up.out_of_plane_by) == ("swivel", False, "a sheave on the platform")
+    assert (up.sheave.kind, up.sheave.upright, up.in_plane) == ("swivel", False, False)
 
 
 def test_a_library_name_wins_over_a_file_unless_it_looks_like_a_path(

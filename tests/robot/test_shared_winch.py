@@ -104,18 +104,18 @@ REFUSED: dict[str, Callable[[], Any]] = {
 
 @pytest.mark.parametrize("what", REFUSED)
 def test_what_does_not_cover_shared_winches_says_so(what: str) -> None:
-    with pytest.raises(cw.InputError, match=rf"^{what}: line '\w*-?\w*' has shared_winch; it is not covered$"):
+    with pytest.raises(cw.InputError, match=rf"^{what}: line '\w*-?\w*' has shared_winch; not supported\. [A-Z]"):
         REFUSED[what]()
 
 
 def test_machines_calibration_and_homing_refuse() -> None:
     from cablewright.calibration.unknowns import require_covered
     from cablewright.machine.drives.scale import scales_of
-    from cablewright.machine.simulated.settings import require_hanging
+    from cablewright.models.support import Capability, require
 
-    why = "line 'south-east' has shared_winch; it is not covered"
+    why = "line 'south-east' has shared_winch; not supported"
     for refuse in (
-        lambda: require_hanging(POINT),
+        lambda: require(POINT, Capability.SIMULATION),
         lambda: scales_of(POINT, None),  # type: ignore[arg-type]
         lambda: require_covered(POINT, False),
         lambda: Homing(type("Settings", (), {"model": cw.Model.of(POINT)})()),
@@ -155,7 +155,7 @@ def test_check_and_cost_count_a_drum_once(tmp_path: Path) -> None:
     np.testing.assert_allclose(torques[:, 0], before.statics.lines.winch_torque[:, :2].sum(axis=1), rtol=0.05)
     (finding,) = (each for each in after.findings if each.limit == "winch torque")
     assert finding.line in {"1", "2"}
-    said = "lengths without compensation on one winch: line 2 is taken to have its own"
+    said = "line '2' has shared_winch: lengths without compensation take each line to have a winch of its own"
     assert said in after.not_checked
     assert said not in before.not_checked
 

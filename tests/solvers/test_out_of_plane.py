@@ -11,7 +11,7 @@ import cablewright as cw
 import out_of_plane
 from cablewright.analyses.interference import distances
 from cablewright.errors import InputError, Status
-from cablewright.machine.simulated import settings
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.limits import sheave_clearances
 from cablewright.solvers.line_cover import refuse_unfit
@@ -38,16 +38,17 @@ def test_none_is_certified_and_none_is_called_the_only_one() -> None:
 @pytest.mark.parametrize(
     ("ask", "by"),
     [
-        (lambda: cw.slack_sets(TILTED, PLACE), "the shape of a line"),
+        (lambda: cw.excess_from_angle(TILTED, PLACE, 0, 0.1), "the shape of a line"),
+        (lambda: cw.slack_sets(TILTED, PLACE), "sets of slack lines"),
         (lambda: refuse_unfit(cw.Model(TILTED), np.full(4, 5.0)), "exhaustive"),
         (lambda: cw.enclose_poses(cw.inverse(TILTED, PLACE), 1e-4), "a box of poses"),
         (lambda: cw.simulate_calibration(TILTED, 20, 1e-4, cable="elastic"), "calibration of lines that stretch"),
-        (lambda: settings.require_hanging(TILTED), "the simulated machine"),
+        (lambda: require(TILTED, Capability.SIMULATION), "the simulated machine"),
         (lambda: estimator("encoders", TILTED, cw.load_machine("merlet2023"), np.zeros(3)), "estimation"),
     ],
 )
 def test_what_does_not_cover_them_says_so(ask: Any, by: str) -> None:
-    with pytest.raises(InputError, match=f"{by}: line '.*' has a swivel whose axis is not vertical; it is not covered"):
+    with pytest.raises(InputError, match=f"{by}: line '.*' has a swivel whose axis is not vertical; not supported"):
         ask()
 
 

@@ -15,9 +15,9 @@ import cablewright as cw
 import cases
 from cablewright.control.velocity import VelocitySettings
 from cablewright.errors import AnswerError, InputError, Status
-from cablewright.machine.simulated.settings import require_hanging
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.line_cover import refuse_unfit
@@ -347,13 +347,13 @@ def test_what_does_not_know_planes_refuses_them() -> None:
         lambda: cw.solve_with_slack(robot, held.pose, {0: 0.1}),
         lambda: cw.slack_sets(robot, held.pose),
         lambda: cw.enclose_poses(held, 1e-6),
-        lambda: require_hanging(robot),
+        lambda: require(robot, Capability.SIMULATION),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
         lambda: VelocitySettings(cw.Model.of(robot), 1.0),
     ):
-        with pytest.raises(InputError, match=r"robot 'board' has platform\.plane, which is not covered"):
+        with pytest.raises(InputError, match=r"robot 'board' has platform\.plane; not supported"):
             asked()
-    with pytest.raises(InputError, match="its plane is tilted; areas are found in planes across x, y or z"):
+    with pytest.raises(InputError, match=r"robot 'board' has a tilted platform\.plane; not supported"):
         cw.workspace_area(boards.board("tilted"))
     for box in (None, (-1, 1, 0, 0, -1, 1)):
         with pytest.raises(InputError, match=r"moves in the plane y = 0\.02 m: only an area in that plane"):

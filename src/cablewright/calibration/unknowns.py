@@ -15,7 +15,8 @@ from cablewright.errors import InputError, UnknownName
 from cablewright.kernels.fitting import straight_line
 from cablewright.models.parameters import lines_of
 from cablewright.models.plane import basis
-from cablewright.robot import Line, Pulley, Robot, Swivel, UniversalJoint
+from cablewright.models.support import Capability, require
+from cablewright.robot import Line, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
 
@@ -187,20 +188,7 @@ def require_covered(robot: Robot, elastic: bool) -> None:
 
     Straight lines cover all whose length changes beyond the exit point only.
     """
-    robot.require_winches("calibration")
-    robot.require_own_winches("calibration")
-    if elastic:
-        stiff = (line.model_copy(update={"exit_compliance": None}) for line in robot.lines)
-        robot.model_copy(update={"lines": tuple(stiff)}).require_plain_lines("calibration of lines that stretch")
-        if robot.platform.plane is not None and robot.m < robot.freedoms:
-            raise InputError(
-                f"calibration of lines that stretch: {robot.m} lines do not hold a body in a plane, which is not "
-                "covered"
-            )
-        return
-    for line in robot.lines:
-        if isinstance(line.sheave, Pulley) or line.is_aside or line.platform_sheave is not None:
-            raise InputError(f"calibration: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
+    require(robot, Capability.ELASTIC_CALIBRATION if elastic else Capability.CALIBRATION)
 
 
 def with_mounts(robot: Robot) -> Robot:

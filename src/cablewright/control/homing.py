@@ -22,6 +22,7 @@ from cablewright.control.take_up import TakeUp, TakeUpSettings
 from cablewright.control.three_poses import SlowWay, places, sentence
 from cablewright.errors import AnswerError, CablewrightError, Status
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, Verdict, require, support
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 
@@ -59,7 +60,7 @@ class Homing:
 
     def __init__(self, settings: HomingSettings) -> None:
         """Not yet begun. Raises `InputError` for lines that share a winch: each is made taut by its own."""
-        settings.model.robot.require_own_winches("homing")
+        require(settings.model, Capability.HOMING)
         self.settings = settings
         self.take_up = TakeUp(settings.take_up)
         self.position: Array | None = None
@@ -205,7 +206,7 @@ class Homing:
         Where springs or mounts of exits give there is no proof, and a note says so; so does one of described creep.
         """
         own = self.settings
-        gives = own.model.robot.ends_give
+        gives = support(own.model.robot, Capability.TRACKER).verdict is Verdict.REJECTED
         if gives:
             self.notes.append("not proved to be the only equilibrium there: springs or mounts of exits give")
         if any(line.cable.creep is not None for line in own.model.robot.lines):

@@ -27,6 +27,7 @@ from cablewright.control.slack import SlackSettings, choose_slack_line, slack_ra
 from cablewright.errors import InputError, UnknownName, require_positive
 from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import Taut, taut_at
@@ -60,7 +61,7 @@ class VelocitySettings:
             raise InputError(
                 f"law = {self.law}: is one of a point platform; that of {self.model.robot.name!r} is rigid"
             )
-        self.model.robot.require_drivable("velocity control")
+        require(self.model, Capability.CONTROL)
         names = ("gain", "max_correction", "internal_gain", "max_drum_speed")
         require_positive(**{name: getattr(self, name) for name in names})
 

@@ -24,6 +24,7 @@ from cablewright.estimation.reading_checks import accepted
 from cablewright.models.coil import Coil
 from cablewright.models.creep import CreepMemory, memory_of
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.support import Capability, require
 from cablewright.signals import Climate, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
@@ -60,7 +61,7 @@ class ReckoningSettings:
         """Refuse platforms with a rotation, and another number of coils than lines."""
         if self.model.n != 3 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a point platform and a coil for each line are expected")
-        self.model.robot.require_drivable("dead reckoning")
+        require(self.model, Capability.ESTIMATION)
 
 
 @dataclass(eq=False)

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.errors import InputError
 from cablewright.exchange.completion import Point, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
-from cablewright.robot import Eyelet, PointPlatform, Robot
+from cablewright.robot import Robot
 from cablewright.validation import validated
 
 CABLE: Final = "spectra-1.1mm"
@@ -63,20 +62,3 @@ def spool(radius: float, growth: float, length: float, cables: int = 1) -> dict[
     if growth == 0.0 or radius <= 0.0:  # which the robot refuses
         return {"drum_radius": radius}
     return {"drum_radius": radius, "build_up": 0.5 * growth * cables / radius / radius, "drum_length": length}
-
-
-def require_anchors(robot: Robot, what: str, most: int, instead: str = "") -> None:
-    """Raise `InputError` unless *what* can describe the geometry of the robot, with at most so many lines.
-
-    *instead*: what to do else, for the message.
-    """
-    if robot.m > most:
-        raise InputError(f"robot {robot.name!r} has {robot.m} lines; {what} has {most} at most{instead}")
-    if not isinstance(robot.platform, PointPlatform) or robot.platform.plane is not None:
-        kind = "a plane" if robot.platform.plane is not None else "a body that rotates"
-        raise InputError(f"robot {robot.name!r} has {kind}; {what} has a point alone{instead}")
-    for line in robot.lines:
-        if not isinstance(line.sheave, Eyelet) or any(line.platform_point) or line.platform_sheave is not None:
-            raise InputError(
-                f"line {line.name!r} is not straight from an eyelet to the point; {what} has no other{instead}"
-            )

@@ -14,14 +14,15 @@ import numpy as np
 from cablewright.errors import InputError, UnknownName, printable
 from cablewright.exchange import linuxcnc
 from cablewright.exchange.klipper_config import klipper_anchors
-from cablewright.exchange.klipper_motion import SQUARE_CORNER, Stepper, klipper_job, letters_of, printer_config
+from cablewright.exchange.klipper_motion import SQUARE_CORNER, Stepper, klipper_job, printer_config
 from cablewright.exchange.motion_lines import motion_lines
-from cablewright.exchange.rrf_config import require_hangprinter, rrf_config
+from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import Notes
 from cablewright.machine.drums import drums_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import WinchDrum
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
@@ -68,7 +69,7 @@ def firmware(
         assumed.add("drums: one layer of cable, turned without a gear; --machine gives layers and gear")
     if stepper is None:
         assumed.add(f"motors: {motor.full_steps} full steps a turn, {motor.microsteps} microsteps each")
-    _require_lines(name, robot)
+    require(robot, Capability(f"export {name}"))
     drums = drums_of(robot, machine)
     close = _tolerance(name, motor, robot, drums) if tolerance is None else tolerance
     jump = TOLERANCE if tolerance is None else 0.0
@@ -109,23 +110,6 @@ def _note_job(name: str, path: WinchPath, lost: Notes) -> None:
         )
     if codes := [f"{word} ({count})" for word, count in path.ignored.items() if word[0] in "MT"]:
         lost.add(f"job: temperatures, fans and the like: {', '.join(codes)}; put those that it needs before the motion")
-
-
-def _require_lines(name: str, robot: Robot) -> None:
-    """Raise `InputError` for lines that this firmware cannot move, before the path is solved."""
-    for line in robot.lines:
-        other = "a counterweight" if line.counterweight is not None else "shared_winch" if line.shared_winch else ""
-        if other:
-            raise InputError(
-                f"line {line.name!r} has {other}; {name} moves one winch for each line: give it a winch of its own, or "
-                "export urdf, which has no lines"
-            )
-    if name == "reprapfirmware":
-        require_hangprinter(robot)
-    elif name == "klipper":
-        letters_of(robot)
-    elif name == "linuxcnc":
-        linuxcnc.letters_of(robot)
 
 
 def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[WinchDrum]) -> float:

@@ -14,12 +14,13 @@ from typing import Any, Final
 
 from cablewright.csv_input import text_lines
 from cablewright.errors import InputError
-from cablewright.exchange.anchors import anchored_robot, require_anchors, spool
+from cablewright.exchange.anchors import anchored_robot, spool
 from cablewright.exchange.completion import Point
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.validation import shown
 
@@ -143,9 +144,7 @@ def _lines(printer: _Printer, exits: Mapping[str, Point], radii: list[float], lo
 
 def klipper_anchors(robot: Robot) -> ExportedFile:
     """Return the sections of a ``printer.cfg`` that let Klipper compute the lengths. Raises `InputError`."""
-    require_anchors(robot, "Klipper's winch kinematics", len(LETTERS))
-    if any(line.advantage > 1 for line in robot.lines):
-        raise InputError(f"robot {robot.name!r} has an advantage over 1, which Klipper's winch kinematics lacks")
+    require(robot, Capability.KLIPPER_WINCH)
     carried = "lines.exit_point lines.winch.drum_radius lines.name lines.sheave.kind"
     lost = tuple(lost_keys(keys_given(robot), carried))
     text = "# Lines are straight and rigid, drums have one layer. Lengths are mm.\n"
@@ -153,8 +152,7 @@ def klipper_anchors(robot: Robot) -> ExportedFile:
     for letter, line in zip(LETTERS, robot.lines, strict=False):
         x, y, z = map(to_mm, line.exit_point)
         radius = line.winch.drum_radius
-        if radius is None:
-            raise InputError(f"line {line.name!r} gives no winch.drum_radius, which rotation_distance needs")
+        assert radius is not None  # by what is required
         text += f"\n# line {line.name!r}\n[stepper_{letter}]\nanchor_x: {x}\nanchor_y: {y}\nanchor_z: {z}\n"
         text += f"rotation_distance: {turn_of_radius(radius)}\n"
     return ExportedFile(text, lost)

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.errors import InputError, printable
+from cablewright.errors import printable
 from cablewright.exchange.motion_lines import extent_notes, motion_lines
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -41,7 +41,7 @@ class Stepper:
 
 def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
     """Return the sections of a ``printer.cfg``; pins are the machine's own. Raises `InputError` for too many lines."""
-    letters = letters_of(robot)
+    letters = LETTERS[: robot.m]
     text = (
         "# Winches as manual steppers, in degrees of the drum. Add [mcu], pins, and the extruder of the machine.\n"
         "[printer]\nkinematics: none\n"
@@ -60,7 +60,7 @@ def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
 
 def klipper_job(robot: Robot, job: Job, path: WinchPath) -> str:
     """Return the G-code of a job."""
-    letters = letters_of(robot)
+    letters = LETTERS[: robot.m]
     start = path.samples.positions[0]
     x, y, z = (f"{1e3 * each:.4f}" for each in start)
     corner = _corner_velocity(path, job)
@@ -73,15 +73,6 @@ def klipper_job(robot: Robot, job: Job, path: WinchPath) -> str:
     text += f"G90\nM82\nG92 X{x} Y{y} Z{z} E0\n"
     text += "".join(motion_lines(path, letters, extruder=True))
     return text + "".join(f"MANUAL_STEPPER STEPPER=winch_{letter.lower()} GCODE_AXIS=\n" for letter in letters)
-
-
-def letters_of(robot: Robot) -> str:
-    """Return a letter for each line. Raises `InputError` for too many."""
-    if robot.m > len(LETTERS):
-        raise InputError(
-            f"robot {robot.name!r} has {robot.m} lines; Klipper has letters for {len(LETTERS)}: leave out some"
-        )
-    return LETTERS[: robot.m]
 
 
 def _corner_velocity(path: WinchPath, job: Job) -> float:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.errors import InputError, printable
+from cablewright.errors import printable
 from cablewright.exchange.klipper_motion import rates_of
 from cablewright.exchange.motion_lines import extent_notes, motion_lines
 from cablewright.printing.job import Job
@@ -23,19 +23,9 @@ BLENDING: Final = 0.01
 """Distance, mm, within which LinuxCNC may round corners so that it does not stop at each point (G64 P)."""
 
 
-def letters_of(robot: Robot) -> str:
-    """Return a letter for each line. Raises `InputError` for too many."""
-    if robot.m > len(LETTERS):
-        raise InputError(
-            f"robot {robot.name!r} has {robot.m} lines; LinuxCNC has nine axes, of which X Y Z leave {len(LETTERS)}; "
-            "export klipper"
-        )
-    return LETTERS[: robot.m]
-
-
 def linuxcnc_ini(robot: Robot, job: Job, path: WinchPath) -> str:
     """Return the sections of an INI file for kinematics, axes and joints; HAL pins are the machine's own."""
-    letters = letters_of(robot)
+    letters = LETTERS[: robot.m]
     speed = 1e3 * max(job.motion.print_speed, job.motion.travel_speed)
     acceleration = 1e3 * job.motion.acceleration
     rates = np.abs(rates_of(path)).max(axis=0)
@@ -60,7 +50,7 @@ def linuxcnc_ini(robot: Robot, job: Job, path: WinchPath) -> str:
 
 def linuxcnc_job(robot: Robot, job: Job, path: WinchPath) -> str:
     """Return the G-code of a job."""
-    letters = letters_of(robot)
+    letters = LETTERS[: robot.m]
     x, y, z = (f"{1e3 * each:.4f}" for each in path.samples.positions[0])
     text = f"; {printable(job.name)} on {printable(robot.name)}, for LinuxCNC\n{extent_notes(path, letters, robot)}"
     zero = " ".join(f"{letter}0" for letter in letters)

@@ -16,13 +16,14 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, printable
 from cablewright.exchange.losses import keys_given, lost_keys
-from cablewright.exchange.mjcf_lines import Mounting, mounting, platform_end, require_in_plane
+from cablewright.exchange.mjcf_lines import Mounting, mounting, platform_end
 from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import basis
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Equilibrium
-from cablewright.robot import Box, GuideSheave, Line, RigidPlatform, Robot
+from cablewright.models.support import Capability, losses, require
+from cablewright.robot import Box, Line, RigidPlatform, Robot
 
 TIMESTEP: Final = 1e-3  # s
 EQUAL: Final = 2e-6  # m, within which a tendon counts as long as its line: it has two starts of `FEED`
@@ -44,16 +45,10 @@ def mjcf(at: Equilibrium) -> ExportedFile:
     robot, notes = at.model.robot, Notes()
     if at.model.fidelity.cable is not CableLaw.RIGID or at.model.fidelity.sheave is not None:
         raise InputError("mjcf: tendons do not stretch: solve with cable = rigid, and the sheaves as built")
-    robot.require_winches("export mjcf, whose tendons have a length")
-    require_in_plane(robot)
+    require(robot, Capability.MJCF)
     if not np.isfinite(at.lengths).all():
         raise AnswerError(f"no lengths at this pose: {at.sentence()}", at.status)
-    if any(line.cables > 1 for line in robot.lines):
-        notes.add("lines.cables: one tendon pulls for all cables side by side")
-    if any(isinstance(guide, GuideSheave) for line in robot.lines for guide in line.guides):
-        notes.add(
-            "lines.guides: wheels are sites on their rims, which hold the cable there; their arcs keep their lengths"
-        )
+    notes.add_all(losses(robot, Capability.MJCF))
     notes.add_all(lost_keys(keys_given(robot), f"{_CARRIED} lines.cables"))
     if isinstance(robot.platform, RigidPlatform) and robot.platform.inertia is None:
         notes.add("platform.inertia: not known; that of a ball of the platform's mass and 0.3 m radius is written")

@@ -16,9 +16,9 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.errors import InputError, printable
+from cablewright.errors import printable
 from cablewright.models.rotation import placed
-from cablewright.robot import Eyelet, Line, PlatformPulley, Pulley, Robot, Swivel, UniversalJoint
+from cablewright.robot import Eyelet, Line, PlatformPulley, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
 
 FEED: Final = 5e-7
@@ -41,20 +41,6 @@ class Mounting:
     added: float = 0.0
 
 
-def require_in_plane(robot: Robot) -> None:
-    """Raise `InputError` for sheaves whose plane does not go through one point: no follower keeps them in it."""
-    for line in robot.lines:
-        why = ""
-        if isinstance(line.sheave, Pulley) or line.is_aside:
-            why = line.out_of_plane_by
-        elif isinstance(line.platform_sheave, PlatformPulley):
-            why = "a pulley on the platform"
-        elif line.platform_sheave is not None and not isinstance(line.sheave, Eyelet):
-            why = f"a sheave on the platform and a {line.sheave.kind} on the frame"
-        if why:
-            raise InputError(f"line {line.name!r} has {why}, which the MuJoCo model does not cover")
-
-
 def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
     """Return what a line runs over on the frame when it ends at *end* (3,), m, world.
 
@@ -64,7 +50,7 @@ def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
     if isinstance(line.sheave, Eyelet):
         body = begin + _site("exit", line, line.exit_point)
         return Mounting(body, path + _via("exit", line), added=longer)
-    assert isinstance(line.sheave, Swivel | UniversalJoint)  # a pulley is refused by `require_in_plane`
+    assert isinstance(line.sheave, Swivel | UniversalJoint)  # by what `mjcf` requires
     turning = _turning(line, line.sheave, end, lever, gravity or 9.81, begin, path)
     return replace(turning, added=turning.added + longer)
 
@@ -72,7 +58,7 @@ def mounting(line: Line, end: Array, lever: float, gravity: float) -> Mounting:
 def platform_end(line: Line, pose: Array) -> Mounting:
     """Return the platform's end of a line at a *pose*: a site, or a sheave that swivels and its anchor."""
     sheave = line.platform_sheave
-    assert not isinstance(sheave, PlatformPulley)  # by `require_in_plane`
+    assert not isinstance(sheave, PlatformPulley)  # by what `mjcf` requires
     if sheave is None:
         return Mounting(_site("end", line, line.platform_point, 6), _via("end", line))
     point = np.array(line.platform_point)

@@ -17,7 +17,7 @@ from typing import Any, Final
 from cablewright.arrays import Array
 from cablewright.csv_input import text_lines
 from cablewright.errors import InputError
-from cablewright.exchange.anchors import anchored_robot, require_anchors, spool
+from cablewright.exchange.anchors import anchored_robot, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
 from cablewright.exchange.rrf_spool import dead_length, spool_law
@@ -25,6 +25,7 @@ from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped
 from cablewright.exchange.xml_input import finite, whole
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import WinchDrum
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20
@@ -170,7 +171,7 @@ def rrf_config(
     *full_steps*: of a motor's turn; *positions* (k, 3): of the nozzle along the job, m, for which Q and R are chosen.
     Raises `InputError`.
     """
-    require_hangprinter(robot)
+    require(robot, Capability.REPRAPFIRMWARE)
     carried = (
         "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
         "lines.winch.build_up lines.winch.drum_length lines.dead_length lines.winch_exit platform.mass "
@@ -198,11 +199,6 @@ def rrf_config(
     forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
     text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}\n"
     return ExportedFile(text, notes.all, assumed)
-
-
-def require_hangprinter(robot: Robot) -> None:
-    """Raise `InputError` for a robot that the firmware's kinematics does not have."""
-    require_anchors(robot, "RepRapFirmware's Hangprinter", MOST, "; export klipper, which moves winches by their angle")
 
 
 def _shortest(millimetres: float) -> str:

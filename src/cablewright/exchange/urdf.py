@@ -16,6 +16,7 @@ from cablewright.errors import printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.models.rotation import placed
+from cablewright.models.support import Capability, losses
 from cablewright.robot import RigidPlatform, Robot
 
 BALL: Final = 0.3
@@ -30,7 +31,7 @@ _CARRIED: Final = (
 def urdf(robot: Robot, pose: Array) -> ExportedFile:
     """Return the URDF of a robot whose platform is at a *pose* (n,), m and rotation vector, rad."""
     notes = Notes()
-    notes.add("lines, their cables, sheaves and winches: URDF has no cables")
+    notes.add_all(losses(robot, Capability.URDF))
     notes.add_all(lost_keys(keys_given(robot), f"{_CARRIED} lines"))
     if not isinstance(robot.platform, RigidPlatform) or robot.platform.inertia is None:
         notes.add(f"platform.inertia: not known; that of a ball of {BALL:g} m is written")

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from typing import Final
 from xml.sax.saxutils import quoteattr
 
-from cablewright.errors import InputError, UnknownName, printable
+from cablewright.errors import UnknownName, printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.exchange.wirex import MODULUS, VERSIONS, axes_of
-from cablewright.robot import Cable, Eyelet, Line, RigidPlatform, Robot, Swivel
+from cablewright.models.support import Capability, require
+from cablewright.robot import Cable, Line, RigidPlatform, Robot, Swivel
 from cablewright.robot.direction import unit_vector
 
 _CARRIED: Final = (
@@ -28,7 +29,7 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
     """Return the file of a robot. Raises `InputError` for a robot that the format cannot describe, by name."""
     if version not in VERSIONS:
         raise UnknownName("version", version, VERSIONS)
-    _require_describable(robot)
+    require(robot, Capability.WIREX)
     notes = Notes()
     carried = f"{_CARRIED} {_INERTIA}" if version == "0.32" else _CARRIED
     notes.add_all(lost_keys(keys_given(robot), carried))
@@ -58,29 +59,6 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
     comments = "".join(f"    <!-- lost: {_comment(each)} -->\n" for each in notes.all)
     parts.insert(1, comments)
     return ExportedFile('<?xml version="1.0" encoding="UTF-8"?>\n' + "".join(parts), notes.all)
-
-
-def _require_describable(robot: Robot) -> None:
-    """Raise `InputError` for geometry that the format does not have: it would be another robot."""
-    if robot.platform.plane is not None:
-        raise InputError(
-            f"robot {robot.name!r} has platform.plane, which a WireX file cannot describe; export mjcf can"
-        )
-    for line in robot.lines:
-        swivels = isinstance(line.sheave, Eyelet | Swivel)
-        for key, bad, instead in (
-            (f"a {line.sheave.kind} as its sheave", not swivels, "export mjcf can, but for pulleys"),
-            ("a platform_sheave", line.platform_sheave is not None, "export mjcf can over eyelets"),
-            ("an advantage over 1", line.advantage > 1, "export mjcf can"),
-            ("a winch that is not on the axis of its swivel", line.is_aside, "leave out its winch_exit"),
-            ("a counterweight", line.counterweight is not None, "give it a winch, or export urdf, which has no lines"),
-        ):
-            if bad:
-                raise InputError(f"line {line.name!r} has {key}, which a WireX file cannot describe; {instead}")
-    if len({line.cable for line in robot.lines}) > 1:
-        raise InputError(f"robot {robot.name!r}: lines have different cables; a WireX file has one: give all the same")
-    if len({line.tension_limits[0] for line in robot.lines}) > 1:
-        raise InputError(f"robot {robot.name!r}: lines have different min tensions; WireX has one: give all the same")
 
 
 def _chain(line: Line, winch: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.job import DEFAULT_STEP, Job
 from cablewright.printing.path import Samples
@@ -48,13 +49,6 @@ def _step(robot: Robot, job: Job, toolpath: Toolpath) -> float:
     return float(np.clip(np.sqrt(8.0 * shortest * INTERPOLATED), SHORTEST_STEP, DEFAULT_STEP))
 
 
-def require_lines(robot: Robot, where: str) -> None:
-    """Raise `InputError` for a robot with fewer winches than freedoms, which cannot be held *where* (for messages)."""
-    if robot.winches < robot.freedoms:
-        holders = f"{robot.m} lines" + (f" on {robot.winches} winches" if robot.winches < robot.m else "")
-        raise InputError(f"robot {robot.name}: {holders} cannot hold {robot.freedoms} freedoms {where}")
-
-
 def along(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> tuple[Array, Array | None]:
     """Return poses (k, n), m and rad, that bring the nozzle to the k samples, and retraction lengths (k,), m, or None.
 
@@ -79,7 +73,7 @@ def poses_at(robot: Robot, job: Job, positions: Array) -> tuple[Array, Array | N
     than freedoms, or a schedule that it cannot follow.
     """
     schedule = Schedule(job.schedule)
-    require_lines(robot, "along a path")
+    require(robot, Capability.PATH)
     for height in job.schedule:
         if height.retraction is not None:
             try:

@@ -122,23 +122,6 @@ class Line(Description):
         return self
 
     @property
-    def out_of_plane_by(self) -> str:
-        """What makes the line more than a winch and a cable in one vertical plane; empty if nothing does."""
-        if self.counterweight is not None:
-            return "a counterweight"
-        if isinstance(self.sheave, Pulley):
-            return "a pulley in a fixed plane"
-        if isinstance(self.sheave, Swivel) and self.is_aside:
-            return "a winch that is not on the axis of its swivel"
-        if self.platform_sheave is not None:
-            return "a sheave on the platform"
-        if isinstance(self.sheave, Swivel) and not self.sheave.upright:
-            return "a swivel whose axis is not vertical"
-        if self.guides:
-            return "guides"
-        return self.mount_out_of_plane_by
-
-    @property
     def mount_gives(self) -> bool:
         """Whether the mount of the exit point gives at all."""
         return self.exit_compliance is not None and any(map(any, compliance_matrix(self.exit_compliance)))
@@ -152,7 +135,7 @@ class Line(Description):
 
     @property
     def mount_out_of_plane_by(self) -> str:
-        """As `out_of_plane_by`, of the mount of the exit point alone."""
+        """What of the mount of the exit point takes the line out of its vertical plane; empty if nothing does."""
         if self.exit_compliance is None:
             return ""
         if not isinstance(self.exit_compliance, float) and self.mount_gives:
@@ -164,7 +147,9 @@ class Line(Description):
     @property
     def in_plane(self) -> bool:
         """Whether a winch holds the line and it lies in one vertical plane with its sag, without guides before that."""
-        return not self.out_of_plane_by
+        is_fixed = isinstance(self.sheave, Pulley) or self.platform_sheave is not None or bool(self.guides)
+        leans = isinstance(self.sheave, Swivel) and (self.is_aside or not self.sheave.upright)
+        return not (self.counterweight is not None or is_fixed or leans or self.mount_out_of_plane_by)
 
     @property
     def is_aside(self) -> bool:
@@ -222,7 +207,11 @@ class Line(Description):
         if isinstance(self.sheave, Pulley):
             self._check_pulley(self.sheave)
         elif isinstance(self.sheave, Swivel) and self.sheave.swing is not None and not self.in_plane:
-            raise refusal("swing", f"is of lines in a vertical plane; this one has {self.out_of_plane_by}", ("sheave",))
+            raise refusal(
+                "swing",
+                "is of lines in a vertical plane, without guides or a platform_sheave",
+                ("sheave",),
+            )
         if self.is_aside and isinstance(self.sheave, Swivel):
             along, offset = self._from_axis()
             if math.hypot(along, offset - self.sheave.radius) <= self.sheave.radius:

@@ -161,59 +161,6 @@ class Robot(FileDescription):
             raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {about_origin} N m")
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
-    def require_plain(self, by: str) -> None:
-        """Raise `InputError` for what is not covered *by* something.
-
-        That is a line of several spans or cables, a line that is not in one vertical plane, and a platform in a plane.
-        """
-        self.require_plain_lines(by)
-        self.require_no_plane(by)
-
-    def require_plain_lines(self, by: str) -> None:
-        """As `require_plain`, of the lines alone."""
-        self.require_lines_in_plane(by)
-        for line in self.lines:
-            for key in ("advantage", "cables"):
-                if getattr(line, key) > 1:
-                    raise InputError(f"{by}: line {line.name!r} has {key} = {getattr(line, key)}; only 1 is covered")
-
-    def require_drivable(self, by: str) -> None:
-        """As `require_plain`, and for a line on the drum of another: what no machine and no estimator covers."""
-        self.require_plain(by)
-        self.require_own_winches(by)
-
-    def require_lines_in_plane(self, by: str) -> None:
-        """Raise `InputError` for a line that is not in one vertical plane, which is not covered *by* something."""
-        for line in self.lines:
-            if not line.in_plane:
-                raise InputError(f"{by}: line {line.name!r} has {line.out_of_plane_by}; it is not covered")
-
-    @property
-    def ends_give(self) -> bool:
-        """Whether any line has a spring, or an exit point whose mount gives, which no proof covers."""
-        return any(line.gives_by for line in self.lines)
-
-    def require_stiff_ends(self, by: str) -> None:
-        """Raise `InputError` for a spring, or an exit point whose mount gives, which is not covered *by* something."""
-        for line in self.lines:
-            if line.gives_by:
-                raise InputError(f"{by}: line {line.name!r} has {line.gives_by}; it is not covered")
-
-    def require_winches(self, by: str) -> None:
-        """Raise `InputError` for a line with a counterweight, which is not covered *by* something."""
-        for index in self.hung:
-            raise InputError(f"{by}: line {self.lines[index].name!r} has a counterweight; it is not covered")
-
-    def require_own_winches(self, by: str) -> None:
-        """Raise `InputError` for a line on the drum of another, which is not covered *by* something."""
-        for line in self.sharing:
-            raise InputError(f"{by}: line {line.name!r} has shared_winch; it is not covered")
-
-    def require_no_plane(self, by: str) -> None:
-        """Raise `InputError` for a platform in a plane, which is not covered *by* something."""
-        if self.platform.plane is not None:
-            raise InputError(f"{by}: robot {self.name!r} has platform.plane, which is not covered")
-
     def limited(self, tension_limits: tuple[float, float]) -> Robot:
         """Return the robot with *tension_limits*, min and max (N), of every line."""
         lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in self.lines)

@@ -17,6 +17,7 @@ from cablewright.kernels.statics import forward as kernel
 from cablewright.kernels.statics.equilibrium import workspace
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.support import Capability, require
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.forward import lengths_paid_out, solve_forward
 
@@ -66,9 +67,7 @@ class Tracker:
         """
         self.settings = settings or TrackerSettings()
         if self.settings.certify:
-            model.robot.require_lines_in_plane("certificates of a Tracker")
-            model.robot.require_no_plane("certificates of a Tracker")
-            model.robot.require_stiff_ends("certificates of a Tracker")
+            require(model, Capability.TRACKER)
         begin = solve_forward(model, lengths).checked() if begin is None else begin
         self.model = model
         self.pose = begin.pose.copy()

@@ -20,6 +20,7 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.support import Capability, require
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
@@ -194,7 +195,7 @@ def equilibria(
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
     model.refuse_rigid()
-    model.robot.require_no_plane("equilibria")
+    require(model, Capability.EQUILIBRIA)
     given, single = as_rows(lengths, model.m, "lengths", "m")
     if not single or not (given > 0.0).all():
         raise InputError(f"lengths: {model.m} numbers over zero are expected, in m; got {given.tolist()}")

@@ -19,6 +19,7 @@ from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
 from cablewright.kernels.statics.line import line_cell
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.support import Capability, require
 from cablewright.progress import Progress, silent
 
 ROOM = 1 << 16  # initial capacity, leaves of a line; doubled as needed
@@ -40,10 +41,7 @@ class OutOfTime(Exception):
 
 def refuse_unfit(model: Model, lengths: Array) -> None:
     """Raise `InputError` for a machine or lengths that the search does not cover."""
-    if model.n != 3:
-        raise InputError("exhaustive: requires a point load; equilibria of a body are found by many starts alone")
-    model.robot.require_plain("exhaustive")
-    model.robot.require_stiff_ends("exhaustive")
+    require(model, Capability.EXHAUSTIVE)
     for line, own, length in zip(model.robot.lines, map(LineNumbers, model.packed.lines), lengths, strict=True):
         steep = own.winch_height < 0.0 and -own.winch_height >= abs(own.winch_distance)
         if own.has_dead_span and not steep:

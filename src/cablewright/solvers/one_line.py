@@ -22,6 +22,7 @@ from cablewright.kernels.statics.line.upright_lines import find_upright
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.solvers.arguments import as_poses
 
 LineKey = str | int
@@ -68,7 +69,7 @@ def taut_lengths(packed: Packed, poses: Array) -> Array:
 
 def one_pose(model: Model, pose: ArrayLike) -> tuple[Array, Array]:
     """Return *pose* as (1, n), and the lines' planes (m, 4) there. Raises `InputError`."""
-    model.robot.require_lines_in_plane("the shape of a line")
+    require(model, Capability.SHAPE)
     at, single = as_poses(model, pose, "pose")
     if not single:
         raise InputError(f"pose: one pose is expected; got {len(at)} rows")

@@ -13,6 +13,7 @@ from cablewright.errors import InputError
 from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.statics.line.upright import is_slack
 from cablewright.models.statics import Equilibrium
+from cablewright.models.support import Capability, require
 from cablewright.progress import Progress
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
@@ -58,8 +59,7 @@ def enclose_poses(
         raise InputError(f"budget = {budget}: at least one leaf is expected")
     if not tolerance > 0.0:
         raise InputError(f"tolerance = {tolerance:g}: over 0 is expected, of the box's width")
-    equilibrium.model.robot.require_plain("a box of poses")
-    equilibrium.model.robot.require_stiff_ends("a box of poses")
+    require(equilibrium.model, Capability.POSE_BOX)
     batch = equilibrium.packed
     packed = batch._replace(lines=batch.lines[0], platform=batch.platform[0])
     states = np.array(equilibrium.states, order="C")

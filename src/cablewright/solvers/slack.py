@@ -34,6 +34,7 @@ from cablewright.kernels.statics.line.vertical_plane import has_plane
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.support import Capability, require
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_lengths, as_poses, as_rows
@@ -89,7 +90,7 @@ def solve_with_slack(
     fewer taut lines than freedoms would remain.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
-    model.robot.require_no_plane("slack lines")
+    require(model, Capability.SLACK)
     by = _checked(model, excess)
     pose, single = as_poses(model, poses, "pose")
     batch = _solve(model, pose, list(by), np.tile(np.array(list(by.values())), (len(pose), 1)))
@@ -98,8 +99,6 @@ def solve_with_slack(
 
 def _checked(model: Model, excess: Excess) -> dict[int, float]:
     """The excess by index of the line. Raises `InputError`."""
-    model.robot.require_winches("slack lines")
-    model.robot.require_own_winches("slack lines")
     by: dict[int, float] = {}
     for line, value in excess.items():
         index = line_index(model, line)
@@ -247,8 +246,7 @@ def slack_sets(
     or for over 2000 sets.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
-    model.robot.require_no_plane("sets of slack lines")
-    model.robot.require_own_winches("sets of slack lines")
+    require(model, Capability.SLACK_SETS)
     _check_taut(model, 1)
     count = math.comb(model.m, model.n)
     if count > MAX_SETS:
@@ -402,7 +400,7 @@ def let_out(
     answer.
     """
     model = Model.of(robot, cable=cable, sheave=sheave)
-    model.robot.require_own_winches("a line let out alone")
+    require(model, Capability.LET_OUT)
     i = line_index(model, line)
     if model.lines.counterweight[i] > 0.0:
         raise InputError(f"let out: line {model.robot.lines[i].name!r} has a counterweight, and no winch")

@@ -20,6 +20,7 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.support import Capability, require
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
@@ -179,7 +180,7 @@ def tension_distribution(
     True
     """
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
-    model.robot.require_own_winches("tension distribution")
+    require(model, Capability.TENSIONS)
     if wrench is None:
         require_a_load(model)
     given, single = as_poses(model, poses, "pose")
@@ -220,7 +221,7 @@ def wrench_closure(
     feasible if positive; -inf where the rank is not full or no null vector has a positive sum.
     """
     model = Model.of(robot, cable=cable, sheave=sheave, default=CableLaw.RIGID)
-    model.robot.require_own_winches("wrench-closure")
+    require(model, Capability.WRENCH_CLOSURE)
     given, single = as_poses(model, poses, "pose")
     packed = _packed(model, len(given), None, retraction)
     swept = _swept(packed, given, distribution.CLOSURE, np.ones(model.m), np.zeros(model.m))
@@ -249,7 +250,7 @@ def capacity(
     if not 0.0 < length < float("inf"):
         raise InputError(f"length {length:g} m: a positive number is expected, by which moments are divided")
     model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits, default=CableLaw.RIGID)
-    model.robot.require_own_winches("capacity")
+    require(model, Capability.CAPACITY)
     given, single = as_poses(model, poses, "pose")
     half = np.zeros(model.n)
     if box is None and wrench is None:
@@ -314,7 +315,6 @@ def _packed(model: Model, rows: int, wrench: ArrayLike | None, retraction: Array
     """The arrays of the model, with a row of lines or of the platform for each pose where these differ."""
     if model.fidelity.cable is CableLaw.CATENARY:
         raise InputError("cable = catenary: tension distributions require straight lines; use rigid or elastic")
-    model.robot.require_winches("tension distributions")
     packed = model.rows(retraction=given_numbers(retraction, rows, "retraction", "m"))
     if wrench is None:
         return packed

@@ -17,8 +17,9 @@ from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
-from cablewright.models.job_poses import along, require_lines, sampled
+from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.paging import Room, in_room, let_go
 from cablewright.printing.job import Job, load_job
 from cablewright.progress import Progress
@@ -246,7 +247,7 @@ def _over_shape(
     model, robot = question.model, question.model.robot
     if retraction is not None:
         raise InputError("retraction: of poses (N, n); over a shape give the robot retracted, a job has a schedule")
-    require_lines(robot, "over a shape")
+    require(robot, Capability.PATH)
     if isinstance(where, Job):
         kept = Room(room)
         samples, _ = sampled(robot, where, in_room(where.toolpath(question.progress), kept), kept)

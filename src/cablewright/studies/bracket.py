@@ -10,13 +10,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.analyses.bracket.loads import Loads, joints, loads_at
+from cablewright.analyses.bracket.loads import Loads, loads_at
 from cablewright.analyses.bracket.stress import BracketMesh, Comparison, Design, bracket_at, bracket_of
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Pictured, Result
@@ -232,9 +233,8 @@ def bracket(
     if (where is None) == (step is None):
         raise InputError("bracket: requires a pose, a job, or the step of a grid over the workspace")
     model = Model.of(robot, cable=cable, tension_limits=tension_limits)
-    model.robot.require_stiff_ends("bracket")
+    require(model, Capability.BRACKET)
     own = load_bracket(bracket) if isinstance(bracket, str | Path) else bracket or bracket_of(model.robot)
-    joints(model.robot)
     found: Highest | None = None
     if step is not None:
         nodes = model.unrotated_at(workspace_nodes(model, step, progress).places)

@@ -23,6 +23,7 @@ from cablewright.machine.coils import coil_of
 from cablewright.machine.sensors.encoders import ENCODERS
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.saving import Saved
 from cablewright.signals import Estimate, SensorFrame
@@ -70,7 +71,7 @@ def estimator(
     """
     if name not in ESTIMATORS:
         raise UnknownName("estimator", name, ESTIMATORS)
-    robot.require_drivable("estimation")
+    require(robot, Capability.ESTIMATION)
     if robot.n == 6:
         if name == "paper":
             raise InputError(f"estimator = {name}: is one of a point platform; that of {robot.name!r} is rigid")

@@ -10,8 +10,8 @@ import numpy as np
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
-from cablewright.models.job_poses import require_lines
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.progress import Progress
 from cablewright.robot import Robot
 
@@ -111,7 +111,7 @@ def workspace_nodes(model: Model, step: float, progress: Progress | None = None)
 
     Raises `InputError` for a robot with fewer lines than freedoms, `AnswerError` if no node is in the workspace.
     """
-    require_lines(model.robot, "over a grid")
+    require(model, Capability.PATH)
     nodes = count_nodes(model, "static", step=step, progress=progress)
     if not nodes.counted:
         raise AnswerError(f"robot {model.robot.name}: no place of a grid of {step:g} m is within all limits")

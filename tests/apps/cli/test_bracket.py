@@ -117,7 +117,7 @@ def test_bad_input_gets_one_line(cli, options, told) -> None:
 
 
 def test_robots_without_a_bracket_or_a_lever_are_told(cli) -> None:
-    assert "no table [bracket]" in cli("bracket", "merlet2023", "--at", "0,0,1").refusal
+    assert "has a swivel as its sheave; not supported" in cli("bracket", "merlet2023", "--at", "0,0,1").refusal
 
 
 def test_without_the_extra_the_command_says_what_to_install(cli, monkeypatch) -> None:

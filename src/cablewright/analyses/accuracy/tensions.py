@@ -15,6 +15,7 @@ from cablewright.analyses.accuracy.spread import Method, SpreadProblem
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.statics import Equilibrium
+from cablewright.models.support import Capability, require
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.tension import self_stresses
@@ -54,7 +55,7 @@ def best_tensions(
     `AnswerError` where the pose cannot be held.
     """
     model = held.model
-    model.robot.require_own_winches("a choice of tensions")
+    require(model, Capability.TENSION_CHOICE)
     redundant = model.m - model.freedoms
     if redundant not in GRID:
         raise InputError(f"robot {model.robot.name}: {redundant} redundant lines; tensions are chosen among 1 to 3")

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from cablewright.arrays import Array
-from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot, UniversalJoint
 from cablewright.solvers.inverse import solve_inverse
 
@@ -124,10 +124,7 @@ def loads_at(model: Model, poses: ArrayLike, *, retraction: ArrayLike | None = N
 
 def joints(robot: Robot) -> tuple[UniversalJoint, ...]:
     """Return the sheaves of all lines. Raises `InputError` where one is not on a universal joint."""
-    for line in robot.lines:
-        if not isinstance(line.sheave, UniversalJoint):
-            kind = line.sheave.kind
-            raise InputError(f"line {line.name!r}: sheave.kind = {kind!r}: a bracket has a lever: 'universal-joint'")
+    require(robot, Capability.BRACKET)
     return tuple(line.sheave for line in robot.lines if isinstance(line.sheave, UniversalJoint))
 
 

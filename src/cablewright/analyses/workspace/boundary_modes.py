@@ -17,6 +17,7 @@ from cablewright.choices import TensionChoice
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.progress import Progress
 from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
@@ -181,10 +182,7 @@ def boundary_modes(
         holding = "middle" if criterion.endswith("closed-form") else "least"
     if holding not in HOLDING:
         raise UnknownName("tensions", holding, HOLDING)
-    if model.winches < model.freedoms:
-        kind = "winches" if model.winches < model.m else "lines"
-        few = f"{model.winches} {kind} leave some of its {model.freedoms} freedoms to gravity"
-        raise InputError(f"robot {model.robot.name!r}: {few}: a grid of positions does not determine its poses")
+    require(model, Capability.BOUNDARY_MODES)
     if not GRIDS[0] <= grid <= GRIDS[1]:
         raise InputError(f"grid {grid}: {GRIDS[0]} to {GRIDS[1]} nodes along a side are allowed for a boundary")
     counting = model if criterion == "static" else straight(model)

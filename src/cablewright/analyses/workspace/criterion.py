@@ -18,6 +18,7 @@ from cablewright.choices import CriterionName, PointName
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.progress import Progress
 from cablewright.results import Figure
 from cablewright.robot import Plane, RigidPlatform, Robot
@@ -115,7 +116,7 @@ class Criterion:
         cable, sheave, limits = options.get("cable"), options.get("sheave"), options.get("tension_limits")
         model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=limits, default=default)
         if name != "static":
-            model.robot.require_winches(f"criterion {name} (static is for all)")
+            require(model, Capability.STRAIGHT_WORKSPACE)
         if name != "static" and model.fidelity.cable is CableLaw.CATENARY:
             raise InputError(f"cable = catenary: {name} requires straight lines; use rigid or elastic, or static")
         if wrench is not None:
@@ -340,9 +341,9 @@ def plane_of(robot: Robot, point: str = "origin") -> SearchBox | None:
 
 def _guided(robot: Robot, plane: Plane, point: str) -> SearchBox:
     """The part of the frame in the plane in which a *point* of the platform moves. Raises `InputError`."""
+    require(robot, Capability.WORKSPACE)
     axis = plane.axis
-    if axis is None:
-        raise InputError(f"robot {robot.name!r}: its plane is tilted; areas are found in planes across x, y or z")
+    assert axis is not None  # no tilted plane
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     aside = robot.platform.nozzle[axis] if point == "nozzle" and isinstance(robot.platform, RigidPlatform) else 0.0
     low[axis] = high[axis] = plane.distance * plane.across[axis] + aside

@@ -22,17 +22,29 @@ from cablewright.errors import EnvironmentFault, InputError, suggestion
 from cablewright.results import Figure, Result
 
 
-@command("robots merlet2023", "apps.cli.robots:RobotList", "apps.cli.robots:LibraryFile")
+@command(
+    "robots merlet2023", "apps.cli.robots:RobotList", "apps.cli.robots:LibraryFile", "apps.cli.robots:RobotSupport"
+)
 def robots_command(
     *,
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Robot whose file is printed; without it, all are listed.")
+        str | None,
+        typer.Argument(
+            metavar="NAME", help="Robot whose file is printed; without it, all are listed. With --support or a file."
+        ),
     ] = None,
+    support: Annotated[
+        bool, typer.Option("--support", help="Print which capabilities support the robot, and what to use instead.")
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """Start your own description from one of them: `cablewright robots NAME > mine.toml`."""
     from cablewright.robot import library_text
 
+    if support:
+        if name is None:
+            raise InputError("--support: give the NAME of a robot, or its file")
+        return answer(RobotSupport.of(cw.load(name)), as_json)
     if name is not None:
         return LibraryFile(name, library_text(name)).show(as_json)
     return answer(RobotList(tuple(map(cw.load, cw.library_names()))), as_json)
@@ -176,6 +188,33 @@ class RobotList(Result):
     )  # fmt: skip
 
     robots: tuple[cw.Robot, ...]
+
+
+@dataclass(frozen=True)
+class RobotSupport(Result):
+    """How far each capability covers a robot."""
+
+    FIGURES: ClassVar = (
+        Figure("robot", "", "Name of the robot."),
+        Figure("capabilities", "", "Each capability.", parts=(
+            Figure("capability", "", "What is done with the robot."),
+            Figure("verdict", "", "works, not certified, not checked, lost or rejected."),
+            Figure("because", "", "What of the robot decides it."),
+            Figure("instead", "", "What to use instead, or what is left out."),
+        )),
+    )  # fmt: skip
+
+    robot: str
+    capabilities: tuple[dict[str, str], ...]
+
+    @classmethod
+    def of(cls, robot: cw.Robot) -> RobotSupport:
+        """Return what `cablewright.models.support` says of a robot."""
+        from cablewright.models.support import Capability, support
+
+        found = ((capability, support(robot, capability)) for capability in Capability)
+        rows = ({"capability": str(of), **{key: str(each) for key, each in vars(cell).items()}} for of, cell in found)
+        return cls(robot.name, tuple(rows))
 
 
 @dataclass(frozen=True, repr=False)

@@ -95,9 +95,11 @@ def _station(
 
     from cablewright.machine.settings import require_robot
     from cablewright.machine.simulated.settings import whole_machine
+    from cablewright.models.support import Capability, require
     from cablewright.studies.serve.station import DriveStation, SimulatedStation, resting_place
 
     require_robot(owner, robot.name)
+    require(robot, Capability.SERVE)
     place = resting_place(robot) if given is None else np.array(given)
     if owner.kind == "simulated":
         if tried:

@@ -12,6 +12,7 @@ import numpy as np
 from cablewright.arrays import Array
 from cablewright.calibration.survey.frame import SurveyFrame
 from cablewright.errors import InputError
+from cablewright.models.support import Capability, require
 from cablewright.results import Figure, Pictured, figures_dict
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
@@ -195,7 +196,7 @@ def surveyed(robot: Robot, found: Survey) -> tuple[Robot, tuple[str, ...]]:
     lengths. Raises `InputError` if the survey has no exits, for lines out of the plane, or if the resulting robot is
     not valid.
     """
-    robot.require_lines_in_plane("a survey of exits")
+    require(robot, Capability.SURVEY)
     by_line = {exit_.line: exit_ for exit_ in found.exits}
     if not by_line:
         raise InputError(

@@ -8,6 +8,7 @@ from cablewright.errors import InputError, require_positive
 from cablewright.estimation.body.updates.update import Update
 from cablewright.models.coil import Coil
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 
 
 @dataclass(frozen=True)
@@ -68,5 +69,5 @@ class BodySettings:
         """Refuse point platforms, and another number of coils than lines."""
         if self.model.n != 6 or len(self.coils) != self.model.m:
             raise InputError(f"robot {self.model.robot.name!r}: a rigid platform and a coil for each line are expected")
-        self.model.robot.require_drivable("estimation of a rigid platform")
+        require(self.model, Capability.ESTIMATION)
         require_positive(interval=self.interval, smoothing_time=self.smoothing_time, max_drum_speed=self.max_drum_speed)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from cablewright.errors import InputError
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
 
@@ -49,7 +50,7 @@ def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
     The limit of a drum's speed is the least of the machine's and the robot's, that of the cable at the largest radius;
     of its torque the least of both and of the line's largest tension at the smallest radius.
     """
-    robot.require_own_winches("drives")
+    require(robot, Capability.DRIVES)
     drives, winch, found = settings.drives, settings.winch, []
     assert drives is not None
     per_radian = winch.counts * winch.ratio / math.tau

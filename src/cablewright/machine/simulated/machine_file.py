@@ -6,8 +6,7 @@ import math
 from itertools import product
 from typing import Final
 
-from cablewright.errors import InputError
-from cablewright.machine.simulated.settings import require_hanging
+from cablewright.models.support import Capability, require
 from cablewright.robot import PointPlatform, RigidPlatform, Robot
 from cablewright.units import FORCE, LENGTH, TORQUE, three_digits
 
@@ -25,7 +24,7 @@ def machine_file(robot: Robot) -> str:
     inertial unit besides. Raises `InputError` for a robot that cannot be simulated: lines without weight, diameter or
     drum radius, of several spans or out of one vertical plane, a platform in a plane, or winches whose drums differ.
     """
-    _require_simulated(robot)
+    require(robot, Capability.MACHINE_FILE)
     radius, speed, torque = _winch(robot)
     length = RESERVE * _longest(robot)
     pitch = PITCH * max(line.cable.diameter or 0.0 for line in robot.lines)
@@ -81,21 +80,10 @@ def _quoted(name: str) -> str:
     return f'"{"".join(plain)}"'
 
 
-def _require_simulated(robot: Robot) -> None:
-    origin = f"robot {robot.name!r}"
-    require_hanging(robot)
-    for line in robot.lines:
-        for key, value in (("cable.diameter", line.cable.diameter), ("winch.drum_radius", line.winch.drum_radius)):
-            if value is None:
-                raise InputError(f"{origin}: line {line.name!r} gives no {key}, which a plant needs")
-
-
 def _winch(robot: Robot) -> tuple[float, float, float]:
     """Radius of the drums, m, speed of the cable, m/s, and torque at the drum, N m."""
-    radii = {line.winch.drum_radius for line in robot.lines if line.winch.drum_radius is not None}
-    if len(radii) > 1:
-        raise InputError(f"robot {robot.name!r}: drums of lines differ, and a machine file has one kind of winch")
-    radius = radii.pop()
+    radius = robot.lines[0].winch.drum_radius
+    assert radius is not None  # the table of support requires one, the same of all lines
     speeds = [line.winch.max_speed for line in robot.lines if line.winch.max_speed is not None]
     torques = [line.winch.max_torque for line in robot.lines if line.winch.max_torque is not None]
     strongest = max(line.tension_limits[1] for line in robot.lines)

@@ -20,7 +20,7 @@ from cablewright.machine.simulated.as_built_parts import home_errors
 from cablewright.machine.simulated.motion.line_faults import LineFaults
 from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.motion.retraction import RetractionAxis
-from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings, require_hanging
+from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.unmodelled.brakes import Brakes
 from cablewright.machine.simulated.unmodelled.stuck_material import StuckMaterial
@@ -29,6 +29,7 @@ from cablewright.machine.simulated.winches import Winches
 from cablewright.models.creep_pace import Air
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.robot import RigidPlatform, Robot
 from cablewright.signals import Condition, Notice, Truth, WinchMode, frozen
 from cablewright.solvers.forward import solve_forward
@@ -100,7 +101,7 @@ class Rig:
         """
         owner, simulation = settings.owner, settings.simulation
         self.settings, self.seed, self.powder = settings, seed, owner.carrier.powder
-        _check(robot)
+        require(robot, Capability.SIMULATION)
         self.masses, self.retraction = Masses(robot, settings), RetractionAxis(robot, owner.retraction)
         law = simulation.sticking
         self.stuck = StuckMaterial(law) if law.share else None
@@ -339,13 +340,3 @@ def _brakes_of(robot: Robot, settings: TwinSettings, seed: int) -> Brakes | None
     law, drives = settings.simulation.brakes, settings.owner.drives
     limit = FOLLOWING_ERROR if drives is None else drives.following_error
     return Brakes(law, tuple(line.name for line in robot.lines), seed, limit) if law.give else None
-
-
-def _check(robot: Robot) -> None:
-    """Raise `InputError` for a robot that no plant can simulate."""
-    require_hanging(robot)
-    for line in robot.lines:
-        if robot.n == 3 and any(line.platform_point):
-            raise InputError(
-                f"robot {robot.name!r}: platform_point of {line.name!r} must be the origin of the platform"
-            )

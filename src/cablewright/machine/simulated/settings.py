@@ -36,7 +36,6 @@ from cablewright.machine.simulated.unmodelled.laws import (
     WinchGears,
     Wind,
 )
-from cablewright.robot import Robot
 from cablewright.signals import READINGS, per_line
 from cablewright.units import Angle, Duration, Length, NonNegative, Positive
 from cablewright.validation import Description, refusal, validated
@@ -391,17 +390,6 @@ def whole_machine(machine: TwinSettings | str | Path) -> TwinSettings:
         why = "load_machine gives what the owner knows; load_twin gives that and what only a simulation has"
         raise InputError(f"machine {machine.name!r}: {why}")
     return load_twin(machine)
-
-
-def require_hanging(robot: Robot) -> None:
-    """Raise `InputError` for lines that no plant can hang: of several spans, without weight, or without gravity."""
-    robot.require_drivable("the simulated machine")
-    origin = f"robot {robot.name!r}"
-    if robot.scene.gravity == 0.0:
-        raise InputError(f"{origin}: gravity = 0: a drum that hangs, and powder that falls, need some")
-    for line in robot.lines:
-        if line.cable.linear_density == 0.0:
-            raise InputError(f"{origin}: the cable of line {line.name!r} has no weight, which a plant needs")
 
 
 def check_faults(settings: TwinSettings, lines: tuple[str, ...]) -> None:

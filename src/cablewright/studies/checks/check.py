@@ -17,6 +17,7 @@ from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
 from cablewright.models.job_poses import along, path_box, sampled
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.paging import Room, in_room
 from cablewright.printing.beads import Bead
 from cablewright.printing.job import Job, load_job
@@ -83,6 +84,7 @@ def check(
     report = progress or silent
     full = Model.full(robot, tension_limits=tension_limits)
     robot = full.robot if full.tension_limits is None else full.robot.limited(full.tension_limits)
+    require(robot, Capability.CHECK)
     job = job if isinstance(job, Job) else load_job(job)
     kept = Room(room)
     toolpath = in_room(job.toolpath(report), kept)

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.arrays import Array
+from cablewright.models.support import Capability, cells
 from cablewright.robot import Plane, Robot
 from cablewright.robot.uncertainty import Uncertainty
 from cablewright.studies.checks.path_statics import PathStatics, extreme
@@ -42,23 +43,17 @@ def not_checked(
     found += _without_limit(robot)
     stiff = [line.name for line in robot.lines if line.exit_compliance is None]
     found += _lacks(robot, "mounts of exit points that give", "exit_compliance", stiff)
-    if any(line.mount_gives for line in robot.lines):
-        found.append("exit points that give together, as two on one post: each gives under its own line alone")
     if all(entry.name != "creep_compliance" for entry in uncertain.parameters):
         found.append("creep of cables: the uncertainty gives no creep_compliance")
     if "interference" not in skip:
         found += _without_shape(robot)
-    if robot.sharing:
-        names = ", ".join(line.name for line in robot.sharing)
-        found.append(f"lengths without compensation on one winch: line {names} is taken to have its own")
     singular = int(np.isnan(statics.displacement).sum())
     if singular:
         what = "forces of acceleration" + ("" if "expected-error" in skip else " and expected error")
         found.append(f"{what} at {singular} of {len(statics.displacement)} samples: no regular equilibrium")
     if robot.platform.plane is not None:
         found += _on_plane(robot.platform.plane, statics.plane_force)
-    if robot.hung:
-        found.append("counterweights against what is around them, and the room that they move in")
+    found += [f"{cell.because}: {cell.instead}" for _, cell in cells(robot, Capability.CHECK)]
     turning = ("angular acceleration of the platform",) if turns else ()
     return [*found, *_LEFT_OUT, *turning]
 

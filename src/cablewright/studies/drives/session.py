@@ -31,6 +31,7 @@ from cablewright.machine.drives.protocol import WinchDrives
 from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK
 from cablewright.machine.settings import MachineSettings, require_robot
 from cablewright.machine.winch_counts import CountFile, Remembering
+from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot
@@ -66,6 +67,7 @@ class RealMachine:
     ) -> RealMachine:
         """*state*: path without suffix of the two files. Raises `InputError` for files that do not fit each other."""
         require_robot(settings, robot.name)
+        require(robot, Capability.HOMING)
         known = require_drives(settings, robot)
         if port is None and known.interface != LOOPBACK and known.acknowledged is None:
             why = f"this version was {ACKNOWLEDGED}, and no performance level is claimed: read docs/drives.md first"

@@ -57,23 +57,6 @@ def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) ->
         raise InputError(f"machine {owner.name!r}: has no [retraction], which the job's schedule moves")
 
 
-def require_lines(model: Model, path: TimedPath) -> None:
-    """Raise `InputError` for fewer lines than freedoms, with how far the platform would swing.
-
-    What the lines do not hold swings at sqrt(g / l) at most; an acceleration that begins and ends shifts it by up to
-    twice the acceleration times l / g.
-    """
-    robot = model.robot
-    if robot.m >= model.n:
-        return
-    drop = max(line.exit_point[2] for line in robot.lines) - float(path.track.positions[:, 2].min())
-    bound = 2.0 * path.acceleration / robot.scene.gravity * max(drop, 0.0)
-    raise InputError(
-        f"robot {robot.name!r}: {robot.m} lines hold {robot.m} of {model.n} freedoms; with {path.acceleration:g} m/s^2 "
-        f"its platform would swing by up to {bound:.3f} m, {drop:.2f} m below the exits: a print needs {model.n} lines"
-    )
-
-
 def poses_at(path: TimedPath, places: Array) -> tuple[Array, Array | None]:
     """Return poses (k, 6) and retraction lengths (k,), or None, with the nozzle at *places* (k, 3), m."""
     assert path.attitude is not None

@@ -25,6 +25,7 @@ from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.estimator_settings import with_drum_mass
@@ -55,13 +56,13 @@ def planned(
     *rule*: of the height; None chooses by the machine's sensors. Raises `AnswerError` where the path leaves the frame
     or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
     """
+    require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))
     notes: tuple[str, ...] = ()
     if path.attitude is None:
         _check_path(model, path)
         narrow = model
     else:
-        body_limits.require_lines(model, path)
         held, linear = body_limits.check_held(model, path)
         body_limits.check_tour(model, path)
         narrow = body_limits.with_margin(model, path)

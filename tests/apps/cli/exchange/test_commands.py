@@ -53,7 +53,7 @@ def test_import_of_two_files(here: Path) -> None:
             "only mjcf, urdf, stl, glb are written at a pose",
         ),
         (["export", "wirex", "cogiro", "--layers", "1,2", "--out", "a"], "are for a firmware"),
-        (["export", "wirex", "maslow4", "--out", "a"], "platform.plane, which a WireX file cannot describe"),
+        (["export", "wirex", "maslow4", "--out", "a"], "has platform.plane; not supported. Export mjcf"),
         (["export", "step", "cogiro", "--out", "a"], "step"),
         (["forward", "merlet2023", "--lengths", "none.csv"], "none.csv: no such file"),
         (["forward", "merlet2023", "--lengths", "none.csv", "--certify"], "--certify: is for one set"),

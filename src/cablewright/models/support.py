@@ -1,0 +1,325 @@
+"""What works with what: one table of the features of robots and the capabilities of this program.
+
+Errors, the page `docs/support.md`, `cablewright robots NAME --support` and the notes of exports read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from cablewright.errors import InputError
+from cablewright.robot import (
+    Eyelet,
+    GuideSheave,
+    Line,
+    PlatformPulley,
+    PlatformSheave,
+    Pulley,
+    RigidPlatform,
+    Robot,
+    Swivel,
+    UniversalJoint,
+)
+
+if TYPE_CHECKING:
+    from cablewright.models.statics import Model
+
+
+class Verdict(StrEnum):
+    """How far a capability covers a feature, from the best to the worst."""
+
+    WORKS = "works"
+    UNCERTIFIED = "not certified"
+    NOT_CHECKED = "not checked"
+    LOST = "lost"
+    REJECTED = "rejected"
+
+
+class Capability(StrEnum):
+    """What this program does with a robot, as messages call it."""
+
+    INVERSE = "inverse"
+    FORWARD = "forward"
+    LINEARISE = "linearise"
+    MODES = "modes"
+    CERTIFY = "certify"
+    TRACKER = "certificates of a Tracker"
+    POSE_BOX = "a box of poses"
+    EQUILIBRIA = "equilibria"
+    EXHAUSTIVE = "exhaustive"
+    TENSIONS = "tension distribution"
+    WRENCH_CLOSURE = "wrench-closure"
+    CAPACITY = "capacity"
+    TENSION_CHOICE = "a choice of tensions"
+    WORKSPACE = "workspace"
+    STRAIGHT_WORKSPACE = "workspace of straight lines"
+    BOUNDARY_MODES = "modes on the boundary"
+    EXCESS = "excess lengths"
+    SLACK = "slack lines"
+    SLACK_SETS = "sets of slack lines"
+    SHAPE = "the shape of a line"
+    LET_OUT = "a line let out alone"
+    CHECK = "check"
+    PATH = "poses along a path or over a grid"
+    BRACKET = "bracket"
+    SURVEY = "a survey of exits"
+    CALIBRATION = "calibration"
+    ELASTIC_CALIBRATION = "calibration of lines that stretch"
+    SIMULATION = "the simulated machine"
+    MACHINE_FILE = "machines --for"
+    PRINT = "print"
+    ESTIMATION = "estimation"
+    CONTROL = "velocity control"
+    HOMING = "homing"
+    DRIVES = "drives"
+    SERVE = "serve"
+    KLIPPER = "export klipper"
+    KLIPPER_WINCH = "Klipper's winch kinematics"
+    REPRAPFIRMWARE = "export reprapfirmware"
+    LINUXCNC = "export linuxcnc"
+    WIREX = "export wirex"
+    MJCF = "export mjcf"
+    URDF = "export urdf"
+
+
+@dataclass(frozen=True)
+class Feature:
+    """Something that a robot may have. ``key``: where its file says so; ``holder``: what has it, in words; "": none."""
+
+    name: str
+    words: str
+    key: str
+    holder: Callable[[Robot], str]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell of the table. ``instead``: what to do else, or of `Verdict.LOST` and NOT_CHECKED what is left out.
+
+    ``because``: of an answer of `support`, what of the robot decides.
+    """
+
+    verdict: Verdict = Verdict.WORKS
+    instead: str = ""
+    because: str = ""
+
+
+def _of_line(name: str, words: str, key: str, has: Callable[[Line], bool]) -> Feature:
+    """Return a feature of lines, of which the first that has it is named."""
+    return Feature(
+        name, words, f"lines.{key}", lambda robot: next((f"line {x.name!r}" for x in robot.lines if has(x)), "")
+    )
+
+
+def _of_robot(name: str, words: str, key: str, has: Callable[[Robot], bool]) -> Feature:
+    return Feature(name, words, key, lambda robot: f"robot {robot.name!r}" if has(robot) else "")
+
+
+def _over(most: int) -> Feature:
+    return _of_robot(f"over-{most}-lines", f"more than {most} lines", "lines", lambda robot: robot.m > most)
+
+
+def _has_tilted_plane(robot: Robot) -> bool:
+    return robot.platform.plane is not None and robot.platform.plane.axis is None
+
+
+FEATURES: Final = (
+    _of_robot("lines", "lines", "lines, their cables, sheaves and winches", lambda robot: bool(robot.lines)),
+    _of_line("eyelet", "an eyelet as its sheave", "sheave.kind", lambda x: isinstance(x.sheave, Eyelet)),
+    _of_line("swivel", "a swivel as its sheave", "sheave.kind", lambda x: isinstance(x.sheave, Swivel)),
+    _of_line("universal-joint", "a universal joint", "sheave.kind", lambda x: isinstance(x.sheave, UniversalJoint)),
+    _of_line("pulley", "a pulley in a fixed plane", "sheave.kind", lambda x: isinstance(x.sheave, Pulley)),
+    _of_line("tilted-swivel", "a swivel whose axis is not vertical", "sheave.axis",
+             lambda x: isinstance(x.sheave, Swivel) and not x.sheave.upright),
+    _of_line("winch-aside", "a winch that is not on the axis of its swivel", "winch_exit", lambda x: x.is_aside),
+    _of_line("guides", "guides", "guides", lambda x: bool(x.guides)),
+    _of_line("guide-wheels", "guides that are wheels", "guides",
+             lambda x: any(isinstance(guide, GuideSheave) for guide in x.guides)),
+    _of_line("platform-sheave", "a sheave on the platform", "platform_sheave",
+             lambda x: isinstance(x.platform_sheave, PlatformSheave)),
+    _of_line("sheave-to-sheave", "a sheave on the platform and one that turns on the frame", "platform_sheave",
+             lambda x: isinstance(x.platform_sheave, PlatformSheave) and not isinstance(x.sheave, Eyelet)),
+    _of_line("platform-pulley", "a pulley on the platform", "platform_sheave",
+             lambda x: isinstance(x.platform_sheave, PlatformPulley)),
+    _of_line("advantage", "an advantage over 1", "advantage", lambda x: x.advantage > 1),
+    _of_line("cables", "several cables side by side", "cables", lambda x: x.cables > 1),
+    _of_line("mount", "exit_compliance", "exit_compliance", lambda x: x.mount_gives),
+    _of_line("spatial-mount", "an exit_compliance that leaves its vertical plane", "exit_compliance",
+             lambda x: bool(x.mount_out_of_plane_by)),
+    _of_line("spring", "a spring", "spring", lambda x: x.spring is not None),
+    _of_line("counterweight", "a counterweight", "counterweight", lambda x: x.counterweight is not None),
+    _of_line("shared-winch", "shared_winch", "shared_winch", lambda x: x.shared_winch is not None),
+    _of_line("weightless", "a cable without weight", "cable.linear_density", lambda x: x.cable.linear_density == 0.0),
+    _of_line("no-diameter", "no cable.diameter", "cable.diameter", lambda x: x.cable.diameter is None),
+    _of_line("no-drum-radius", "no winch.drum_radius", "winch.drum_radius",
+             lambda x: x.winch.drum_radius is None and x.counterweight is None),
+    _of_robot("unlike-drums", "drums of different radius", "lines.winch.drum_radius",
+              lambda robot: len({x.winch.drum_radius for x in robot.lines}) > 1),
+    _of_robot("unlike-cables", "lines with different cables", "lines.cable",
+              lambda robot: len({x.cable for x in robot.lines}) > 1),
+    _of_robot("unlike-min-tensions", "lines with different minimum tensions", "lines.tension_limits",
+              lambda robot: len({x.tension_limits[0] for x in robot.lines}) > 1),
+    _of_robot("no-gravity", "gravity = 0", "scene.gravity", lambda robot: robot.scene.gravity == 0.0),
+    _of_robot("offset-point", "lines that meet away from the platform's origin", "lines.platform_point",
+              lambda robot: robot.n == 3 and any(robot.lines[0].platform_point)),
+    _of_robot("plane", "platform.plane", "platform.plane", lambda robot: robot.platform.plane is not None),
+    _of_robot("tilted-plane", "a tilted platform.plane", "platform.plane", _has_tilted_plane),
+    _of_robot("body", "a rigid platform", "platform.kind", lambda robot: isinstance(robot.platform, RigidPlatform)),
+    _of_robot("retraction", "platform.retraction", "platform.retraction", lambda robot: robot.retraction is not None),
+    *map(_over, (5, 6, 17, 26)),
+    _of_robot("few-winches", "fewer winches than degrees of freedom", "lines",
+              lambda robot: robot.winches < robot.freedoms),
+    _of_robot("few-lines-in-plane", "fewer lines than degrees of freedom in its plane", "lines",
+              lambda robot: robot.platform.plane is not None and robot.m < robot.freedoms),
+)  # fmt: skip
+"""What robots may have, by which capabilities differ."""
+
+SPATIAL: Final = "counterweight pulley winch-aside platform-sheave platform-pulley tilted-swivel guides spatial-mount"
+"""Features of lines that are more than a winch and a cable in one vertical plane."""
+
+_PROVED: Final = f"{SPATIAL} mount spring plane"  # no proof covers them
+_DRIVEN: Final = f"{SPATIAL} advantage cables shared-winch plane"  # no plant and no estimator covers them
+_TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley"
+_OWN_WINCH: Final = "Give each line a winch of its own"
+_WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
+_BY_ANGLE: Final = "Export klipper, which moves winches by their angle"
+_NOTHING: Final = "the format has nothing like it"
+_IN_FILE: Final = "Give the number in the robot file"
+_AT_POSES: Final = "Use inverse at poses in its plane"
+_C, _LOST, _REJECTED = Capability, Verdict.LOST, Verdict.REJECTED
+
+_ROWS: Final = (
+    (_C.CERTIFY, Verdict.UNCERTIFIED, _PROVED, "The answer holds without a proof"),
+    (_C.TRACKER, _REJECTED, _PROVED, "Track with TrackerSettings(certify=False)"),
+    (_C.POSE_BOX, _REJECTED, f"{_PROVED} advantage cables", "Use linearise, whose pose errors are of first order"),
+    (_C.EQUILIBRIA, _REJECTED, "plane weightless no-gravity", "Use forward with a guess"),
+    (_C.EXHAUSTIVE, _REJECTED, f"{_PROVED} advantage cables body", "Search from many starts: leave out exhaustive"),
+    (_C.TENSIONS, _REJECTED, "counterweight shared-winch", "Use inverse"),
+    (_C.WRENCH_CLOSURE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
+    (_C.CAPACITY, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
+    (_C.TENSION_CHOICE, _REJECTED, "shared-winch few-winches", "Use inverse with preferred tensions"),
+    (_C.WORKSPACE, _REJECTED, "tilted-plane", _AT_POSES),
+    (_C.STRAIGHT_WORKSPACE, _REJECTED, "tilted-plane", _AT_POSES),
+    (_C.STRAIGHT_WORKSPACE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
+    (_C.BOUNDARY_MODES, _REJECTED, "few-winches plane", "Use modes at a pose"),
+    (_C.SLACK, _REJECTED, "counterweight plane shared-winch few-winches", "Use forward with longer lengths"),
+    (_C.SLACK_SETS, _REJECTED, f"{SPATIAL} plane shared-winch few-winches", "Use forward with longer lengths"),
+    (_C.SHAPE, _REJECTED, SPATIAL, "Use solve_with_slack, which takes the excess"),
+    (_C.LET_OUT, _REJECTED, "shared-winch", "Use forward with the lengths of all lines on that winch"),
+    (_C.CHECK, Verdict.NOT_CHECKED, "mount",
+     "exit points that give together, as two on one post: each gives under its own line alone"),
+    (_C.CHECK, Verdict.NOT_CHECKED, "shared-winch",
+     "lengths without compensation take each line to have a winch of its own"),
+    (_C.CHECK, Verdict.NOT_CHECKED, "counterweight",
+     "counterweights against what is around them, and the room they move in"),
+    (_C.CHECK, _REJECTED, "few-winches", "Use inverse with free coordinates (nan)"),
+    (_C.PATH, _REJECTED, "few-winches", "Use a pose with free coordinates (nan)"),
+    (_C.BRACKET, _REJECTED, "eyelet swivel pulley", "Give all lines universal joints, whose lever the bracket holds"),
+    (_C.BRACKET, _REJECTED, "mount spring", "Leave out exit_compliance and spring"),
+    (_C.SURVEY, _REJECTED, SPATIAL, "Write the surveyed points into the robot file"),
+    (_C.CALIBRATION, _REJECTED, "counterweight shared-winch", "Calibrate the robot with a winch on each line"),
+    (_C.CALIBRATION, _REJECTED, "pulley winch-aside platform-sheave platform-pulley",
+     "Survey these points and write them into the robot file"),
+    (_C.ELASTIC_CALIBRATION, _REJECTED, "counterweight shared-winch", "Calibrate the robot with a winch on each line"),
+    (_C.ELASTIC_CALIBRATION, _REJECTED, "pulley winch-aside platform-sheave platform-pulley",
+     "Survey these points and write them into the robot file"),
+    (_C.ELASTIC_CALIBRATION, _REJECTED, "guides tilted-swivel advantage cables few-lines-in-plane",
+     "Calibrate with cable = rigid"),
+    (_C.SIMULATION, _REJECTED, _DRIVEN, "Use check, which solves each pose of a job"),
+    (_C.SIMULATION, _REJECTED, "weightless no-gravity no-diameter no-drum-radius", _IN_FILE),
+    (_C.SIMULATION, _REJECTED, "offset-point", "Give all lines the platform_point [0, 0, 0]"),
+    (_C.MACHINE_FILE, _REJECTED, _DRIVEN, "Use check, which needs no machine"),
+    (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
+    (_C.MACHINE_FILE, _REJECTED, "unlike-drums", "Give all winches the same drum_radius"),
+    (_C.PRINT, _REJECTED, f"{_DRIVEN} few-winches", "Use check, or inverse at poses"),
+    (_C.ESTIMATION, _REJECTED, f"{_DRIVEN} few-winches", "Use forward with the measured lengths"),
+    (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
+    (_C.CONTROL, _REJECTED, _DRIVEN, "Use inverse for the lengths of each pose"),
+    (_C.HOMING, _REJECTED, f"{_DRIVEN} few-winches body", "Use forward with the measured lengths"),
+    (_C.DRIVES, _REJECTED, "counterweight shared-winch", _OWN_WINCH),
+    (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
+    (_C.SERVE, _REJECTED, f"{_DRIVEN} few-winches", "Use check, which needs no machine"),
+    (_C.SERVE, _REJECTED, "body", "Use print, which writes a log and a report"),
+    (_C.KLIPPER, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
+    (_C.LINUXCNC, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
+    (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
+    (_C.REPRAPFIRMWARE, _REJECTED, f"{_TURNING} body plane offset-point", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, f"{_TURNING} advantage body plane offset-point", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, "counterweight shared-winch", _WINCH_OR_URDF),
+    (_C.KLIPPER_WINCH, _REJECTED, "no-drum-radius", _IN_FILE),
+    (_C.KLIPPER, _REJECTED, "no-drum-radius", _IN_FILE),
+    (_C.LINUXCNC, _REJECTED, "no-drum-radius", _IN_FILE),
+    (_C.REPRAPFIRMWARE, _REJECTED, "no-drum-radius", _IN_FILE),
+    (_C.KLIPPER, _REJECTED, "over-17-lines", "Leave out some of them"),
+    (_C.LINUXCNC, _REJECTED, "over-6-lines", "Export klipper"),
+    (_C.REPRAPFIRMWARE, _REJECTED, "over-5-lines", _BY_ANGLE),
+    (_C.KLIPPER_WINCH, _REJECTED, "over-26-lines", _BY_ANGLE),
+    (_C.REPRAPFIRMWARE, _LOST, "guides mount spring", _NOTHING),
+    (_C.KLIPPER_WINCH, _LOST, "cables guides mount spring", _NOTHING),
+    (_C.WIREX, _REJECTED, "universal-joint advantage plane", "Export mjcf"),
+    (_C.WIREX, _REJECTED, "platform-sheave", "Export mjcf, which has it over eyelets"),
+    (_C.WIREX, _REJECTED, "pulley platform-pulley", "Export urdf, which has no lines"),
+    (_C.WIREX, _REJECTED, "unlike-cables unlike-min-tensions", "Give all lines the same"),
+    (_C.WIREX, _REJECTED, "winch-aside", "Leave out its winch_exit"),
+    (_C.WIREX, _REJECTED, "counterweight", _WINCH_OR_URDF),
+    (_C.WIREX, _LOST, "guides mount spring shared-winch retraction", _NOTHING),
+    (_C.MJCF, _REJECTED, "pulley winch-aside platform-pulley sheave-to-sheave", "Export urdf, which has no lines"),
+    (_C.MJCF, _REJECTED, "counterweight", _WINCH_OR_URDF),
+    (_C.MJCF, _LOST, "cables", "one tendon pulls for all cables side by side"),
+    (_C.MJCF, _LOST, "guide-wheels",
+     "wheels are sites on their rims, which hold the cable there; their arcs keep their lengths"),
+    (_C.MJCF, _LOST, "mount spring shared-winch retraction", _NOTHING),
+    (_C.URDF, _LOST, "lines", "URDF has no cables"),
+)  # fmt: skip
+
+SUPPORT: Final[Mapping[tuple[Capability, str], Cell]] = MappingProxyType(
+    {
+        (capability, name): Cell(verdict, instead)
+        for capability, verdict, names, instead in _ROWS
+        for name in names.split()
+    }
+)
+"""The cells by capability and name of a feature; what is absent works."""
+
+_BY_NAME: Final = {feature.name: feature for feature in FEATURES}
+_CELLS: Final = {
+    capability: tuple((_BY_NAME[name], cell) for (own, name), cell in SUPPORT.items() if own is capability)
+    for capability in Capability
+}
+_ORDER: Final = tuple(Verdict)
+
+
+def features(robot: Robot) -> Iterator[tuple[Feature, str]]:
+    """Yield each of `FEATURES` that a robot has, and what holds it, in words."""
+    yield from ((feature, holder) for feature in FEATURES if (holder := feature.holder(robot)))
+
+
+def cells(robot: Robot, capability: Capability) -> Iterator[tuple[Feature, Cell]]:
+    """Yield the cells of a capability that features of the robot meet, each with what decides it."""
+    for feature, cell in _CELLS[capability]:
+        if holder := feature.holder(robot):
+            yield feature, replace(cell, because=f"{holder} has {feature.words}")
+
+
+def support(robot: Robot, capability: Capability) -> Cell:
+    """Return how far a capability covers a robot: the worst cell that its features meet decides."""
+    met = (cell for _, cell in cells(robot, capability))
+    return max(met, key=lambda cell: _ORDER.index(cell.verdict), default=Cell())
+
+
+def require(robot: Robot | Model, capability: Capability) -> None:
+    """Raise `InputError` for a robot that a capability does not cover: what has which feature, and what to use."""
+    found = support(robot if isinstance(robot, Robot) else robot.robot, capability)
+    if found.verdict is Verdict.REJECTED:
+        raise InputError(f"{capability}: {found.because}; not supported. {found.instead}")
+
+
+def losses(robot: Robot, capability: Capability) -> Iterator[str]:
+    """Yield a sentence for each feature that an export loses."""
+    for feature, cell in cells(robot, capability):
+        if cell.verdict is Verdict.LOST:
+            yield f"{feature.key}: {cell.instead}"

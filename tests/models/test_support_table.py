@@ -1,0 +1,149 @@
+"""Every cell of the table of support: an example of each feature, as a point and as a body, for each capability."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cablewright.apps.cli.main import run
+from cablewright.errors import CablewrightError, InputError
+from cablewright.exchange import klipper_config, klipper_motion, linuxcnc, rrf_config
+from cablewright.models.support import (
+    FEATURES,
+    SPATIAL,
+    SUPPORT,
+    Capability,
+    Verdict,
+    cells,
+    features,
+    require,
+    support,
+)
+from cablewright.robot import Robot, library_names, load
+from models import support_examples as examples
+
+BY_NUMBERS = {
+    (Capability.WORKSPACE, "few-winches"): "two lines are searched, in their vertical plane",
+    (Capability.WORKSPACE, "few-lines-in-plane"): "two lines are searched, in their vertical plane",
+    (Capability.STRAIGHT_WORKSPACE, "few-winches"): "there is no place at which any rotation is balanced",
+    (Capability.STRAIGHT_WORKSPACE, "few-lines-in-plane"): "there is no place at which any rotation is balanced",
+    (Capability.SLACK, "no-gravity"): "the tension limits leave no line slack",
+    (Capability.ELASTIC_CALIBRATION, "few-winches"): "a point on two lines has hardly any feasible pose",
+}
+"""Cells of which the numbers of a robot decide more than the feature: they are not run."""
+
+SLOW = (
+    Capability.CHECK,
+    Capability.REPRAPFIRMWARE,
+    Capability.SLACK_SETS,
+    Capability.STRAIGHT_WORKSPACE,
+    Capability.TENSION_CHOICE,
+    Capability.WORKSPACE,
+)
+
+
+def cells_of(capability: Capability) -> Iterator[tuple[str, Robot, Verdict]]:
+    """Each feature, as a point and as a body, with its example."""
+    for feature in FEATURES:
+        for body in (False, True):
+            robot = examples.example(feature.name, body)
+            asked = (capability, feature.name)
+            counted = feature.name.startswith("over-") and asked not in SUPPORT
+            if robot is not None and not counted and asked not in BY_NUMBERS:
+                assert feature.name in {each.name for each, _ in features(robot)}
+                yield f"{feature.name}, {'body' if body else 'point'}", robot, support(robot, capability).verdict
+
+
+def fault_of(robot: Robot, capability: Capability) -> str:
+    """What happens with the example that its cell does not say; empty where it is as the cell says."""
+    cell = support(robot, capability)
+    expected = f"{capability}: {cell.because}; not supported. {cell.instead}"
+    try:
+        found = examples.PROBES[capability](robot)
+    except CablewrightError as refused:
+        return "" if cell.verdict is Verdict.REJECTED and str(refused) == expected else str(refused)
+    if cell.verdict is Verdict.REJECTED:
+        return "it is not rejected"
+    if cell.verdict is Verdict.UNCERTIFIED:
+        return "" if found is False else "it is certified"
+    if isinstance(found, tuple):
+        notes = (
+            (f"{own.because}: {own.instead}", f"{each.key}: {own.instead}") for each, own in cells(robot, capability)
+        )
+        return "" if all(set(each) & set(found) for each in notes) else f"a note is missing among {found}"
+    return "" if found else f"the answer is {found}"
+
+
+@pytest.mark.parametrize("capability", [each for each in examples.PROBES if each not in SLOW])
+def test_each_cell_is_what_happens(capability: Capability) -> None:
+    faults = [(name, fault_of(robot, capability)) for name, robot, _ in cells_of(capability)]
+    assert not [each for each in faults if each[1]]
+
+
+@pytest.mark.parametrize("capability", SLOW)
+def test_each_rejection_is_what_happens(capability: Capability) -> None:
+    rejected = [(name, robot) for name, robot, verdict in cells_of(capability) if verdict is Verdict.REJECTED]
+    faults = [(name, fault_of(robot, capability)) for name, robot in rejected]
+    assert faults
+    assert not [each for each in faults if each[1]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("capability", SLOW)
+def test_each_slow_cell_is_what_happens(capability: Capability) -> None:
+    others = [(name, robot) for name, robot, verdict in cells_of(capability) if verdict is not Verdict.REJECTED]
+    faults = [(name, fault_of(robot, capability)) for name, robot in others]
+    assert faults
+    assert not [each for each in faults if each[1]]
+
+
+def test_a_rejected_cell_says_what_to_do_instead() -> None:
+    for (capability, feature), cell in SUPPORT.items():
+        assert cell.instead, (capability, feature)
+        if cell.verdict is Verdict.REJECTED:
+            assert cell.instead[0].isupper()
+            assert not cell.instead.endswith(".")
+
+
+def test_formats_have_as_many_lines_as_letters() -> None:
+    for most, capability in (
+        (len(klipper_motion.LETTERS), Capability.KLIPPER),
+        (len(klipper_config.LETTERS), Capability.KLIPPER_WINCH),
+        (rrf_config.MOST, Capability.REPRAPFIRMWARE),
+        (len(linuxcnc.LETTERS), Capability.LINUXCNC),
+    ):
+        assert SUPPORT[capability, f"over-{most}-lines"].verdict is Verdict.REJECTED
+
+
+def test_every_capability_is_run_and_every_feature_has_an_example() -> None:
+    assert set(Capability) - set(examples.PROBES) == {Capability.SERVE}
+    names = {feature.name for feature in FEATURES}
+    assert {feature for _, feature in SUPPORT} <= names
+    for name in names:
+        assert examples.example(name, False) or examples.example(name, True), name
+
+
+@pytest.mark.parametrize("name", library_names())
+def test_lines_in_a_plane_have_no_spatial_feature(name: str) -> None:
+    robot = load(name)
+    found = {feature.name for feature, _ in features(robot)} & set(SPATIAL.split())
+    assert all(line.in_plane for line in robot.lines) == (not found)
+
+
+def test_a_message_names_what_has_the_feature_and_the_way_out() -> None:
+    robot = examples.example("guides", body=False)
+    assert robot is not None
+    with pytest.raises(InputError) as refused:
+        require(robot, Capability.SIMULATION)
+    said = "the simulated machine: line 'line 0' has guides; not supported. Use check, which solves each pose of a job"
+    assert str(refused.value) == said
+
+
+def test_a_rigid_platform_is_not_served(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert run(["serve", "ipanema", "--out", str(tmp_path / "served")]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert said[-1].endswith(
+        "serve: robot 'ipanema' has a rigid platform; not supported. " + SUPPORT[Capability.SERVE, "body"].instead
+    )
