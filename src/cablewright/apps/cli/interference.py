@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar
 
 import typer
 
-from cablewright.apps.cli.options import LawOptions, OutputOptions, Pose, Retraction, RobotOptions
+from cablewright.apps.cli.options import BeadSize, LawOptions, OutputOptions, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress, tell
-from cablewright.apps.cli.parsing import pose_of
+from cablewright.apps.cli.parsing import bead, pose_of
 from cablewright.errors import InputError
 from cablewright.file_output import cannot_write
 
@@ -52,6 +52,7 @@ class InterferenceCommand:
         float,
         typer.Option("--tolerance", metavar="D", help="Max distance of a line from the chords that stand for it, m."),
     ] = 1e-3
+    bead: BeadSize = None
     laws: LawOptions
     retraction: Retraction = None
     output: OutputOptions
@@ -68,6 +69,8 @@ class InterferenceCommand:
             raise InputError("interference: expected either a JOB or --at X,Y,Z")
         if self.job is not None and self.retraction is not None:
             raise InputError("--retraction is for --at; along a job its schedule sets it")
+        if self.bead is not None and (self.job is None or self.mesh is not None):
+            raise InputError("--bead is for the strands that a JOB lays: give a JOB and no --mesh")
         settings = InterferenceSettings(self.ends, self.tolerance)
         model = Model.of(self.robot.loaded(), **self.laws.laws())
         part = None if self.mesh is None else read_stl(self.mesh, self.mesh_scale)
@@ -83,6 +86,7 @@ class InterferenceCommand:
                     clearance=self.clearance,
                     settings=settings,
                     retraction=self.retraction,
+                    bead=bead(self.bead),
                     progress=show,
                     room=Path(room),
                 )

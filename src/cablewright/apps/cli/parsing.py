@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cablewright.apps.cli.output import tell
 from cablewright.errors import EnvironmentFault, InputError, UnknownName
 
 if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
     from cablewright.printing.beads import Bead
     from cablewright.robot import Robot
+    from cablewright.robot.line import Line
     from cablewright.units import Dimension
 
 _TOO_FAR = 50.0  # times the size of a robot: in mm most places are farther than that
@@ -36,32 +39,71 @@ def numbers(text: str | None, option: str, count: int | None = None, *, free: bo
 
 
 def pose_of(text: str | None, robot: Robot) -> list[float] | None:
-    """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm."""
+    """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm.
+
+    A place outside of the robot, and a rotation of over half a turn, are noted with the units that explain them.
+    """
+    from cablewright.robot.plausibility import units_inside
+
     values = numbers(text, "--at", free=True)
-    _require_metres(values[:3] if values else [], "--at", robot, 1.0)
+    if not values:
+        return values
+    place = values[:3]
+    if _is_near(place, "--at", robot, _size(robot)):
+        _note_units(place, "--at", robot, units_inside([place], robot) if len(place) == 3 else {})
+    turn = math.hypot(*values[3:])
+    if turn > math.pi * (1.0 + 1e-6):
+        tell(f"note: --at: a rotation by {turn:g} rad is over half a turn: is it in rad, are these deg?")
     return values
 
 
 def lengths_of(text: str, robot: Robot) -> list[float]:
     """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm."""
+    from cablewright.robot.plausibility import LENGTHS
+
     values = numbers(text, "--lengths") or []
-    _require_metres(values, "--lengths", robot, max(line.advantage for line in robot.lines))
+    reach = max(line.advantage for line in robot.lines) * _size(robot)
+    if _is_near(values, "--lengths", robot, reach):
+        longest = max(map(abs, values), default=0.0)
+        most = 1.25 * reach + max(line.dead_length + _dead_span(line) for line in robot.lines)
+        inside = {unit: size for unit, size in LENGTHS.items() if size * longest < most} if longest > most else {}
+        _note_units(values, "--lengths", robot, inside)
     return values
 
 
-def _require_metres(values: list[float], option: str, robot: Robot, times: float) -> None:
-    """Raise `InputError` for a length many *times* as large as the *robot*, but not if it is in mm."""
-    from cablewright.units import spell_length
+def _dead_span(line: Line) -> float:
+    return 0.0 if line.winch_exit is None else line.dead_span().length
 
+
+def _size(robot: Robot) -> float:
+    """Diagonal of the frame, the exit points and the origin, m."""
     scene = robot.scene
     points = (scene.frame_min, scene.frame_max, (0.0, 0.0, 0.0), *(line.exit_point for line in robot.lines))
-    size = times * math.dist(*([pick(axis) for axis in zip(*points, strict=True)] for pick in (min, max)))
+    return math.dist(*([pick(axis) for axis in zip(*points, strict=True)] for pick in (min, max)))
+
+
+def _is_near(values: list[float], option: str, robot: Robot, reach: float) -> bool:
+    """Whether no length is many times as large as the *reach* of a robot, m. Raises `InputError` if in mm none is."""
+    from cablewright.units import spell_length
+
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
-    if _TOO_FAR * size < largest < 1e3 * size:
+    if _TOO_FAR * reach < largest < 1e3 * reach:
         raise InputError(
-            f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(size / times)} large: are these mm, "
+            f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(_size(robot))} large: are these mm, "
             f"is {1e-3 * largest:g} meant?"
         )
+    return largest <= _TOO_FAR * reach
+
+
+def _note_units(values: list[float], option: str, robot: Robot, units: Mapping[str, float]) -> None:
+    """Say in which *units*, of these sizes, m, the values are of the *robot*."""
+    from cablewright.units import spell_length
+
+    if units:
+        largest = max(abs(value) for value in values if math.isfinite(value))
+        meant = " or ".join(f"{unit} ({spell_length(size * largest)})" for unit, size in units.items())
+        where = f"is in m, and {robot.name!r} is {spell_length(_size(robot))} large"
+        tell(f"note: {option} = {largest:g}: {where}: are these {meant}?")
 
 
 def interval(text: str, option: str) -> tuple[float, float]:

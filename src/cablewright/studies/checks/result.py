@@ -26,6 +26,7 @@ from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
+from cablewright.robot.plausibility import overstretched
 from cablewright.solvers.preferred import preferred_note, preferred_tensions
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.checks.sample_errors import SampleErrors
@@ -287,7 +288,7 @@ class Check(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was guessed of the G-code, and what to know of the expected error."""
+        """What was guessed of the G-code, what is doubtful, and what to know of the expected error."""
         found = self.toolpath.layers_by == BY_HEIGHT and isinstance(self.job.path, Path)
         notes = ["layers are found by height: the file has no layer markers"] if found else []
         part = float((LARGEST(self.samples.positions) - SMALLEST(self.samples.positions)).max())
@@ -302,6 +303,7 @@ class Check(Result):
                 "tensions at rest keep so far from their limits that lines are within them while the nozzle accelerates"
             )
         notes += [note] if (note := preferred_note(self.preferred_tensions)) else []
+        notes += overstretched(self.robot, LARGEST(self.statics.lines.highest_tension))
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property
