@@ -14,7 +14,7 @@ from cablewright.errors import InputError
 from cablewright.machine.accuracy import Accuracy
 from cablewright.machine.carriers import Body, Drum, RetractionDrive
 from cablewright.machine.drives.settings import LOOPBACK, DriveSettings
-from cablewright.machine.quantities import Delay, Factor, Share, Span, Time, Width
+from cablewright.machine.quantities import Delay, Dense, Factor, Share, Span, Time, Width
 from cablewright.machine.sensors import (
     BarrierSensor,
     ClimateSensor,
@@ -28,7 +28,7 @@ from cablewright.machine.sensors import (
     TensionSensor,
 )
 from cablewright.printing.beads import Bead
-from cablewright.units import Density, Length, Positive, Torque
+from cablewright.units import Length, Positive, Torque
 from cablewright.validation import Description, FileDescription, refusal, require_unique_names
 
 MAX_WALLS: Final = 200
@@ -41,7 +41,7 @@ _Kind = Literal["simulated", "canopen", "ethercat"]
 class Extrusion(Description):
     """Material of a machine that lays strands instead of powder; the job sets their width and height."""
 
-    density: Positive[Density]
+    density: Dense
     bead: Bead = Bead()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from statistics import median
@@ -21,14 +22,19 @@ INERTIAS: Final[Mapping[str, float]] = {"kg cm^2": 1e-4, "kg mm^2": 1e-6, "g mm^
 STEEL: Final = 7850.0
 """Density of steel, kg/m^3: no cable has more mass in its circle."""
 
-_LARGEST: Final = 2000.0  # m between exit points: twice as much as the largest robot there is
-_LIGHT: Final = 100.0  # N per metre between exit points: least load of robots over 100 m
+_LARGE: Final = 700.0  # m between exit points: the largest robot there is has 600
+_LARGEST: Final = 2000.0  # m: no robot
+_LIGHT: Final = 0.1  # N per metre between exit points: least load of robots over 100 m
+_SLIGHT: Final = 0.1  # kg per metre from end to end of a platform
 _STRAIN: Final = 0.1  # at the largest tension allowed: of a cable that is stretched, not of one that holds
 _STRAIN_AT_WORK: Final = 0.05  # at the largest tension of a job
-_WIDE: Final = 2.2  # times the exit points, from side to side, of a frame: lines hold nothing beyond them
 _FAST: Final = 30.0  # m/s, of a cable
 _LOOSE: Final = 300.0  # kg/m^3 in a cable's circle: a third of that of the lightest fibre
 _THIN: Final = 2.0  # kg/m^3 in a platform's boxes: that of air
+_TURN: Final = (-math.tau, math.tau, 1.0, {"deg": math.radians(1.0)})  # rad
+_EXPANSION: Final = (-1e-3, 1e-3, 1e-5, {"ppm/K": 1e-6})  # 1/K
+_COMPLIANCES: Final = {"mm/N": 1e-3, "mm/kN": 1e-6}
+_RATES: Final = {"N/mm": 1e3}
 _OUTSIDE: Final = 0.2  # of a robot's size, beyond which a place is not of it
 _HEAVY: Final = 5.0  # weight of all cables over the load
 _OUTLYING: Final = 2.5  # times the distance of the other exit points from their middle
@@ -46,9 +52,11 @@ class Doubt(NamedTuple):
 
 def doubts(robot: Robot) -> tuple[Doubt, ...]:
     """Return what is doubtful about the numbers of *robot*, a sentence each; none of an ordinary one."""
-    size = _size([line.exit_point for line in robot.lines])
-    found = (*_places(robot, size), *_whole(robot, size), *_cables(robot, size), *_lines(robot, size), *_loads(robot))
-    return (*found, *_names(robot.lines)) or tuple(_torques(robot))
+    exits, scene = [line.exit_point for line in robot.lines], robot.scene
+    size = _size(exits) or _size([scene.frame_min, scene.frame_max])
+    rows = (*_of_platform(robot, size), *_of_lines(robot, size))
+    found = (*_places(robot), *_whole(robot, size), *_cables(robot, size), *_odd(rows, size), *_loads(robot))
+    return (*found, *_names(robot.lines)) or tuple(_odd(_of_winches(robot), size))
 
 
 def overstretched(robot: Robot, tensions: Iterable[float]) -> tuple[str, ...]:
@@ -84,9 +92,9 @@ def units_inside(places: Sequence[Sequence[float]], robot: Robot) -> dict[str, f
 
 def likely(value: float, wanted: float, units: Mapping[str, float], span: float = 10.0) -> str:
     """Return ``: VALUE UNIT?`` with the unit by which *value* is nearest to *wanted*; empty beyond a factor *span*."""
-    if not (value > 0.0 and wanted > 0.0):
+    if not (value and wanted > 0.0):
         return ""
-    off = {unit: abs(math.log(value * factor / wanted)) for unit, factor in units.items()}
+    off = {unit: abs(math.log(abs(value) * factor / wanted)) for unit, factor in units.items()}
     best = min(off, key=lambda unit: off[unit])
     return f": {value:g} {best}?" if off[best] < math.log(span) else ""
 
@@ -104,60 +112,20 @@ def _carried(robot: Robot) -> float:
 def _whole(robot: Robot, size: float) -> Iterator[Doubt]:
     """What is doubtful about the robot as a whole, *size* m large."""
     load, gravity, scene = _carried(robot), robot.scene.gravity, robot.scene
-    if size > _LARGEST or (size > 100.0 and load < _LIGHT * size):
+    if size > _LARGE or (size > 100.0 and load < _LIGHT * size):
         unit = likely(size, min(10.0, max(1.0, load / 100.0)), LENGTHS, 30.0)
         yield Doubt(f"the exit points are {size:g} m apart, for a load of {load:.3g} N{unit}", size > _LARGEST)
     frame = _size([scene.frame_min, scene.frame_max])
-    wide, apart = (_size([point[:2] for point in points]) for points in _corners(robot))
-    if size > 0.0 and (not 0.04 <= frame / size <= 20.0 or wide > _WIDE * apart > 0.0):
+    if not 0.04 * size <= frame <= 20.0 * size:
         unit = likely(max(frame, size), min(frame, size), LENGTHS)
         yield Doubt(f"scene: the frame is {frame:g} m large, and its exit points are {size:g} m apart{unit}")
     if gravity > 30.0:
         unit = likely(gravity, 9.81, {"mm/s^2": 1e-3, "cm/s^2": 1e-2, "ft/s^2": 0.3048}, 1.1)
         yield Doubt(f"scene: gravity = {gravity:g} m/s^2{unit}")
-    middle = [0.5 * (low + high) for low, high in zip(scene.frame_min, scene.frame_max, strict=True)]
-    for line in robot.lines:
-        room, away = line.winch.capacity, line.cables * line.advantage * math.dist(line.exit_point, middle)
-        if room is not None and room < away:
-            unit = likely(away, 0.6 * room, LENGTHS, 4.0)
-            what = (
-                f"line {line.name!r}: winch.capacity = {room:g} m: the middle of the frame takes {away:.3g} m of cable"
-            )
-            yield Doubt(f"{what}{unit}")
-            break
-    yield from _body(robot)
 
 
-def _corners(robot: Robot) -> Iterator[list[tuple[float, float, float]]]:
-    """The corners of the frame, and the exit points, m."""
-    yield [robot.scene.frame_min, robot.scene.frame_max]
-    yield [line.exit_point for line in robot.lines]
-
-
-def _body(robot: Robot) -> Iterator[Doubt]:
-    """A platform whose mass, inertia and extent do not fit together."""
-    platform, mass = robot.platform, robot.platform.mass
-    volume = sum(
-        math.prod(high - low for low, high in zip(each.lowest, each.highest, strict=True)) for each in platform.boxes
-    )
-    if volume * _THIN > mass:
-        unit = likely(volume ** (1 / 3), (mass / 200.0) ** (1 / 3), LENGTHS, 4.0)
-        yield Doubt(f"platform.boxes: {volume:.3g} m^3 for platform.mass = {mass:g} kg, as light as air: sides{unit}")
-    inertia = getattr(platform, "inertia", None)
-    reach = max(math.hypot(*line.platform_point) for line in robot.lines)
-    if inertia is None or not reach > 0.0:
-        return
-    about = math.sqrt(max(inertia) / mass)
-    if about > 4.0 * reach:
-        unit = likely(max(inertia), mass * (0.5 * reach) ** 2, INERTIAS, 40.0)
-        yield Doubt(f"platform.inertia = {max(inertia):g} kg m^2: platform points are {reach:.3g} m away at most{unit}")
-    elif about < 0.02 * reach:
-        unit = likely(reach, 2.0 * about, LENGTHS)
-        yield Doubt(f"platform_point: up to {reach:g} m away, with an inertia of a body of {about:.3g} m{unit}")
-
-
-def _places(robot: Robot, size: float) -> Iterator[Doubt]:
-    """Points that are far from the others, and lengths that are too large."""
+def _places(robot: Robot) -> Iterator[Doubt]:
+    """Points that are far from the others."""
     exits = [line.exit_point for line in robot.lines]
     middle = [median(axis) for axis in zip(*exits, strict=True)]
     away = [math.dist(point, middle) for point in exits]
@@ -167,40 +135,111 @@ def _places(robot: Robot, size: float) -> Iterator[Doubt]:
         unit = likely(max(map(abs, exits[far])), usual, LENGTHS, 4.0)
         what = f"line {robot.lines[far].name!r}: exit_point is {away[far]:.4g} m away from the middle of the others"
         yield Doubt(f"{what}, which are {usual:.3g} m away{unit}", away[far] > 0.5 * _LARGEST)
-    for what, length, most, wanted in _measured(robot):
-        if length > max(most * size, 0.02) and size > 0.0:
-            unit = likely(length, wanted * size, LENGTHS, 30.0)
-            yield Doubt(f"{what} {length:g} m, in a robot of {size:.3g} m{unit}")
 
 
-def _measured(robot: Robot) -> Iterator[tuple[str, float, float, float]]:
-    """Yield lengths, m: what they are, and the largest and an ordinary one of a robot as large as 1 m."""
-    platform, scene = robot.platform, robot.scene
-    for key in ("nozzle", "centre_of_mass"):
-        yield (
-            f"platform.{key} is away from the platform's origin by",
-            math.hypot(*getattr(platform, key, (0.0,))),
-            1.5,
-            0.1,
+class _Number(NamedTuple):
+    """A number of a robot, and between what it is in an ordinary one."""
+
+    what: str
+    value: float
+    unit: str
+    low: float
+    high: float
+    wanted: float  # an ordinary value
+    units: Mapping[str, float]
+
+
+def _odd(rows: Iterable[_Number], size: float) -> Iterator[Doubt]:
+    """Numbers that are too large or too small beside a robot that is *size* m large; of equal lines the first."""
+    found: dict[tuple[str, float], Doubt] = {}
+    for what, value, unit, low, high, wanted, units in rows:
+        if value and not low <= value <= high:
+            why = likely(value, wanted, units, 30.0)
+            sentence = f"{what} = {value:g} {unit}, in a robot of {size:.3g} m{why}"
+            found.setdefault((what.partition(": ")[2], value), Doubt(sentence))
+    yield from found.values()
+
+
+def _of_platform(robot: Robot, size: float) -> Iterator[_Number]:
+    """Lengths of the platform, also beside its mass and inertia, and of the frame's beams."""
+    platform, mass, retraction = robot.platform, robot.platform.mass, robot.retraction
+    points = {f"platform.{key}": getattr(platform, key, (0.0,)) for key in ("nozzle", "centre_of_mass")}
+    points |= {f"platform.boxes[{k}].lowest": box.lowest for k, box in enumerate(platform.boxes)}
+    points |= {f"platform.boxes[{k}].highest": box.highest for k, box in enumerate(platform.boxes)}
+    points |= {f"line {line.name!r}: platform_point": line.platform_point for line in robot.lines}
+    for what, point in points.items():
+        yield _Number(
+            f"{what}: distance from the origin", math.hypot(*point), "m", 0.0, 1.5 * size, 0.03 * size, LENGTHS
         )
-    for box in platform.boxes:
-        reach = max(math.hypot(*box.lowest), math.hypot(*box.highest))
-        yield "platform.boxes reach from the platform's origin", reach, 1.5, 0.1
-    if robot.retraction is not None:
-        yield "platform.retraction.most =", robot.retraction.most, 5.0, 0.5
-    for beam in scene.beams:
-        yield "scene.beams have a radius of", beam.radius, 0.3, 0.01
-        yield "scene.beams are as long as", math.dist(beam.start, beam.end), 10.0, 1.0
+    if retraction is not None:
+        yield _Number("platform.retraction.most", retraction.most, "m", 0.0, 5.0 * size, 0.5 * size, LENGTHS)
+    sides = (tuple(map(operator.sub, each.highest, each.lowest)) for each in platform.boxes)
+    side, light = sum(map(math.prod, sides)) ** (1 / 3), (mass / _THIN) ** (1 / 3)
+    yield _Number(
+        "platform.boxes: side of a cube as large, for platform.mass", side, "m", 0.0, light, 0.3 * light, LENGTHS
+    )
+    reach, inertia = max(math.hypot(*line.platform_point) for line in robot.lines), getattr(platform, "inertia", None)
+    yield _Number(
+        "platform_point: distance, for platform.mass", reach, "m", 0.0, 0.5 * mass / _SLIGHT, 0.05 * mass, LENGTHS
+    )
+    if inertia is not None and reach > 0.0:
+        most, about = max(inertia), math.sqrt(max(inertia) / mass)
+        bounds = (0.0, mass * (4.0 * reach) ** 2, mass * (0.5 * reach) ** 2, INERTIAS)
+        yield _Number(f"platform.inertia, beside platform points up to {reach:.3g} m away", most, "kg m^2", *bounds)
+        yield _Number(
+            "platform_point: distance, for platform.inertia", reach, "m", 0.0, 25.0 * about, 2.0 * about, LENGTHS
+        )
+    for k, beam in enumerate(robot.scene.beams):
+        name, length = f"scene.beams[{k}]", math.dist(beam.start, beam.end)
+        yield _Number(f"{name}.radius", beam.radius, "m", 0.0, max(0.3 * size, 0.02), 0.01 * size, LENGTHS)
+        yield _Number(f"{name}: length", length, "m", 0.0, 10.0 * size, size, LENGTHS)
+
+
+def _of_lines(robot: Robot, size: float) -> Iterator[_Number]:
+    """Lengths, angles, speeds and compliances of lines."""
     for line in robot.lines:
-        name = f"line {line.name!r}:"
-        yield f"{name} platform_point is away from the platform's origin by", math.hypot(*line.platform_point), 1.5, 0.1
-        yield f"{name} sheave.radius =", getattr(line.sheave, "radius", 0.0), 0.3, 0.01
-        yield f"{name} sheave.lever =", getattr(line.sheave, "lever", 0.0), 0.5, 0.02
-        yield f"{name} winch.drum_radius =", line.winch.drum_radius or 0.0, 0.3, 0.01
-        yield f"{name} dead_length =", line.dead_length, 20.0, 1.0
-        stops = [line.winch_exit or line.exit_point, *(each for each in line.guides if isinstance(each, tuple))]
-        far = max(math.dist(stop, line.exit_point) for stop in stops)
-        yield f"{name} winch_exit or guides are away from exit_point by", far, 20.0, 1.0
+        name, sheave, pull = f"line {line.name!r}:", line.sheave, line.tension_limits[1] * line.cables
+        stops = (line.winch_exit or line.exit_point, *(each for each in line.guides if isinstance(each, tuple)))
+        dead = max(math.dist(stop, line.exit_point) for stop in stops)
+        soft = 0.0 if line.exit_compliance is None else max(map(max, compliance_matrix(line.exit_compliance)))
+        wheel, way = (0.0, max(0.3 * size, 0.02), 0.01 * size, LENGTHS), (0.0, 20.0 * size, 0.3 * size, LENGTHS)
+        yield from (
+            _Number(f"{name} sheave.radius", getattr(sheave, "radius", 0.0), "m", *wheel),
+            _Number(f"{name} sheave.lever", getattr(sheave, "lever", 0.0), "m", *wheel),
+            _Number(f"{name} winch.drum_radius", line.winch.drum_radius or 0.0, "m", *wheel),
+            _Number(f"{name} dead_length", line.dead_length, "m", *way),
+            _Number(f"{name} winch_exit or guides: distance from exit_point", dead, "m", *way),
+            _Number(f"{name} sheave.facing", getattr(sheave, "facing", None) or 0.0, "rad", *_TURN),
+            _Number(f"{name} winch.max_speed", line.winch.max_speed or 0.0, "m/s", 0.0, _FAST, 1.0, SPEEDS),
+            _Number(f"{name} cable.thermal_expansion", line.cable.thermal_expansion or 0.0, "/K", *_EXPANSION),
+            _Number(f"{name} exit_compliance", soft, "m/N", 0.0, 0.1 * size / pull, 1e-3 * size / pull, _COMPLIANCES),
+            _Number(
+                f"{name} spring", line.spring or 0.0, "N/m", 4.0 * pull / size, math.inf, 100.0 * pull / size, _RATES
+            ),
+        )
+
+
+def _of_winches(robot: Robot) -> Iterator[_Number]:
+    """Torques beside tension limits, and lengths of cable to the middle of the frame beside those that drums hold."""
+    middle = [0.5 * (low + high) for low, high in zip(robot.scene.frame_min, robot.scene.frame_max, strict=True)]
+    for line in robot.lines:
+        name, winch = f"line {line.name!r}:", line.winch
+        turned = (winch.drum_radius or 0.0) * line.tension_limits[1] * line.cables
+        torque = 0.0 if winch.drum_radius is None else winch.max_torque or 0.0
+        away, room = line.cables * line.advantage * math.dist(line.exit_point, middle), winch.capacity or math.inf
+        what = f"{name} cable to the middle of the frame, beside winch.capacity = {room:g} m,"
+        yield from (
+            _Number(
+                f"{name} winch.max_torque",
+                torque,
+                "N m",
+                0.03 * turned,
+                100.0 * turned,
+                turned,
+                TORQUES,
+            ),
+            _Number(what, away, "m", 0.0, room, 0.6 * room, LENGTHS),
+        )
 
 
 def _cables(robot: Robot, size: float) -> Iterator[Doubt]:
@@ -228,8 +267,6 @@ def _cables(robot: Robot, size: float) -> Iterator[Doubt]:
             yield Doubt(f"{name}stiffness is {1e-9 * cable.stiffness / area:.3g} GPa, ten times that of steel{unit}")
         if area is not None and cable.breaking_load > 1e10 * area:
             yield Doubt(f"{name}breaking_load = {cable.breaking_load:g} N is more than any material holds: N, not kN?")
-        if abs(cable.thermal_expansion or 0.0) > 1e-3:
-            yield Doubt(f"{name}thermal_expansion = {cable.thermal_expansion:g} /K: {cable.thermal_expansion:g} ppm/K?")
 
 
 def _stretched(line: Line, tension: float, why: str) -> str:
@@ -242,36 +279,6 @@ def _stretched(line: Line, tension: float, why: str) -> str:
     what = f"line {line.name!r}: cable.{key} = {getattr(cable, key):g}"
     si = "N" if cable.young_modulus is None else "Pa"
     return f"{what}: it strains by {strain:.3g} % at {tension:g} N, {why}{unit or f': is it in {si}?'}"
-
-
-def _lines(robot: Robot, size: float) -> Iterator[Doubt]:
-    """Mounts, springs, winches and angles of lines."""
-    for line in robot.lines:
-        name, most = f"line {line.name!r}:", line.tension_limits[1] * line.cables
-        soft = 0.0 if line.exit_compliance is None else max(map(max, compliance_matrix(line.exit_compliance)))
-        if soft * most > 0.1 * size > 0.0:
-            yield Doubt(f"{name} exit_compliance = {soft:g} m/N: {soft * most:.3g} m at {most:g} N: {soft:g} mm/N?")
-        if line.spring is not None and most > size * line.spring:
-            what = f"{name} spring = {line.spring:g} N/m: it is {most / line.spring:.3g} m longer at {most:g} N"
-            yield Doubt(f"{what}: {line.spring:g} N/mm?")
-        facing, speed = getattr(line.sheave, "facing", None) or 0.0, line.winch.max_speed or 0.0
-        if abs(facing) > math.tau:
-            yield Doubt(f"{name} sheave.facing = {facing:g} rad: {facing:g} deg?")
-        if speed > _FAST:
-            yield Doubt(f"{name} winch.max_speed = {speed:g} m/s{likely(speed, 1.0, SPEEDS, 30.0)}")
-
-
-def _torques(robot: Robot) -> Iterator[Doubt]:
-    """Winches whose torque has nothing to do with their tensions."""
-    for line in robot.lines:
-        torque, radius = line.winch.max_torque, line.winch.drum_radius
-        if torque is None or radius is None:
-            continue
-        wanted = radius * line.tension_limits[1] * line.cables
-        if not 0.03 * wanted <= torque <= 100.0 * wanted:
-            unit = likely(torque, 2.0 * wanted, TORQUES, 30.0)
-            what = f"line {line.name!r}: winch.max_torque = {torque:g} N m: tension_limits take {wanted:.3g} N m"
-            yield Doubt(f"{what}{unit}")
 
 
 def _loads(robot: Robot) -> Iterator[Doubt]:
