@@ -16,11 +16,15 @@ import cablewright as cw
 from cablewright.errors import InputError
 from cablewright.exchange.formats import read_robot
 from cablewright.exchange.robot_toml import plain_toml
+from cablewright.machine.settings import Extrusion
 from cablewright.printing import job as jobs
 from cablewright.printing.job import load_job
+from cablewright.printing.schedule import ScheduleStep
 from cablewright.robot import Robot, library_names
 from cablewright.robot.new_robot import CABLES, LAYOUTS, Outline, robot_file
 from cablewright.robot.plausibility import doubts
+from cablewright.robot.sheave import Swivel, UniversalJoint
+from cablewright.validation import validated
 from exchange.samples import BODIES, FORK, KLIPPER, MASLOW, RRF, caspr_cables, wirex
 
 Table = dict[str, Any]
@@ -387,3 +391,30 @@ def test_a_speed_beyond_all_is_refused_with_the_likely_unit() -> None:
     }
     with pytest.raises(ValueError, match=r"must be at most 1000 m/s: 2400 mm/min\?"):
         cw.Job.model_validate(table)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("swing", 45.0, "swing = 45.0: must be at most 3.14159 rad: 45 deg?"),
+        ("swing", "45 deg", ""),
+        ("lever_range", [-30.0, 60.0], "lever_range[0] = -30.0: must be at least -3.14159 rad: -30 deg?"),
+    ],
+)
+def test_angles_out_of_bounds_are_named_in_degrees(key: str, value: Any, said: str) -> None:
+    table = {"kind": "swivel", "radius": 0.05, "facing": 0.0}
+    if key == "lever_range":
+        table |= {"kind": "universal-joint", "lever": 0.2, "lever_weight": 1.0, "lever_mass_centre": 0.1}
+    model = Swivel if key == "swing" else UniversalJoint
+    if not said:
+        assert validated(model, table | {key: value}, "own").swing == pytest.approx(np.pi / 4)
+        return
+    with pytest.raises(InputError, match=re.escape(said)):
+        validated(model, table | {key: value}, "own")
+
+
+def test_rotations_and_densities_in_other_units_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"must be no longer than pi rad, half a turn: are these deg\?"):
+        ScheduleStep(z=0.0, rotation=(0.0, 0.0, 30.0))
+    with pytest.raises(InputError, match=r"density = 2\.1: must be at least 10 kg/m\^3: 2\.1 g/cm\^3\?"):
+        validated(Extrusion, {"density": 2.1}, "own")

@@ -63,6 +63,18 @@ class Beads:
         return self.width[move], self.height[move]
 
     @property
+    def differing(self) -> tuple[str, ...]:
+        """A note for whatever lays all beads with the typical sizes; empty where all of them have these."""
+        ends = [(np.nanmin(each), np.nanmax(each)) for each in (self.width, self.height)]
+        if all(low == high for low, high in ends):
+            return ()
+        wide, high = (" to ".join(map(spell_length, pair)) for pair in ends)
+        typical = f"{spell_length(self.typical.width)} and {spell_length(self.typical.height)}"
+        return (
+            f"beads are {wide} wide and {high} high in the file; the machine lays all with the middle ones, {typical}",
+        )
+
+    @property
     def source(self) -> str:
         """Where widths and heights are from, in words."""
         return self.width_by if self.width_by == self.height_by else f"width {self.width_by}, height {self.height_by}"

@@ -153,11 +153,15 @@ class Job(FileDescription):
             return beads_of(toolpath, self.scale, bead if own else None, by)
         return beads_of(toolpath, self.scale, Bead(**bead.model_dump()), by if own else ASSUMED)
 
-    def typical_bead(self) -> Bead:
-        """Return the bead of the middle of what is laid; reads the G-code where the job leaves it open."""
+    def typical_bead(self) -> tuple[Bead, tuple[str, ...]]:
+        """Return the bead of the middle of what is laid, and notes on how those of the file differ.
+
+        It reads the G-code where the job leaves beads open.
+        """
         if self.gcode is None or self.bead.model_fields_set == Bead.model_fields.keys():
-            return self.bead
-        return self.beads(self.toolpath()).typical
+            return self.bead, ()
+        beads = self.beads(self.toolpath())
+        return beads.typical, beads.differing
 
     def samples(self, toolpath: Toolpath, step: float = DEFAULT_STEP, room: Room = MEMORY) -> Samples:
         """Sample the toolpath in machine coordinates, by the step of `sampling` or else *step*, m.
