@@ -25,7 +25,6 @@ STEEL: Final = 7850.0
 _LARGE: Final = 700.0  # m between exit points: the largest robot there is has 600
 _LARGEST: Final = 2000.0  # m: no robot
 _LIGHT: Final = 0.1  # N per metre between exit points: least load of robots over 100 m
-_SLIGHT: Final = 0.1  # kg per metre from end to end of a platform
 _STRAIN: Final = 0.1  # at the largest tension allowed: of a cable that is stretched, not of one that holds
 _STRAIN_AT_WORK: Final = 0.05  # at the largest tension of a job
 _FAST: Final = 30.0  # m/s, of a cable
@@ -154,8 +153,7 @@ def _odd(rows: Iterable[_Number], size: float) -> Iterator[Doubt]:
     found: dict[tuple[str, float], Doubt] = {}
     for what, value, unit, low, high, wanted, units in rows:
         if value and not low <= value <= high:
-            why = likely(value, wanted, units, 30.0)
-            sentence = f"{what} = {value:g} {unit}, in a robot of {size:.3g} m{why}"
+            sentence = f"{what} = {value:g} {unit}, in a robot of {size:.3g} m{likely(value, wanted, units, 30.0)}"
             found.setdefault((what.partition(": ")[2], value), Doubt(sentence))
     yield from found.values()
 
@@ -164,31 +162,25 @@ def _of_platform(robot: Robot, size: float) -> Iterator[_Number]:
     """Lengths of the platform, also beside its mass and inertia, and of the frame's beams."""
     platform, mass, retraction = robot.platform, robot.platform.mass, robot.retraction
     points = {f"platform.{key}": getattr(platform, key, (0.0,)) for key in ("nozzle", "centre_of_mass")}
-    points |= {f"platform.boxes[{k}].lowest": box.lowest for k, box in enumerate(platform.boxes)}
-    points |= {f"platform.boxes[{k}].highest": box.highest for k, box in enumerate(platform.boxes)}
+    for k, box in enumerate(platform.boxes):
+        points |= {f"platform.boxes[{k}].{key}": getattr(box, key) for key in ("lowest", "highest")}
     points |= {f"line {line.name!r}: platform_point": line.platform_point for line in robot.lines}
     for what, point in points.items():
-        yield _Number(
-            f"{what}: distance from the origin", math.hypot(*point), "m", 0.0, 1.5 * size, 0.03 * size, LENGTHS
-        )
-    if retraction is not None:
-        yield _Number("platform.retraction.most", retraction.most, "m", 0.0, 5.0 * size, 0.5 * size, LENGTHS)
+        away = math.hypot(*point)
+        yield _Number(f"{what}: distance from the origin", away, "m", 0.0, 1.5 * size, 0.03 * size, LENGTHS)
     sides = (tuple(map(operator.sub, each.highest, each.lowest)) for each in platform.boxes)
     side, light = sum(map(math.prod, sides)) ** (1 / 3), (mass / _THIN) ** (1 / 3)
-    yield _Number(
-        "platform.boxes: side of a cube as large, for platform.mass", side, "m", 0.0, light, 0.3 * light, LENGTHS
-    )
     reach, inertia = max(math.hypot(*line.platform_point) for line in robot.lines), getattr(platform, "inertia", None)
-    yield _Number(
-        "platform_point: distance, for platform.mass", reach, "m", 0.0, 0.5 * mass / _SLIGHT, 0.05 * mass, LENGTHS
+    most, retracts = max(inertia or (0.0,)), 0.0 if retraction is None else retraction.most
+    compact = 25.0 * math.sqrt(most / mass) or math.inf  # m, to platform points
+    wide = mass * (4.0 * reach) ** 2 or math.inf  # kg m^2
+    yield from (
+        _Number("platform.retraction.most", retracts, "m", 0.0, 5.0 * size, 0.5 * size, LENGTHS),
+        _Number("platform.boxes: side of a cube, for platform.mass", side, "m", 0.0, light, 0.3 * light, LENGTHS),
+        _Number("platform_point: distance, for platform.mass", reach, "m", 0.0, 5.0 * mass, 0.05 * mass, LENGTHS),
+        _Number("platform_point: distance, for platform.inertia", reach, "m", 0.0, compact, 0.08 * compact, LENGTHS),
+        _Number("platform.inertia, for platform points", most, "kg m^2", 0.0, wide, wide / 64.0, INERTIAS),
     )
-    if inertia is not None and reach > 0.0:
-        most, about = max(inertia), math.sqrt(max(inertia) / mass)
-        bounds = (0.0, mass * (4.0 * reach) ** 2, mass * (0.5 * reach) ** 2, INERTIAS)
-        yield _Number(f"platform.inertia, beside platform points up to {reach:.3g} m away", most, "kg m^2", *bounds)
-        yield _Number(
-            "platform_point: distance, for platform.inertia", reach, "m", 0.0, 25.0 * about, 2.0 * about, LENGTHS
-        )
     for k, beam in enumerate(robot.scene.beams):
         name, length = f"scene.beams[{k}]", math.dist(beam.start, beam.end)
         yield _Number(f"{name}.radius", beam.radius, "m", 0.0, max(0.3 * size, 0.02), 0.01 * size, LENGTHS)
@@ -223,21 +215,13 @@ def _of_winches(robot: Robot) -> Iterator[_Number]:
     """Torques beside tension limits, and lengths of cable to the middle of the frame beside those that drums hold."""
     middle = [0.5 * (low + high) for low, high in zip(robot.scene.frame_min, robot.scene.frame_max, strict=True)]
     for line in robot.lines:
-        name, winch = f"line {line.name!r}:", line.winch
-        turned = (winch.drum_radius or 0.0) * line.tension_limits[1] * line.cables
-        torque = 0.0 if winch.drum_radius is None else winch.max_torque or 0.0
+        name, winch, pull = f"line {line.name!r}:", line.winch, line.tension_limits[1] * line.cables
+        turned = pull * winch.drum_radius if winch.drum_radius else math.inf
+        least = 0.03 * turned if winch.drum_radius else 0.0
         away, room = line.cables * line.advantage * math.dist(line.exit_point, middle), winch.capacity or math.inf
         what = f"{name} cable to the middle of the frame, beside winch.capacity = {room:g} m,"
         yield from (
-            _Number(
-                f"{name} winch.max_torque",
-                torque,
-                "N m",
-                0.03 * turned,
-                100.0 * turned,
-                turned,
-                TORQUES,
-            ),
+            _Number(f"{name} winch.max_torque", winch.max_torque or 0.0, "N m", least, 100.0 * turned, turned, TORQUES),
             _Number(what, away, "m", 0.0, room, 0.6 * room, LENGTHS),
         )
 
@@ -277,8 +261,7 @@ def _stretched(line: Line, tension: float, why: str) -> str:
     else:
         key, unit = "young_modulus", likely(cable.young_modulus, 5e10, PRESSURES, 50.0)
     what = f"line {line.name!r}: cable.{key} = {getattr(cable, key):g}"
-    si = "N" if cable.young_modulus is None else "Pa"
-    return f"{what}: it strains by {strain:.3g} % at {tension:g} N, {why}{unit or f': is it in {si}?'}"
+    return f"{what}: it strains by {strain:.3g} % at {tension:g} N, {why}{unit or ': is it in N or Pa?'}"
 
 
 def _loads(robot: Robot) -> Iterator[Doubt]:

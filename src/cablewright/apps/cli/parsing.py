@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from cablewright.estimation.lidar.room import Laser
     from cablewright.printing.beads import Bead
     from cablewright.robot import Robot
-    from cablewright.robot.line import Line
     from cablewright.units import Dimension
 
 _TOO_FAR = 50.0  # times the size of a robot: in mm most places are farther than that
@@ -46,33 +45,27 @@ def pose_of(text: str | None, robot: Robot) -> list[float] | None:
     from cablewright.robot.plausibility import units_inside
 
     values = numbers(text, "--at", free=True)
-    if not values:
-        return values
-    place = values[:3]
-    if _is_near(place, "--at", robot, _size(robot)):
-        _note_units(place, "--at", robot, units_inside([place], robot) if len(place) == 3 else {})
-    turn = math.hypot(*values[3:])
+    place, turn = (values or [])[:3], math.hypot(*(values or [])[3:])
+    _require_metres(place, "--at", robot, 1.0, units_inside([place], robot) if len(place) == 3 else {})
     if turn > math.pi * (1.0 + 1e-6):
         tell(f"note: --at: a rotation by {turn:g} rad is over half a turn: is it in rad, are these deg?")
     return values
 
 
 def lengths_of(text: str, robot: Robot) -> list[float]:
-    """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm."""
+    """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm.
+
+    Lengths that reach across the robot and beyond are noted with the units that explain them.
+    """
     from cablewright.robot.plausibility import LENGTHS
 
-    values = numbers(text, "--lengths") or []
-    reach = max(line.advantage for line in robot.lines) * _size(robot)
-    if _is_near(values, "--lengths", robot, reach):
-        longest = max(map(abs, values), default=0.0)
-        most = 1.25 * reach + max(line.dead_length + _dead_span(line) for line in robot.lines)
-        inside = {unit: size for unit, size in LENGTHS.items() if size * longest < most} if longest > most else {}
-        _note_units(values, "--lengths", robot, inside)
+    values, times = numbers(text, "--lengths") or [], max(line.advantage for line in robot.lines)
+    spans = (line.dead_span().length for line in robot.lines if line.winch_exit is not None)
+    dead = max((*spans, *(line.dead_length for line in robot.lines)))
+    longest, most = max(map(abs, values), default=0.0), 1.25 * times * _size(robot) + dead
+    inside = {unit: size for unit, size in LENGTHS.items() if size * longest < most < longest}
+    _require_metres(values, "--lengths", robot, times, inside)
     return values
-
-
-def _dead_span(line: Line) -> float:
-    return 0.0 if line.winch_exit is None else line.dead_span().length
 
 
 def _size(robot: Robot) -> float:
@@ -82,28 +75,21 @@ def _size(robot: Robot) -> float:
     return math.dist(*([pick(axis) for axis in zip(*points, strict=True)] for pick in (min, max)))
 
 
-def _is_near(values: list[float], option: str, robot: Robot, reach: float) -> bool:
-    """Whether no length is many times as large as the *reach* of a robot, m. Raises `InputError` if in mm none is."""
+def _require_metres(values: list[float], option: str, robot: Robot, times: float, inside: Mapping[str, float]) -> None:
+    """Raise `InputError` for a length many *times* as large as the *robot*, but not if it is in mm.
+
+    A nearer one is noted with the units, and their sizes, m, that bring it *inside*.
+    """
     from cablewright.units import spell_length
 
-    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
-    if _TOO_FAR * reach < largest < 1e3 * reach:
-        raise InputError(
-            f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(_size(robot))} large: are these mm, "
-            f"is {1e-3 * largest:g} meant?"
+    size, largest = _size(robot), max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    where = f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(size)} large: are these"
+    if _TOO_FAR * times * size < largest < 1e3 * times * size:
+        raise InputError(f"{where} mm, is {1e-3 * largest:g} meant?")
+    if inside:
+        tell(
+            f"note: {where} {' or '.join(f'{unit} ({spell_length(each * largest)})' for unit, each in inside.items())}?"
         )
-    return largest <= _TOO_FAR * reach
-
-
-def _note_units(values: list[float], option: str, robot: Robot, units: Mapping[str, float]) -> None:
-    """Say in which *units*, of these sizes, m, the values are of the *robot*."""
-    from cablewright.units import spell_length
-
-    if units:
-        largest = max(abs(value) for value in values if math.isfinite(value))
-        meant = " or ".join(f"{unit} ({spell_length(size * largest)})" for unit, size in units.items())
-        where = f"is in m, and {robot.name!r} is {spell_length(_size(robot))} large"
-        tell(f"note: {option} = {largest:g}: {where}: are these {meant}?")
 
 
 def interval(text: str, option: str) -> tuple[float, float]:
