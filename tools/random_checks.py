@@ -77,7 +77,7 @@ def faults(found: Check) -> Iterator[str]:
 def _lifted(found: Check) -> Iterator[str]:
     """Yield whether lines, straight and without weight, lift the platform off a plane that only pushes."""
     plane = found.robot.platform.plane
-    if plane is None or plane.one_sided is not True:
+    if plane is None or plane.pulls:
         return
     away = np.array([line.exit_point for line in found.robot.lines]) - platform_points(found.robot, found.poses)
     spans = np.array([line.advantage for line in found.robot.lines])

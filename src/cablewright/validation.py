@@ -101,9 +101,11 @@ def validated(
         lines = []
         for details in error.errors(include_url=False):
             path, why = _explained(details, data)
-            why += _unit(model, path) if details["type"] in _BOUNDS else ""
+            unit = _unit(model, path) if details["type"] in _BOUNDS else ""
             place, note = locate(path)
             value = look_up(data, path, _ABSENT)
+            meant = _MEANT.get(unit.strip()) if isinstance(value, int | float) else None
+            why += unit if meant is None else f"{unit}: {value:g} {meant}?"
             tables = any(isinstance(entry, dict) for entry in (value if isinstance(value, list) else [value]))
             found = "" if value is _ABSENT or tables else f" = {shown(value)}"
             lines.append(f"{spell(place)}{note}{found}: {why}" if path else why)
@@ -167,6 +169,7 @@ def _parts(annotation: Any) -> Iterator[Any]:
         yield from _parts(each)
 
 
+_MEANT = {"rad": "deg", "kg/m^3": "g/cm^3"}  # units in which a number that is out of bounds often is
 _BOUNDS = ("greater_than_equal", "less_than", "less_than_equal")
 _SENTENCES = {
     "bool_type": "must be true or false",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from cablewright.apps.cli.parsing import lengths_of, pose_of
 from cablewright.errors import InputError
 from cablewright.robot import library_names, load
+from cablewright.robot.plausibility import units_inside
 
 
 @pytest.mark.parametrize("name", library_names())
@@ -72,3 +74,55 @@ def test_a_missing_file_names_no_import(cli, tmp_path: Path) -> None:
     said = cli("inverse", str(tmp_path / "printer.cfg"), "--at", "0,0,1").refusal
     assert "no such file" in said
     assert "import" not in said
+
+
+@pytest.mark.parametrize(("unit", "size"), [("mm", 1e-3), ("cm", 1e-2), ("inch", 0.0254), ("ft", 0.3048)])
+@pytest.mark.parametrize("name", ["house-printer", "merlet2023", "ipanema", "hangprinter-v4", "maslow4"])
+def test_places_outside_of_the_robot_are_noted_with_the_units_that_explain_them(
+    name: str, unit: str, size: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = load(name)
+    corners = np.array([robot.scene.frame_min, robot.scene.frame_max])
+    for share in (0.05, 0.6, 0.9):
+        place = corners[0] + share * np.ptp(corners, axis=0)
+        if not units_inside([tuple(place / size)], robot):
+            continue  # as near in m as in the unit
+        text, said = ",".join(map(repr, (place / size).tolist())), ""
+        with contextlib.suppress(InputError):  # in mm, far from a robot, they are refused
+            pose_of(text, robot)
+            said = capsys.readouterr().err
+            assert "note: --at = " in said
+            assert f"{unit} (" in said
+        if not said:
+            with pytest.raises(InputError, match="are these mm"):
+                pose_of(text, robot)
+    assert units_inside([tuple(corners[1] / size)], robot)
+
+
+@pytest.mark.parametrize("name", library_names())
+def test_places_in_the_robot_and_a_little_beside_it_are_not_noted(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = load(name)
+    corners = np.array([robot.scene.frame_min, robot.scene.frame_max])
+    beside = 0.1 * np.ptp(corners, axis=0).max()
+    for place in (corners.mean(axis=0), corners[0] - beside, corners[1] + beside):
+        pose_of(",".join(map(repr, place.tolist())), robot)
+    pose_of("0,0,free", robot)
+    reach = max(math.dist(corners[0], line.exit_point) * line.advantage + line.dead_length for line in robot.lines)
+    lengths_of(",".join([repr(reach)] * robot.m), robot)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_place_in_millimetres_or_inches_of_a_house_is_noted(cli) -> None:
+    answer = cli("inverse", "house-printer", "--at", "300,200,100")
+    assert "note: --at = 300: is in m, and 'house-printer' is 26 m large: are these mm (300 mm)" in answer.err
+    assert "inch (7.62 m)" in answer.err
+
+
+def test_lengths_in_inches_and_rotations_in_degrees_are_noted(capsys: pytest.CaptureFixture[str]) -> None:
+    robot = load("ipanema")
+    lengths_of(",".join(["120"] * robot.m), robot)
+    assert "inch (3.05 m)" in capsys.readouterr().err
+    pose_of("0,0,1,0,0,20", robot)
+    assert "are these deg?" in capsys.readouterr().err

@@ -69,7 +69,7 @@ def test_planar_joints(axes: str, body: bool, tmp_path: Path) -> None:
     assert (robot.n, robot.freedoms) == ((6, 3) if body else (3, 2))
     plane = robot.platform.plane
     assert plane is not None
-    assert (plane.across, plane.distance) == (tuple(normal), 0.25)
+    assert (plane.across, plane.distance, plane.pulls) == (tuple(normal), 0.25, True)
     assert {line.tension_limits for line in robot.lines} == {(5.0, 800.0)}
     at = np.array([0.1, 0.3]) @ along + place
     pose, turned = at, ends

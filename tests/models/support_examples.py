@@ -35,6 +35,7 @@ from cablewright.models.support import Capability
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.solvers.line_cover import refuse_unfit
+from cablewright.solvers.slack import excess_from_angle
 from cablewright.studies.drive import DriveSettings
 from cablewright.studies.estimators import estimator
 from cablewright.studies.prints.limits import planned

@@ -145,7 +145,7 @@ def test_what_is_given_counts_and_the_rest_is_of_the_file(read, tmp_path: Path) 
     found = job.beads(job.toolpath())
     assert (found.typical.width, found.typical.height) == pytest.approx((0.015, 0.006))
     assert found.source == "width by the job file, height by the file's comments"
-    assert job.typical_bead() == found.typical
+    assert job.typical_bead() == (found.typical, found.differing)
     assert job.beads(job.toolpath(), Bead(width=0.001, height=0.0005)).source == "as given"
 
 
@@ -233,3 +233,17 @@ def test_options_that_are_no_bead(text: str) -> None:
         bead_size(text)
     assert bead_size("1.2mm,0.6 mm") == Bead(width=0.0012, height=0.0006)
     assert bead_size("0.0012,0.0006") == Bead(width=0.0012, height=0.0006)
+
+
+def test_beads_that_differ_are_said_where_a_machine_lays_all_with_one(read) -> None:
+    one = ";LAYER_CHANGE\n;WIDTH:{}\n;HEIGHT:0.2\nG1 Z0.2\nG1 X10 E1\nG1 X0 E1\n"
+    assert beads(read, "M83\n" + one.format(0.4)).differing == ()
+    (note,) = beads(read, "M83\n" + one.format(0.4) + one.format(0.8) * 3).differing
+    assert note.startswith("beads are 0.4 mm to 0.8 mm wide and 0.2 mm to 0.2 mm high in the file")
+    assert note.endswith("lays all with the middle ones, 0.8 mm and 0.2 mm")
+
+
+def test_a_file_in_inches_without_g20_is_named(read) -> None:
+    layers = "".join(f";LAYER_CHANGE\nG1 Z{0.0079 * k:.4f}\nG1 X4 E0.1\nG1 X0 E0.1\n" for k in range(1, 5))
+    assert any("is the file in inches, without G20" in note for note in beads(read, "M83\n" + layers).notes)
+    assert not any("in inches" in note for note in beads(read, "G20\nM83\n" + layers).notes)

@@ -247,3 +247,20 @@ def test_the_step_follows_the_robot() -> None:
     middle = 0.5 * (fine.samples.positions[1:] + fine.samples.positions[:-1])
     reached = solve_forward(Model.full(small), mean, guess=middle)
     assert np.linalg.norm(reached.pose - middle, axis=1).max() < 1e-4
+
+
+class TestUnits:
+    def test_a_job_in_inches_or_feet_asks_for_its_unit(self, write_job) -> None:
+        with pytest.raises(InputError, match="or is a unit wrong, cm or inch taken for m"):
+            check(load("house-printer"), write_job(scale=300.0))
+
+    @pytest.mark.parametrize(
+        ("origin", "unit"), [((1500.0, -800.0, 0.0), "mm"), ((190.0, -80.0, 0.0), "inch"), ((20.0, 13.0, 2.0), "ft")]
+    )
+    def test_an_origin_outside_of_the_robot_is_noted(self, origin: tuple[float, ...], unit: str, write_job) -> None:
+        found = check(load("house-printer"), write_job(origin=origin), skip=("interference", "expected-error"))
+        (note,) = (each for each in found.notes if "is not in the robot" in each)
+        assert unit in note
+
+    def test_a_path_within_the_robot_is_not(self, found: Check) -> None:
+        assert not any("is not in the robot" in note for note in found.notes)

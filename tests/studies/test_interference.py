@@ -12,6 +12,7 @@ from cablewright.analyses.interference import distances
 from cablewright.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
+from cablewright.printing.beads import Bead
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, loads
 from cablewright.solvers.inverse import solve_inverse
@@ -75,6 +76,19 @@ def model() -> Model:
 def height_over_the_tower() -> float:
     """Height of the line from (1, 0, 20 mm) to (-2, 0, 2 m) over the near edge of the tower, m."""
     return 0.02 + (2.0 - 0.02) * (1.0 - HALF) / 3.0
+
+
+def test_given_beads_are_those_of_the_part(job: Job, model: Model) -> None:
+    wide = interference(model, job)
+    thin = interference(model, job, bead=Bead(width=0.002, height=0.001))
+    assert thin.to_dict()["line_part"] > wide.to_dict()["line_part"]
+    found = thin.to_dict()
+    assert (found["bead_width"], found["bead_height"], found["bead_by"]) == (0.002, 0.001, "as given")
+    solid = TriangleMesh.of_corners(np.array([[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]]]))
+    with pytest.raises(InputError, match="bead is of the strands"):
+        interference(model, job, part=solid, bead=Bead())
+    with pytest.raises(InputError, match="bead is of the strands"):
+        interference(model, [0.0, 0.0, 1.0], bead=Bead())
 
 
 def test_the_layer_that_first_reaches_a_line_is_found(job: Job, model: Model) -> None:

@@ -12,6 +12,7 @@ from tools.random_checks import Tally, straight_lengths
 from cablewright.analyses.feasibility import INTERPOLATION, LENGTH_JUMP, MOVED_ERROR, PACE, PLANE_FORCE, SLACK
 from cablewright.printing.job import Job
 from cablewright.robot import Robot, load, loads
+from cablewright.robot.plausibility import overstretched
 from cablewright.solvers import inverse as inverse_module
 from cablewright.studies.checks.check import check
 from cablewright.studies.checks.result import Check
@@ -120,20 +121,17 @@ class TestPlane:
         """Force along the normal at the centre, of straight belts without weight, N."""
         return 4 * 80.0 * 0.4 / np.sqrt(1.0 + 1.0 + 0.16) - 5.0 * 9.81
 
-    def test_a_plane_of_unknown_sides_is_named_and_the_pull_on_it_reported(self, corners) -> None:
-        found = check(board(), corners(0.0), skip=ALONE)
-        assert found.feasible
-        assert any("the robot file gives no platform.plane.one_sided" in each for each in found.not_checked)
-        assert "its plane has to pull at it" in found.verdict
-        assert found.to_dict()["max_plane_force"] > self.force()
-
-    def test_a_plane_that_only_pushes_does_not_hold_a_sled_that_is_lifted(self, corners) -> None:
-        found = check(board(", one_sided = true"), corners(0.0), skip=ALONE)
+    @pytest.mark.parametrize("side", ["", ", one_sided = true"])
+    def test_a_plane_that_is_not_said_to_hold_both_ways_does_not_hold_a_lifted_sled(self, side: str, corners) -> None:
+        found = check(board(side), corners(0.0), skip=ALONE)
         assert broken(found) == {PLANE_FORCE}
+        assert "one_sided = false to a plane that holds both ways" in found.verdict
+        assert found.to_dict()["max_plane_force"] > self.force()
         pose = SolvedPose.judged(inverse_module.inverse(found.robot, [0.0, 0.0, 0.0]))
         assert pose.equilibrium.plane_force == pytest.approx(self.force(), abs=1.0)
         assert pose.status.word == "out-of-limits"
         assert "plane force" in pose.refusal
+        assert "one_sided = false" in pose.refusal
 
     def test_a_heavy_sled_stays_on_its_board(self, corners) -> None:
         heavy = loads(BOARD.replace("SIDED", ", one_sided = true").replace("5 kg", "60 kg"))
@@ -145,11 +143,13 @@ class TestPlane:
         found = check(board(", one_sided = false"), corners(0.0), skip=ALONE)
         assert found.feasible
         assert not any("plane" in each for each in found.not_checked)
+        pose = SolvedPose.judged(inverse_module.inverse(found.robot, [0.0, 0.0, 0.0]))
+        assert pose.refusal == ""
 
-    def test_one_pose_of_unknown_sides_has_a_note(self) -> None:
-        found = SolvedPose.judged(inverse_module.inverse(board(), [0.0, 0.0, 0.0]))
-        assert found.refusal == ""
-        assert any("lets the platform lift off" in note for note in found.notes)
+    def test_belts_in_the_plane_do_not_lift(self, corners) -> None:
+        flat = loads(BOARD.replace("SIDED", "").replace("0.4]", "0.0]").replace('"9.81 m/s^2"', "0.0"))
+        found = check(flat, corners(0.0), skip=ALONE)
+        assert PLANE_FORCE not in broken(found)
 
 
 def test_no_yes_of_random_robots_has_an_absurd_figure(tmp_path: Path) -> None:
@@ -166,3 +166,36 @@ def test_machines_that_go_slack_are_within_the_expected_error(tmp_path: Path) ->
     drawn = share("hangprinter-v4", found, machines=60, samples=40, seed=5)
     assert drawn.within >= 0.87 * drawn.machines
     assert drawn.level == pytest.approx(drawn.expected, rel=0.25)
+
+
+class TestStrain:
+    """A cable that strains by over 5 % at the largest tension of a job, and not at that of its limits, is named."""
+
+    def soft(self, strain: float, corners) -> Check:
+        """The board with guides, whose cables strain by so much at the largest tension of the job."""
+        stiff = check(board(", one_sided = false"), corners(0.0), skip=ALONE)
+        newtons = stiff.statics.lines.highest_tension.max() / strain
+        text = BOARD.replace("SIDED", ", one_sided = false").replace('"140 kN"', repr(float(newtons)))
+        return check(loads(text.replace('"2 kN"', "1e4").replace('"400 N"', "1e4")), corners(0.0), skip=ALONE)
+
+    def test_it_is_named_with_its_line_value_and_unit(self, corners) -> None:
+        notes = [note for note in self.soft(0.08, corners).notes if "strains" in note]
+        assert len(notes) == 1
+        assert "cable.axial_stiffness = " in notes[0]
+        assert "the largest tension of the job" in notes[0]
+        assert notes[0].startswith("line '")
+        assert notes[0].endswith(" kgf?")
+
+    def test_a_little_less_is_not(self, corners) -> None:
+        assert not any("strains" in note for note in self.soft(0.03, corners).notes)
+
+    def test_a_spring_may_stretch(self) -> None:
+        robot = board()
+        limp = [line.model_copy(update={"spring": 1e4}) for line in robot.lines]
+        said = overstretched(robot, [8e3, 0.0, 9e3, 0.0])
+        assert len(said) == 1
+        assert said[0].startswith(
+            "line 'c': cable.axial_stiffness = 140000: it strains by 6.43 % at 9000 N, the largest"
+        )
+        assert said[0].endswith(": 140000 kgf?")
+        assert overstretched(robot.model_copy(update={"lines": tuple(limp)}), [9e3] * 4) == ()

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from cablewright.arrays import Array, Mask
 from cablewright.errors import Status
-from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.paging import blocks, let_go
 from cablewright.results import Figure
@@ -142,17 +141,18 @@ TENSION_JUMP: Final = "jump of a tension"
 _OF_JOBS = {
     CLEARANCE: "below it lines touch each other, the platform, the frame or the part",
     EXPECTED_ERROR: "beyond it strands miss those below",
-    PLANE_FORCE: "above it the platform lifts off its plane, which only pushes",
     MOVED_ERROR: "beyond it strands miss those below; swinging comes on top, and is not checked",
 }
 OF_CHECKS: Final = {
+    PLANE_FORCE: "above it the platform lifts off its plane: let platform.plane.normal point out of the board, or give "
+    "one_sided = false to a plane that holds both ways",
     SLACK: "above it the line hangs in a loop: give its tension_limits a larger min",
     PACE: "no geometry needs more: above it the line changes from taut to slack",
     INTERPOLATION: "beyond it the winches miss the path between samples: give the job a shorter sampling.step",
     LENGTH_JUMP: "above it the solution changes from one shape of the lines to another",
     TENSION_JUMP: "above it the solution changes from one choice of tensions to another",
 }
-"""Limits of figures of a check that no robot file gives, and what to do about them."""
+"""Limits of figures that no robot file gives, and what to do about them."""
 _FRAME = {f"frame, {axis}": "beyond it the platform leaves the frame" for axis in "xyz"}
 _WHY = {limit.name: limit.why for limit in LIMITS} | _FRAME | _OF_JOBS | OF_CHECKS
 
@@ -170,8 +170,10 @@ def judge(
     *plane_force* (k,), N, along the normal; NaN where there is no plane.
     """
     findings = [_frame(robot, positions)]
-    if robot.platform.plane is not None and robot.platform.plane.one_sided:
-        findings += at_most(PLANE_FORCE, "N", plane_force, 0.0)
+    if robot.platform.plane is not None and not robot.platform.plane.pulls:
+        findings += at_most(
+            PLANE_FORCE, "N", np.where(_lifts(robot, plane_force), plane_force, plane_force.clip(max=0.0)), 0.0
+        )
     for limit in LIMITS:
         findings += _worst_line(limit, limit.values(lines), robot)
     findings += _statics(codes, violations)
@@ -235,12 +237,17 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
     infeasible = rows.code == list(Status).index(Status.INFEASIBLE)
     columns["lowest tension"] |= infeasible & ~columns["highest tension"]
     plane = rows.model.robot.platform.plane
-    if plane is not None and plane.one_sided:
-        columns[PLANE_FORCE] = plane_forces(rows) > _ROUNDING * PlatformNumbers(rows.packed.platform).weight
+    if plane is not None and not plane.pulls:
+        columns[PLANE_FORCE] = _lifts(_judged_robot(rows.model), plane_forces(rows))
     for code, status in enumerate(Status):
         if status not in (Status.OK, Status.INFEASIBLE):
             columns[status.value] = rows.code == code
     return tuple(columns), np.column_stack(list(columns.values()))
+
+
+def _lifts(robot: Robot, plane_force: Array) -> Mask:
+    """Whether each *plane_force* (N,), N, lifts the platform off by more than rounding of the largest tensions."""
+    return np.asarray(plane_force > _ROUNDING * max(line.tension_limits[1] for line in robot.lines))
 
 
 def _judged_robot(model: Model) -> Robot:

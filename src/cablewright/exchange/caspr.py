@@ -168,11 +168,11 @@ class _Reader:
         return scene
 
     def _plane(self, place: Point) -> dict[str, Any]:
-        """Return the plane of a planar joint at a *place*, m."""
+        """Return the plane of a planar joint at a *place*, m, which holds both ways."""
         if self.normal is None:
             return {}
         across = tuple(float(k == self.normal) for k in range(3))
-        return {"plane": {"normal": across, "distance": place[self.normal]}}
+        return {"plane": {"normal": across, "distance": place[self.normal], "one_sided": False}}
 
     def _set(self) -> Element:
         sets = {each.attribute("id"): each for each in self.cables.all("cable_set")}

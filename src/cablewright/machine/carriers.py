@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.machine.quantities import Heavy, Span
-from cablewright.units import Density, Mass, NonNegative, Positive, Vec3
+from cablewright.machine.quantities import Dense, Heavy, Span
+from cablewright.units import Mass, NonNegative, Vec3
 from cablewright.validation import Description, refusal
 
 
@@ -25,7 +25,7 @@ class _Carrier(Description):
     empty_mass: Heavy
     powder: NonNegative[Mass] = 0.0
     capacity: NonNegative[Mass] = 0.0
-    powder_density: Positive[Density] = 1500.0
+    powder_density: Dense = 1500.0
     flow: NonNegative[float]
     radius: Span = 0.1
 

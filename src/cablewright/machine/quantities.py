@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cablewright.units import Duration, Length, Mass
+from cablewright.units import Density, Duration, Length, Mass
 from cablewright.validation import refusal
 
 # Beyond any machine, but so far from the ends of floats that nothing computed from them leaves those.
@@ -15,6 +15,7 @@ Width = Annotated[Length, Field(ge=0.0, le=1e5)]
 Time = Annotated[Duration, Field(ge=1e-6, le=1e9)]
 Delay = Annotated[Duration, Field(ge=0.0, le=1e9)]
 Heavy = Annotated[Mass, Field(ge=1e-6, le=1e9)]
+Dense = Annotated[Density, Field(ge=10.0)]  # no material that is laid is lighter
 Factor = Annotated[float, Field(ge=1e-6, le=1e9)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Rate = Annotated[float, Field(gt=0.0, le=1e5)]

@@ -14,14 +14,14 @@ from cablewright.errors import InputError
 from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.carriers import Body, Drum
 from cablewright.machine.drives.settings import LOOPBACK, WinchDriveSettings
-from cablewright.machine.quantities import Delay, Factor, Share, Span, Time, Width
+from cablewright.machine.quantities import Delay, Dense, Factor, Share, Span, Time, Width
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.lidars import LidarName, LidarSettings
 from cablewright.machine.sensors.retraction import RetractionDrive
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
 from cablewright.printing.beads import Bead
-from cablewright.units import Density, Length, Positive, Torque
+from cablewright.units import Length, Positive, Torque
 from cablewright.validation import Description, FileDescription, refusal, require_unique_names
 
 MAX_WALLS: Final = 200
@@ -35,7 +35,7 @@ _Kind = Literal["simulated", "canopen", "ethercat"]
 class Extrusion(Description):
     """Material of a machine that lays strands instead of powder; the job sets their width and height."""
 
-    density: Positive[Density]
+    density: Dense
     bead: Bead = Bead()
 
 

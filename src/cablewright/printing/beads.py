@@ -27,6 +27,7 @@ _OUTLIER: Final = 4.0  # E of a move that lays so many times more or less than t
 _APART: Final = 1.5  # ratio of what two sources say, above which they contradict each other
 _INCH: Final = 25.4  # mm
 _SHARE: Final = 0.01  # of the length that may lack a comment without a note
+_FLAT: Final = 3e-5  # m: no strand is lower
 _GRAIN: Final = 1e-6  # m, of heights
 
 
@@ -60,6 +61,18 @@ class Beads:
     def sizes(self, move: NDArray[np.int64]) -> tuple[Array, Array]:
         """Width and height (b,), m, of some moves."""
         return self.width[move], self.height[move]
+
+    @property
+    def differing(self) -> tuple[str, ...]:
+        """A note for whatever lays all beads with the typical sizes; empty where all of them have these."""
+        ends = [(np.nanmin(each), np.nanmax(each)) for each in (self.width, self.height)]
+        if all(low == high for low, high in ends):
+            return ()
+        wide, high = (" to ".join(map(spell_length, pair)) for pair in ends)
+        typical = f"{spell_length(self.typical.width)} and {spell_length(self.typical.height)}"
+        return (
+            f"beads are {wide} wide and {high} high in the file; the machine lays all with the middle ones, {typical}",
+        )
 
     @property
     def source(self) -> str:
@@ -244,6 +257,8 @@ def _odd(toolpath: Toolpath, scale: float, bead: Bead) -> Iterator[str]:
     """Yield a note where the bead is wider than the part, and where there is no part."""
     if (toolpath.kind[toolpath.extruding] == LineType.PRIME).all():
         yield "all that is laid is a purge or prime line, or precedes the first layer: is this the file of the part?"
+    if bead.height < _FLAT:
+        yield f"beads are {1e6 * bead.height:.3g} um high: is the file in inches, without G20, or the scale wrong?"
     ends = toolpath.end[toolpath.extruding & (toolpath.layer > 0), :2]
     size = scale * float(np.ptp(ends, axis=0).max()) if len(ends) else math.inf
     if bead.width > size:

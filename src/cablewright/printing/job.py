@@ -36,7 +36,12 @@ log = logging.getLogger(__name__)
 # Beyond any machine, but small enough that no computation overflows.
 _Distance = Annotated[Length, Ge(1e-6), Le(1e3)]
 _MAX_SPEED = 1e3  # m/s
-_FAST, _VIOLENT, _WIDE = 5.0, 100.0, 0.5  # m/s, m/s^2, m: from which on a number is likely in another unit
+_FAST, _VIOLENT, _JERKY, _WIDE = (
+    5.0,
+    100.0,
+    1000.0,
+    0.5,
+)  # m/s, m/s^2, m/s^3, m: from which on a number is likely in another unit
 
 
 def _possible(speed: float) -> float:
@@ -148,11 +153,15 @@ class Job(FileDescription):
             return beads_of(toolpath, self.scale, bead if own else None, by)
         return beads_of(toolpath, self.scale, Bead(**bead.model_dump()), by if own else ASSUMED)
 
-    def typical_bead(self) -> Bead:
-        """Return the bead of the middle of what is laid; reads the G-code where the job leaves it open."""
+    def typical_bead(self) -> tuple[Bead, tuple[str, ...]]:
+        """Return the bead of the middle of what is laid, and notes on how those of the file differ.
+
+        It reads the G-code where the job leaves beads open.
+        """
         if self.gcode is None or self.bead.model_fields_set == Bead.model_fields.keys():
-            return self.bead
-        return self.beads(self.toolpath()).typical
+            return self.bead, ()
+        beads = self.beads(self.toolpath())
+        return beads.typical, beads.differing
 
     def samples(self, toolpath: Toolpath, step: float = DEFAULT_STEP, room: Room = MEMORY) -> Samples:
         """Sample the toolpath in machine coordinates, by the step of `sampling` or else *step*, m.
@@ -194,7 +203,12 @@ def doubts(job: Job) -> tuple[str, ...]:
         ("motion.acceleration", motion.acceleration, _VIOLENT, "m/s^2", "mm/s^2"),
         ("bead.width", bead.width, _WIDE, "m", "mm"),
         ("bead.height", bead.height, _WIDE, "m", "mm"),
-        ("max_error", job.max_error or 0.0, _WIDE, "m", "mm"),
+        ("max_error", job.max_error or 0.0, 2.0 * _WIDE, "m", "mm"),
+        ("motion.jerk", motion.jerk or 0.0, _JERKY, "m/s^3", "mm/s^3"),
+        ("motion.corner_deviation", motion.corner_deviation, _WIDE, "m", "mm"),
+        ("sampling.step", job.sampling.step or 0.0, 2.0 * _WIDE, "m", "mm"),
+        ("sampling.arc_error", job.sampling.arc_error, _WIDE, "m", "mm"),
+        ("layer_height", getattr(job.path, "layer_height", 0.0), _WIDE, "m", "mm"),
     )
     return tuple(f"{key} = {it:g} {unit}: {it:g} {likely}?" for key, it, most, unit, likely in limits if it > most)
 

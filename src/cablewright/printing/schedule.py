@@ -28,7 +28,7 @@ class ScheduleStep(Description):
         if self.rotation is None and self.retraction is None:
             raise ValueError("sets nothing: give rotation or retraction")
         if self.rotation is not None and math.hypot(*self.rotation) > math.pi:
-            raise refusal("rotation", "must be no longer than pi, half a turn")
+            raise refusal("rotation", "must be no longer than pi rad, half a turn: are these deg?")
         return self
 
 

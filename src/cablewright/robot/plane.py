@@ -18,7 +18,7 @@ class Plane(Description):
     ``normal``: (3,) world, across the plane, not zero, of any length; ``distance``: m, of the plane from the world's
     origin along the normal. The plane takes what acts along its normal, and of a body all moments about other axes.
     ``one_sided``: whether it only pushes, along its normal, as a board does from which the normal points out; false: it
-    holds both ways, as guides do; None: unknown, and taken as able to hold both ways.
+    holds both ways, as guides do; None: not given, and taken to push alone, which is the safe side.
     """
 
     normal: Direction
@@ -29,6 +29,11 @@ class Plane(Description):
     def across(self) -> Vec3:
         """The unit vector of ``normal``."""
         return unit_vector(self.normal)
+
+    @property
+    def pulls(self) -> bool:
+        """Whether it holds both ways."""
+        return self.one_sided is False
 
     @property
     def axis(self) -> int | None:

@@ -30,6 +30,7 @@ from cablewright.models.job_poses import along, sampled
 from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.paging import Room, in_room, let_go
+from cablewright.printing.beads import Bead, Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.progress import Progress, silent
@@ -53,6 +54,12 @@ class JobInterference(Distances):
         *FIGURES,
         Figure("job", "", "Name of the job.", "job.name"),
         Figure("samples", "1", "Number of samples of the path.", lambda found: len(found.samples)),
+        Figure("bead_width", "m", "Width of a strand in the middle of what is laid.", "beads.typical.width", digits=3,
+               only=lambda found: found.beads is not None, shown="mm"),
+        Figure("bead_height", "m", "Its height.", "beads.typical.height", digits=3,
+               only=lambda found: found.beads is not None, shown="mm"),
+        Figure("bead_by", "", "Where widths and heights of beads are from.", "beads.source", "bead",
+               only=lambda found: found.beads is not None),
         Figure("unheld", "1", "Number of samples at which the pose cannot be held.", name="samples not held"),
         Figure("layer", "", "Layer of the smallest distance.", lambda found: found.at("layer"), "nearest in layer"),
         Figure("gcode_line", "", "Line of the G-code at the smallest distance.", lambda found: found.at("line"),
@@ -82,6 +89,12 @@ class JobInterference(Distances):
     contacts: NearestContacts
     closest: Interference | None  # the sample with the smallest distance; None if there are no distances
     region: Free  # positions of the nozzle beside and above the whole part at which no line touches it
+    beads: Beads | None  # of the strands; None where a mesh is the part
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is assumed of the cables, and what is odd about the beads."""
+        return (*super().notes, *(() if self.beads is None else self.beads.notes))
 
     @property
     def unsolved(self) -> str | None:
@@ -140,6 +153,7 @@ def interference(
     clearance: float = 0.0,
     settings: InterferenceSettings = DEFAULT,
     retraction: ArrayLike | None = None,
+    bead: Bead | None = None,
     cable: CableLaw | str | None = None,
     sheave: SheaveLaw | str | None = None,
     tension_limits: tuple[float, float] | None = None,
@@ -151,10 +165,11 @@ def interference(
     *where* is a pose (n,) or poses (N, n), m and rad, or a job, along which the part grows; an `Equilibrium` has its
     own poses. *part*: an obstacle, or, along a job, the printed part, which counts up to the height printed so far; by
     default the strands that the job lays. A line nearer than *clearance*, m, is too near; 0: only if it touches.
-    *retraction*, m, is for poses; a job's schedule sets it. *room*: a folder, with room on its disk for what is found
-    along a job, which is then not in memory; the arrays of the result are those of files without a name. Raises
-    `InputError` if the robot cannot follow the job's
-    schedule or the G-code cannot be used.
+    *retraction*, m, is for poses; a job's schedule sets it. *bead*: width and height of all strands of a job, m; by
+    default of the job file, or else of the G-code, see `Job.beads`. *room*: a folder, with room on its disk for what is
+    found along a job, which is then not in memory; the arrays of the result are those of files without a name. Raises
+    `InputError` if the robot cannot follow the job's schedule or the G-code cannot be used, and for a *bead* without a
+    job or beside a mesh.
 
     Examples
     --------
@@ -165,11 +180,13 @@ def interference(
     """
     if not (np.isfinite(clearance) and clearance >= 0.0):
         raise InputError(f"clearance = {clearance:g}: must be at least 0 m")
+    if bead is not None and (part is not None or not isinstance(where, Job)):
+        raise InputError("bead is of the strands that a job lays: give a job, and no mesh of the part")
     if isinstance(where, Job):
         if retraction is not None or isinstance(robot, Equilibrium):
             raise InputError("a job's schedule sets retraction and poses: give a robot or a model, and no retraction")
         model = Model.of(robot, cable=cable, sheave=sheave, tension_limits=tension_limits)
-        return _over_job(model, where, part, clearance, settings, progress or silent, Room(room))
+        return _over_job(model, where, part, bead, clearance, settings, progress or silent, Room(room))
     if isinstance(robot, Equilibrium):
         held = robot
     elif where is None:
@@ -189,6 +206,7 @@ def _over_job(
     model: Model,
     job: Job,
     mesh: TriangleMesh | None,
+    bead: Bead | None,
     clearance: float,
     settings: InterferenceSettings,
     report: Progress,
@@ -196,7 +214,7 @@ def _over_job(
 ) -> JobInterference:
     """Distances at each sample of *job* from everything, with the part as far as it is printed by then."""
     toolpath = in_room(job.toolpath(report), room)
-    beads = in_room(job.beads(toolpath), room)
+    beads = in_room(job.beads(toolpath, bead), room)
     samples, _ = sampled(model.robot, job, toolpath, room)
     require_for_samples(len(samples), bytes_each(model.robot, room.folder), "the distances")
     poses, retraction = along(model.robot, job, samples, room)
@@ -224,6 +242,7 @@ def _over_job(
         contacts=found.contacts,
         closest=found.closest,
         region=region,
+        beads=beads if mesh is None else None,
     )
 
 

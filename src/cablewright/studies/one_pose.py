@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
-from cablewright.analyses.feasibility import judge_pose
+from cablewright.analyses.feasibility import OF_CHECKS, judge_pose
 from cablewright.arrays import Array
 from cablewright.errors import Status
 from cablewright.models.equilibrium_figures import FIGURES
@@ -88,15 +88,9 @@ class SolvedPose(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How the tensions were chosen, and what lifts the platform off its plane."""
-        found = [preferred_note(self.equilibrium.lines.preferred_tension)]
-        plane, force = self.equilibrium.model.robot.platform.plane, self.equilibrium.plane_force
-        if plane is not None and plane.one_sided is None and force > 0.0:
-            found.append(
-                f"plane force: {force:.4g} N along the normal; a plane that only pushes lets the platform lift off. "
-                "platform.plane.one_sided = true has it judged, false states that the plane holds both ways"
-            )
-        return tuple(note for note in found if note)
+        """How the tensions were chosen."""
+        note = preferred_note(self.equilibrium.lines.preferred_tension)
+        return (note,) if note else ()
 
     @property
     def refusal(self) -> str:
@@ -113,7 +107,8 @@ def _broken_limit(found: Equilibrium) -> str | None:
     for finding in judge_pose(found):
         if finding.violations:
             who = f"line {finding.line}: " if finding.line else ""
-            return f"{who}{finding.limit} {finding.value:.6g} {finding.unit}; {finding.bounds()} is allowed"
+            why = f": {finding.why}" if finding.limit in OF_CHECKS else ""
+            return f"{who}{finding.limit} {finding.value:.6g} {finding.unit}; {finding.bounds()} is allowed{why}"
     return None
 
 

@@ -41,6 +41,9 @@ OF_A_JOB = {
     "layer",
     "gcode_line",
     "samples",
+    "bead_width",
+    "bead_height",
+    "bead_by",
     "unheld",
     "layers",
     "layer_distances",
@@ -192,3 +195,10 @@ def test_a_cable_of_unknown_diameter_is_told(cli, tmp_path) -> None:
 )
 def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
     assert says in cli("interference", "jung2020", *arguments).refusal
+
+
+def test_beads_are_given_as_for_check(cli, job: Path, wall: Path) -> None:
+    found = cli("interference", "cogiro", job, "--bead", "12mm,6mm", "--json").json
+    assert (found["bead_width"], found["bead_height"], found["bead_by"]) == (0.012, 0.006, "as given")
+    assert "--bead is for the strands" in cli("interference", "cogiro", *AT, "--bead", "12mm,6mm").refusal
+    assert "--bead is for" in cli("interference", "cogiro", job, "--mesh", wall, "--bead", "12mm,6mm").refusal

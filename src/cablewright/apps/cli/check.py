@@ -9,7 +9,7 @@ import typer
 
 import cablewright as cw
 from cablewright.apps.cli.command import command
-from cablewright.apps.cli.options import AsJson, Clearance, JobFile, Limits, RobotOptions, Seed
+from cablewright.apps.cli.options import AsJson, BeadSize, Clearance, JobFile, Limits, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import bead_size, run_path, tension_range
 
@@ -35,14 +35,7 @@ def check_command(
     expected_error: Annotated[
         bool, typer.Option("--expected-error/--no-expected-error", help="Find the error under uncertain parameters.")
     ] = True,
-    bead: Annotated[
-        str | None,
-        typer.Option(
-            "--bead",
-            metavar="WIDTH,HEIGHT",
-            help="Width and height of all strands, like 1.2mm,0.6mm; by default of the job file, or of the G-code.",
-        ),
-    ] = None,
+    bead: BeadSize = None,
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option("--out", help="Run folder; by default runs/check-ROBOT-JOB.")] = None,
     as_json: AsJson = False,

@@ -10,9 +10,9 @@ import typer
 
 import cablewright as cw
 from cablewright.apps.cli.command import command
-from cablewright.apps.cli.options import Clearance, LawOptions, OutputOptions, Pose, Retraction, RobotOptions
+from cablewright.apps.cli.options import BeadSize, Clearance, LawOptions, OutputOptions, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress, tell
-from cablewright.apps.cli.parsing import pose_of
+from cablewright.apps.cli.parsing import bead_size, pose_of
 from cablewright.errors import InputError
 from cablewright.file_output import cannot_write
 
@@ -45,6 +45,7 @@ def interference_command(
         float,
         typer.Option("--tolerance", metavar="D", help="Max distance of a line from the chords that stand for it, m."),
     ] = 1e-3,
+    bead: BeadSize = None,
     laws: LawOptions,
     retraction: Retraction = None,
     output: OutputOptions,
@@ -58,6 +59,8 @@ def interference_command(
         raise InputError("interference: expected either a JOB or --at X,Y,Z")
     if job is not None and retraction is not None:
         raise InputError("--retraction is for --at; along a job its schedule sets it")
+    if bead is not None and (job is None or mesh is not None):
+        raise InputError("--bead is for the strands that a JOB lays: give a JOB and no --mesh")
     settings = cw.InterferenceSettings(ends, tolerance)
     model = cw.Model.of(robot.loaded(), **laws.laws())
     part = None if mesh is None else cw.read_stl(mesh, mesh_scale)
@@ -73,6 +76,7 @@ def interference_command(
                 clearance=clearance,
                 settings=settings,
                 retraction=retraction,
+                bead=bead_size(bead),
                 progress=show,
                 room=Path(room),
             )

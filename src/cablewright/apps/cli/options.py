@@ -37,6 +37,14 @@ RobotName = Annotated[
 JobFile = Annotated[Path, typer.Argument(metavar="JOB", help="A job's TOML file, or a G-code file.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units instead of text.")]
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE.png", help="Write a picture of the result.")]
+BeadSize = Annotated[
+    str | None,
+    typer.Option(
+        "--bead",
+        metavar="WIDTH,HEIGHT",
+        help="Width and height of all strands, like 1.2mm,0.6mm; by default of the job file, or of the G-code.",
+    ),
+]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of all random numbers; the same seed gives the same result.")]
 MachineName = Annotated[
     str | None,

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cablewright as cw
+from cablewright.apps.cli.output import tell
 from cablewright.errors import EnvironmentFault, InputError, UnknownName
 
 if TYPE_CHECKING:
@@ -35,31 +37,59 @@ def numbers(text: str | None, option: str, count: int | None = None, *, free: bo
 
 
 def pose_of(text: str | None, robot: cw.Robot) -> list[float] | None:
-    """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm."""
+    """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm.
+
+    A place outside of the robot, and a rotation of over half a turn, are noted with the units that explain them.
+    """
+    from cablewright.robot.plausibility import units_inside
+
     values = numbers(text, "--at", free=True)
-    _require_metres(values[:3] if values else [], "--at", robot, 1.0)
+    place, turn = (values or [])[:3], math.hypot(*(values or [])[3:])
+    _require_metres(place, "--at", robot, 1.0, units_inside([place], robot) if len(place) == 3 else {})
+    if turn > math.pi * (1.0 + 1e-6):
+        tell(f"note: --at: a rotation by {turn:g} rad is over half a turn: is it in rad, are these deg?")
     return values
 
 
 def lengths_of(text: str, robot: cw.Robot) -> list[float]:
-    """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm."""
-    values = numbers(text, "--lengths") or []
-    _require_metres(values, "--lengths", robot, max(line.advantage for line in robot.lines))
+    """The value of --lengths, m, of the lines of a *robot*. Raises `InputError`, also for what must be in mm.
+
+    Lengths that reach across the robot and beyond are noted with the units that explain them.
+    """
+    from cablewright.robot.plausibility import LENGTHS
+
+    values, times = numbers(text, "--lengths") or [], max(line.advantage for line in robot.lines)
+    spans = (line.dead_span().length for line in robot.lines if line.winch_exit is not None)
+    dead = max((*spans, *(line.dead_length for line in robot.lines)))
+    longest, most = max(map(abs, values), default=0.0), 1.25 * times * _size(robot) + dead
+    inside = {unit: size for unit, size in LENGTHS.items() if size * longest < most < longest}
+    _require_metres(values, "--lengths", robot, times, inside)
     return values
 
 
-def _require_metres(values: list[float], option: str, robot: cw.Robot, times: float) -> None:
-    """Raise `InputError` for a length many *times* as large as the *robot*, but not if it is in mm."""
-    from cablewright.units import spell_length
-
+def _size(robot: cw.Robot) -> float:
+    """Diagonal of the frame, the exit points and the origin, m."""
     scene = robot.scene
     points = (scene.frame_min, scene.frame_max, (0.0, 0.0, 0.0), *(line.exit_point for line in robot.lines))
-    size = times * math.dist(*([pick(axis) for axis in zip(*points, strict=True)] for pick in (min, max)))
-    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
-    if _TOO_FAR * size < largest < 1e3 * size:
-        raise InputError(
-            f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(size / times)} large: are these mm, "
-            f"is {1e-3 * largest:g} meant?"
+    return math.dist(*([pick(axis) for axis in zip(*points, strict=True)] for pick in (min, max)))
+
+
+def _require_metres(
+    values: list[float], option: str, robot: cw.Robot, times: float, inside: Mapping[str, float]
+) -> None:
+    """Raise `InputError` for a length many *times* as large as the *robot*, but not if it is in mm.
+
+    A nearer one is noted with the units, and their sizes, m, that bring it *inside*.
+    """
+    from cablewright.units import spell_length
+
+    size, largest = _size(robot), max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    where = f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(size)} large: are these"
+    if _TOO_FAR * times * size < largest < 1e3 * times * size:
+        raise InputError(f"{where} mm, is {1e-3 * largest:g} meant?")
+    if inside:
+        tell(
+            f"note: {where} {' or '.join(f'{unit} ({spell_length(each * largest)})' for unit, each in inside.items())}?"
         )
 
 

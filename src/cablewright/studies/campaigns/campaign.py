@@ -53,7 +53,8 @@ def campaign(
     if not 0 <= tried <= machines:
         raise InputError(f"tried = {tried}: must be from 0 to the number of machines, {machines}")
     what = _what(robot, job, machine, options or PrintOptions())
-    allowed = what.job.allowed_error(what.job.typical_bead().width) if allowed_error is None else allowed_error
+    bead, differing = what.job.typical_bead()
+    allowed = what.job.allowed_error(bead.width) if allowed_error is None else allowed_error
     if not (allowed > 0.0 and math.isfinite(allowed)):
         raise InputError(f"allowed_error = {allowed:g}: must be a finite number over 0, m")
     seeds = [what.options.seed + number for number in range(machines)]
@@ -63,12 +64,13 @@ def campaign(
     require_all(outcomes, [_words(*item) for item in items])
     found = {item: machine_print(item[0], each.value) for item, each in zip(items, outcomes, strict=True)}
     nominal = tuple(found[seed, ""] for seed in seeds)
+    notes = () if what.machine.owner.extrusion is None else differing
     by_tolerance = [
         _sensitivity(what, name, nominal[:tried], [found[seed, name] for seed in seeds[:tried]], allowed)
         for name in what.tolerances
         if tried
     ]
-    return Campaign(what, nominal, tuple(sorted(by_tolerance, key=lambda each: each.change)), allowed)
+    return Campaign(what, nominal, tuple(sorted(by_tolerance, key=lambda each: each.change)), allowed, notes)
 
 
 def _what(

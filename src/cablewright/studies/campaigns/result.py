@@ -98,6 +98,7 @@ class Campaign(Pictured):
     prints: tuple[MachinePrint, ...]
     sensitivities: tuple[Sensitivity, ...]
     allowed_error: float  # m
+    notes: tuple[str, ...] = ()  # what machines do not lay as the job says
 
     @cached_property
     def errors(self) -> Array:

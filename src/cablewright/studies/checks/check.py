@@ -25,6 +25,7 @@ from cablewright.printing.schedule import Schedule
 from cablewright.printing.toolpath import Toolpath
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
+from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
@@ -198,7 +199,8 @@ def _require_scale(robot: Robot, job: Job, toolpath: Toolpath) -> None:
     ratio = float(((high - low) / np.subtract(robot.scene.frame_max, robot.scene.frame_min)).max())
     if ratio < TOO_LARGE:
         return
-    hint = ", or is a unit wrong, mm taken for m" if ratio > WRONG_UNIT else ""
+    units = [unit for unit, size in LENGTHS.items() if 0.1 < ratio * size < 1.5] if ratio <= WRONG_UNIT else ["mm"]
+    hint = f", or is a unit wrong, {' or '.join(units)} taken for m" if units else ""
     raise InputError(
         f"job {job.name}: the path is {ratio:.3g} times as large as the frame of {robot.name}: is scale = "
         f"{job.scale:g} meant to be {job.scale / ratio:.2g} or less{hint}?"

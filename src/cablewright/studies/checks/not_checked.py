@@ -7,11 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.models.support import Capability, cells
-from cablewright.robot import Plane, Robot
+from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Uncertainty
-from cablewright.studies.checks.path_statics import PathStatics, extreme
+from cablewright.studies.checks.path_statics import PathStatics
 
 SKIPPABLE: Final = {
     "interference": "interference of lines",
@@ -51,23 +50,11 @@ def not_checked(
     if singular:
         what = "forces of acceleration" + ("" if "expected-error" in skip else " and expected error")
         found.append(f"{what} at {singular} of {len(statics.displacement)} samples: no regular equilibrium")
-    if robot.platform.plane is not None:
-        found += _on_plane(robot.platform.plane, statics.plane_force)
+    if robot.platform.plane is not None and not robot.platform.plane.pulls:
+        found.append("tipping on the plane")
     found += [f"{cell.because}: {cell.instead}" for _, cell in cells(robot, Capability.CHECK)]
     turning = ("angular acceleration of the platform",) if turns else ()
     return [*found, *_LEFT_OUT, *turning]
-
-
-def _on_plane(plane: Plane, force: Array) -> Iterator[str]:
-    """Yield what is not known of the platform's contact with its plane under a *force* (k,), N, along the normal."""
-    if plane.one_sided is None:
-        low, high = extreme(np.fmin, force), extreme(np.fmax, force)
-        yield (
-            f"whether the platform stays on its plane, on which {low:.4g} to {high:.4g} N act along the normal: the "
-            "robot file gives no platform.plane.one_sided"
-        )
-    if plane.one_sided is not False:
-        yield "tipping on the plane"
 
 
 def _without_limit(robot: Robot) -> Iterator[str]:

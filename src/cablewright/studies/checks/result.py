@@ -27,6 +27,7 @@ from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.results import Figure, Result
 from cablewright.robot import Robot
+from cablewright.robot.plausibility import overstretched, units_inside
 from cablewright.solvers.preferred import preferred_note, preferred_tensions
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.checks.sample_errors import SampleErrors
@@ -287,10 +288,11 @@ class Check(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was guessed of the G-code, and what to know of the expected error."""
+        """What was guessed of the G-code, what is doubtful, and what to know of the expected error."""
         found = self.toolpath.layers_by == BY_HEIGHT and isinstance(self.job.path, Path)
         notes = ["layers are found by height: the file has no layer markers"] if found else []
-        part = float((LARGEST(self.samples.positions) - SMALLEST(self.samples.positions)).max())
+        ends = SMALLEST(self.samples.positions), LARGEST(self.samples.positions)
+        part = float((ends[1] - ends[0]).max())
         frame = float(np.subtract(self.robot.scene.frame_max, self.robot.scene.frame_min).max())
         if frame > WRONG_UNIT * part:
             notes.append(
@@ -302,6 +304,10 @@ class Check(Result):
                 "tensions at rest keep so far from their limits that lines are within them while the nozzle accelerates"
             )
         notes += [note] if (note := preferred_note(self.preferred_tensions)) else []
+        if units := units_inside([end.tolist() for end in ends], self.robot):
+            corners = " to ".join(f"({', '.join(f'{each:.4g}' for each in end)})" for end in ends)
+            notes.append(f"the path, {corners} m, is not in the robot: is it, or its origin, in {' or '.join(units)}?")
+        notes += overstretched(self.robot, LARGEST(self.statics.lines.highest_tension))
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property

@@ -45,9 +45,6 @@ def _shown(found: Check) -> list[str]:
     parts = ["every sample is within all limits"]
     if found.nearest is not None:
         parts.append(f"lines keep {spell_length(found.nearest.margin)} from all that is described")
-    plane, pulled = found.robot.platform.plane, extreme(np.fmax, found.statics.plane_force)
-    if plane is not None and plane.one_sided is None and pulled > 0.0:
-        parts.append(f"its plane has to pull at it, with up to {pulled:.4g} N, which no board does")
     if found.expected is not None and found.expected.sample is not None:
         parts.append(
             f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}; "

@@ -146,7 +146,8 @@ def print_on_drives(
     """
     if job.robot not in (None, robot.name):
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
-    owner = extruding(settings, job.typical_bead(), job.motion.print_speed)
+    bead, differing = job.typical_bead()
+    owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
     path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.point_drum.valve)
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
@@ -154,7 +155,7 @@ def print_on_drives(
     option = "--restart" if restart else "--resume" if resume else ""
     require_folder(folder, manifest, option)
     assert owner.drives is not None
-    for note in owner.drives.valve_notes:
+    for note in (*owner.drives.valve_notes, *(() if owner.extrusion is None else differing)):
         say(note)
     signature(b"")  # a key that cannot be had is said before the work
     procedures: dict[PrintState, Procedure] = {

@@ -24,9 +24,10 @@ from cablewright.machine.sensors.barrier import BARRIER
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
-from cablewright.models.statics import Model
+from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
+from cablewright.robot.plausibility import overstretched
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.estimator_settings import with_drum_mass
 from cablewright.studies.prints import body_limits
@@ -60,7 +61,7 @@ def planned(
     model = Model(with_drum_mass(robot, settings))
     notes: tuple[str, ...] = ()
     if path.attitude is None:
-        _check_path(model, path)
+        held = _check_path(model, path)
         narrow = model
     else:
         held, linear = body_limits.check_held(model, path)
@@ -70,6 +71,7 @@ def planned(
         notes = told(wanted, path)
         body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
+    notes += overstretched(robot, held.tensions.max(axis=0))
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
         narrow,
@@ -153,8 +155,8 @@ def _max_tensions(robot: Robot) -> Array:
     )
 
 
-def _check_path(model: Model, path: TimedPath) -> None:
-    """Raise `AnswerError` at the first place of the path that is out of the frame or cannot be held."""
+def _check_path(model: Model, path: TimedPath) -> Equilibrium:
+    """Return what holds the path. Raises `AnswerError` at its first place out of the frame or that cannot be held."""
     scene, places = model.robot.scene, path.track.positions
     inside = ((places >= scene.frame_min) & (places <= scene.frame_max)).all(axis=1)
     if not inside.all():
@@ -165,6 +167,7 @@ def _check_path(model: Model, path: TimedPath) -> None:
         bad = int(np.argmin(held.ok))
         where = _where(path, bad)
         raise AnswerError(f"the path leaves the workspace of {model.robot.name!r} {where}: {held[bad].sentence()}")
+    return held
 
 
 def _where(path: TimedPath, row: int) -> str:

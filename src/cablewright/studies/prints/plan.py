@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, get_args
 
@@ -104,6 +104,7 @@ class MachineTwin:
     choices: PrintOptions
     estimator: str
     path: TimedPath
+    notes: tuple[str, ...]  # what it does not lay as the job says
 
 
 def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
@@ -122,7 +123,8 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
-    owner = extruding(given.owner, job.typical_bead(), job.motion.print_speed)
+    bead, differing = job.typical_bead()
+    owner = extruding(given.owner, bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
     if choices.plant == "quasi-static":
         if not 1e-3 <= choices.period <= 60.0:
@@ -134,7 +136,15 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     settings = _intruded(settings, choices, path.duration)
     chosen = choices.estimator or _best_estimator(owner)
     _require_places(choices, chosen, robot, owner)
-    return MachineTwin(robot, job, settings, choices, chosen, with_tour(path, owner, chosen))
+    return MachineTwin(
+        robot,
+        job,
+        settings,
+        choices,
+        chosen,
+        with_tour(path, owner, chosen),
+        () if owner.extrusion is None else differing,
+    )
 
 
 def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: MachineSettings) -> None:
@@ -206,4 +216,4 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
     plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height)
     if twin.path.attitude is not None:
         check_clear(Model(twin.robot), twin.job, choices.layers)
-    return plan
+    return replace(plan, notes=(*plan.notes, *twin.notes))

@@ -149,7 +149,9 @@ class DriveStation:
         """As `Station`."""
         if job is not None and job.robot not in (None, self.robot.name):
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
-        owner = self.settings if job is None else extruding(self.settings, job.typical_bead(), job.motion.print_speed)
+        owner = (
+            self.settings if job is None else extruding(self.settings, job.typical_bead()[0], job.motion.print_speed)
+        )
         machine = RealMachine.of(self.robot, owner, self.state, self.port)
         near = machine.keeper.position
         if near is None:
