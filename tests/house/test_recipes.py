@@ -306,7 +306,8 @@ def test_a_sheave_kind(copy: Copy) -> None:
         (
             '    if sheave.kind == "swivel":\n',
             (
-                '    if sheave.kind == "arm":\n        return f"{over} on a rigid arm of {quantity(sheave.arm, \'m\')}"\n'
+                '    if sheave.kind == "arm":\n'
+                "        return f\"{over} on a rigid arm of {quantity(sheave.arm, 'm')}\"\n"
                 '    if sheave.kind == "swivel":\n'
             ),
         ),
