@@ -43,13 +43,13 @@ class Copy:
         file.write_text(text, encoding="utf-8")
         self.touched.add(name)
 
-    def run(self, *arguments: str) -> str:
-        """What Python prints; kernels run as plain Python, so that none is compiled for a copy."""
+    def run(self, *arguments: str, code: int = 0) -> str:
+        """What Python prints, and ends with *code*; kernels run as plain Python: none is compiled for a copy."""
         told = {"PYTHONPATH": str(self.folder), "NUMBA_DISABLE_JIT": "1"}
         done = subprocess.run(
             [sys.executable, *arguments], cwd=self.folder, env=os.environ | told, capture_output=True, text=True
         )  # fmt: skip
-        assert done.returncode == 0, done.stderr[-2000:]
+        assert done.returncode == code, done.stderr[-2000:]
         return done.stdout
 
     def command(self, *arguments: str) -> Any:
@@ -218,6 +218,75 @@ class TinCanDrives:
     )
     assert told.startswith("tin cans: nobody answers at ")
     assert len(copy.touched) == files_of("A new bus of drives") <= 4
+
+
+def test_an_estimator(copy: Copy) -> None:
+    """The chain, always said to be invalid: a log replayed by it is lost."""
+    copy.add(
+        "estimation/doubter.py",
+        '''"""The chain of Merlet and Papegay 2023, by somebody who never believes it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cablewright.estimation.chain import observer
+from cablewright.estimation.chain.state import ObserverSettings, ObserverState
+from cablewright.signals import Estimate, SensorFrame
+
+
+def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -> Estimate:
+    """Return the estimate after one frame, never valid."""
+    return replace(observer.step(settings, state, frame), valid=False)
+''',
+    )
+    copy.edit(
+        "choices.py",
+        ('ObserverName = Literal["paper", ', 'ObserverName = Literal["doubter", "paper", '),
+        ('ReplayName = Literal["paper", ', 'ReplayName = Literal["doubter", "paper", '),
+        ('EstimatorName = Literal["paper", ', 'EstimatorName = Literal["doubter", "paper", '),
+    )
+    copy.edit(
+        "studies/estimator_settings.py",
+        ("from cablewright.estimation import ", "from cablewright.estimation import doubter, "),
+        (
+            '    "paper": Observer(',
+            '    "doubter": Observer(observer_settings, observer.start, doubter.step),\n    "paper": Observer(',
+        ),
+    )
+    log = str(ROOT / "tests" / "earlier_files" / "print.mcap")
+    told = json.loads(copy.run("-m", "cablewright", "replay", log, "--estimator", "doubter", "--json", code=1))
+    assert (told["status"], told["estimator"], told["valid_share"]) == ("lost", "doubter", 0.0)
+    assert len(copy.touched) == files_of("A new estimator") <= 6
+
+
+def test_a_control_law(copy: Copy) -> None:
+    """The error and the target's velocity alone: taut lines keep their excess, whatever it is."""
+    copy.edit("choices.py", ('LawName = Literal["paper", ', 'LawName = Literal["plain", "paper", '))
+    copy.edit(
+        "control/velocity.py",
+        ("    else:\n        rates += _int", '    elif settings.law != "plain":\n        rates += _int'),
+    )
+    told = copy.run(
+        "-c",
+        "import numpy as np\n"
+        "from cablewright.control import velocity\n"
+        "from cablewright.control.guide import Target\n"
+        "from cablewright.models.statics import Model\n"
+        "from cablewright.robot import load\n"
+        "from cablewright.signals import Estimate\n"
+        "from cablewright.solvers.taut import taut_at\n"
+        "model, place, zeros = Model(load('merlet2023')), np.array([0.4, -1.2, 1.1]), np.zeros(3)\n"
+        "lengths = taut_at(model, place).lengths\n"
+        "now = Estimate(0.0, place, zeros, zeros, lengths, 0.0 * lengths, lengths < 0.0, np.full(4, 0.05))\n"
+        "target = Target(place, np.array([0.0, 0.0, 0.03]), 0.0, 0, 0.03, True, False, False)\n"
+        "settings = velocity.VelocitySettings(model, 3.65, law='plain')\n"
+        "speeds = velocity.step(settings, velocity.start(settings), now, target, 0.01)\n"
+        "moved = lengths + 0.05 * speeds * 0.01 - taut_at(model, place + [0.0, 0.0, 3e-4]).lengths\n"
+        "print(bool(speeds.all()), bool(np.abs(moved).max() < 1e-6))\n",
+    )
+    assert told == "True True\n"
+    assert len(copy.touched) == files_of("A new control law") <= 6
 
 
 def test_a_cable_law(copy: Copy) -> None:
