@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from operator import getitem
 
+from cablewright.models.job_poses import sampled
 from cablewright.printing.job import Job
 from cablewright.robot import load
 from cablewright.solvers.batches import use_threads
@@ -24,7 +25,6 @@ from cablewright.studies.executors.executor import Executor, Serial
 from cablewright.studies.executors.kept import KeptResults
 from cablewright.studies.executors.study import evaluate
 from cablewright.studies.executors.task import Task
-from cablewright.studies.job_poses import sampled
 
 CANDIDATES = 300
 CHUNKS = 200  # of one item each that takes no time

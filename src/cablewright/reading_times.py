@@ -7,11 +7,14 @@ not that of the frame in which it arrives.
 from __future__ import annotations
 
 import math
+from collections import deque
 from enum import Enum
 from typing import Final
 
 CLOCK_TOLERANCE: Final = 1e-6
 """Time, s, by which a reading may be ahead of its frame."""
+
+_MOST: Final = 1024  # times of readings that were ahead, of a source
 
 
 class Timeliness(Enum):
@@ -28,20 +31,25 @@ class ReadingTimes:
     def __init__(self) -> None:
         """Begin without any reading."""
         self._last: dict[str, float] = {}
-        self._ahead: dict[str, float] = {}  # of those that were ahead
+        self._ahead: dict[str, deque[float]] = {}  # of those that were ahead
 
     def judge(self, source: str, time: float, now: float) -> Timeliness:
         """Compare the *time* of a reading of *source* with *now*, s; a new one becomes the last of its source.
 
-        One that was ahead is old when it is repeated, also once the clock has reached its time.
+        One that was ahead is old when it is repeated. One that it overtook counts as ahead as well, also when the clock
+        has reached its time: it may be as old as that, or its source's clock was put right.
         """
-        ahead = self._ahead.get(source, -math.inf)
-        if not time <= now + CLOCK_TOLERANCE:
-            self._ahead[source] = time
-            return Timeliness.OLD if math.isfinite(time) and time <= ahead else Timeliness.AHEAD
-        if time <= self._last.get(source, -math.inf) or time == ahead:
+        ahead = self._ahead.setdefault(source, deque(maxlen=_MOST))
+        if time <= self._last.get(source, -math.inf) or time in ahead:
             return Timeliness.OLD
+        reached = now + CLOCK_TOLERANCE
+        if not time <= reached or any(time <= each <= reached for each in ahead):
+            if math.isfinite(time):
+                ahead.append(time)
+            return Timeliness.AHEAD
         self._last[source] = time
+        while ahead and ahead[0] <= time:
+            ahead.popleft()
         return Timeliness.NEW
 
     def is_new(self, source: str, time: float, now: float) -> bool:

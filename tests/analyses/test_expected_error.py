@@ -8,6 +8,7 @@ import pytest
 from cablewright.analyses.accuracy import expected_error as module
 from cablewright.analyses.accuracy.expected_error import REMEDIES, ExpectedError, ExpectedErrorSearch
 from cablewright.analyses.accuracy.spread import SpreadProblem, drawn, sampled
+from cablewright.models.job_poses import along
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot, load
@@ -15,7 +16,6 @@ from cablewright.robot.uncertainty import Range, Uncertain, Uncertainty, assumed
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
-from cablewright.studies.job_poses import along
 
 ROBOTS = {"house-printer": (3.0, 1.0), "merlet2023": (1.0, 1.0), "jung2020": (0.2, 0.9), "wang2021": (0.3, 1.0)}
 SLACK = {"hangprinter-v4": (0.25, 0.3), "hangprinter-v4 low": (0.3, 0.05)}

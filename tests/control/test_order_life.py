@@ -179,11 +179,13 @@ def test_the_rule_of_times() -> None:
     times = ReadingTimes()
     rows = [
         (1.0, 1.0, "NEW"), (1.0, 1.1, "OLD"), (0.9, 1.2, "OLD"), (5.0, 1.3, "AHEAD"), (5.0, 1.4, "OLD"),
-        (1.4, 1.4, "NEW"), (math.nan, 1.5, "AHEAD"), (5.0, 6.0, "NEW"),
+        (1.4, 1.4, "NEW"), (math.nan, 1.5, "AHEAD"), (7.0, 2.0, "AHEAD"),
+        (5.0, 6.0, "OLD"), (4.9, 6.0, "AHEAD"), (4.9, 6.0, "OLD"), (6.0, 6.0, "NEW"), (6.5, 6.5, "NEW"),
+        (7.0, 7.1, "OLD"), (7.1, 7.1, "NEW"),
     ]  # fmt: skip
     assert [times.judge("a", time, now).name for time, now, _ in rows] == [name for *_, name in rows]
     assert times.judge("b", 0.5, 6.0) is Timeliness.NEW
-    assert (times.last("a"), times.last("c", 3.0)) == (5.0, 3.0)
+    assert (times.last("a"), times.last("c", 3.0)) == (7.1, 3.0)
 
 
 def test_one_winch_by_hand_needs_tensions_of_now() -> None:

@@ -14,7 +14,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import load
 from cablewright.studies.checks.check import check
-from cablewright.studies.store import write_check
+from cablewright.studies.checks.tables import write_check
 
 ROBOT = load("merlet2023")
 POSES = np.linspace([-0.5, -1.0, 0.5], [0.8, 1.5, 1.5], 20)

@@ -20,7 +20,8 @@ from cablewright.robot import library_text, load
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.checks.check import check
 from cablewright.studies.checks.result import Check
-from cablewright.studies.store import folder_name, run_folder, write_check
+from cablewright.studies.checks.tables import write_check
+from cablewright.studies.store import folder_name, run_folder
 
 
 @pytest.fixture

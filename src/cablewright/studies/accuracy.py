@@ -17,6 +17,7 @@ from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
+from cablewright.models.job_poses import along, require_lines, sampled
 from cablewright.models.statics import Model
 from cablewright.paging import Room, in_room, let_go
 from cablewright.printing.job import Job, load_job
@@ -29,7 +30,6 @@ from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
 from cablewright.studies.executors.executor import Executor, Serial
 from cablewright.studies.executors.kept import kept_in
 from cablewright.studies.executors.shared_spread import SharedMethod
-from cablewright.studies.job_poses import along, require_lines, sampled
 from cablewright.studies.memory import require_for_samples
 from cablewright.studies.places import Places, workspace_nodes
 

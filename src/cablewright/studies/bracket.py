@@ -15,12 +15,12 @@ from cablewright.analyses.bracket.stress import BracketMesh, Comparison, Design,
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Bracket, Robot, load_bracket
-from cablewright.studies.job_poses import along, sampled
 from cablewright.studies.places import workspace_nodes
 
 SIZES = (

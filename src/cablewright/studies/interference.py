@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Final, Self
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,8 +13,6 @@ from cablewright.analyses.interference import (
     BOUND,
     DEFAULT,
     FIGURES,
-    KINDS,
-    Contact,
     Distances,
     Free,
     Interference,
@@ -25,28 +22,26 @@ from cablewright.analyses.interference import (
     free_region,
     too_near,
 )
+from cablewright.analyses.job_distances import PART, JobDistances
 from cablewright.arrays import Array
 from cablewright.errors import InputError
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.models.solids import Obstacle, of_beads, of_mesh
+from cablewright.models.job_poses import along, sampled
+from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import MEMORY, Room, in_room, let_go, of_rows
-from cablewright.printing.beads import Beads
-from cablewright.printing.deposit import deposit
+from cablewright.paging import Room, in_room, let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.progress import Progress, silent
 from cablewright.results import Figure
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import BLOCK, solve_inverse
-from cablewright.studies.job_poses import along, sampled
 from cablewright.studies.memory import require_for_samples
 from cablewright.triangle_mesh import TriangleMesh
 
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a job whose arrays are in files."""
 
-PART = KINDS.index("part")
 ROOM = 0.25  # margin about the part in which the free region is sought, as a share of the part's largest side
 
 
@@ -230,86 +225,6 @@ def _over_job(
         closest=found.closest,
         region=region,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class Clearances:
-    """What a check keeps of the distances of lines at k samples."""
-
-    smallest: Array  # (k,) m; inf where there is nothing, NaN where no line is known
-    nearest: Contact | None  # of all; its row is the sample
-
-
-@dataclass
-class JobDistances:
-    """Distances of lines at k samples of a job, taken block by block: margins, status codes, and the nearest contacts.
-
-    ``now`` (k,): how much of the part exists at each sample, as `distances` takes it.
-    """
-
-    part: Obstacle
-    now: Array
-    settings: InterferenceSettings
-    margins: Array  # (k, 4) as `Interference.margins`
-    codes: NDArray[np.int64]  # (k,)
-    bound: float = 0.0
-    contacts: NearestContacts = field(default_factory=NearestContacts)
-    closest: Interference | None = None
-
-    @classmethod
-    def of(
-        cls,
-        beads: Beads,
-        samples: Samples,
-        mesh: TriangleMesh | None = None,
-        settings: InterferenceSettings = DEFAULT,
-        room: Room = MEMORY,
-    ) -> Self:
-        """Return it before the first block; the part is the *mesh*, or else the *beads* laid. *room*: for all."""
-        if mesh is None:
-            part, now = of_beads(deposit(samples, beads, room), room), np.arange(len(samples), dtype=np.float64)
-        else:
-            part, now = of_mesh(mesh), _grown(samples)
-        margins = room.empty((len(samples), 4))
-        margins[:] = np.nan
-        let_go((margins, samples))
-        return cls(part, now, settings, margins, np.zeros(len(samples), dtype=np.int64))
-
-    def take(self, held: Equilibrium, first: int) -> None:
-        """Add a block of solved rows, whose first is sample *first*."""
-        block = slice(first, first + len(held))
-        found = distances(held, part=self.part, now=self.now[block], settings=self.settings)
-        self.margins[block], self.codes[block] = found.margins, held.code
-        let_go((self.margins, self.part))
-        self.bound = max(self.bound, float(np.max(found.bounds, initial=0.0, where=np.isfinite(found.bounds))))
-        known = self.nearest
-        self.contacts = NearestContacts(*map(partial(_nearer, first=first), self.contacts, found.contacts))
-        worst = found.nearest()
-        if worst is not None and (known is None or worst.margin < known.margin):
-            self.closest = found[worst.row]
-
-    @property
-    def nearest(self) -> Contact | None:
-        """The nearest contact of all; its row is the sample. None if there is none."""
-        return min((each for each in self.contacts if each is not None), key=lambda each: each.margin, default=None)
-
-    @property
-    def clearances(self) -> Clearances:
-        """The smallest distances, without the part, which takes more memory than they."""
-        return Clearances(of_rows(np.minimum, self.margins), self.nearest)
-
-
-def _nearer(known: Contact | None, here: Contact | None, first: int) -> Contact | None:
-    """Return the nearer of a *known* contact and one of a block whose first row is sample *first*."""
-    if here is None or (known is not None and known.margin <= here.margin):
-        return known
-    return replace(here, row=here.row + first)
-
-
-def _grown(samples: Samples) -> Array:
-    """Height (k,) up to which material lies at each sample, m."""
-    laid = np.where(samples.extruding, samples.positions[:, 2], -np.inf)
-    return np.asarray(np.maximum.accumulate(laid))
 
 
 def _around(part: Obstacle, robot: Robot) -> tuple[Array, Array]:

@@ -10,10 +10,10 @@ import numpy as np
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError
+from cablewright.models.job_poses import require_lines
 from cablewright.models.statics import Model
 from cablewright.progress import Progress
 from cablewright.robot import Robot
-from cablewright.studies.job_poses import require_lines
 
 Shape = Literal["helix", "path", "plane", "workspace"]
 

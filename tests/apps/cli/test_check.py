@@ -133,7 +133,7 @@ def test_the_present_folder_is_used_or_refused(cli, write_job, tmp_path: Path, m
         (KeyboardInterrupt(), 130),
     ],
 )
-@pytest.mark.parametrize("place", ["studies.store.write_check", "apps.report.check.write"])
+@pytest.mark.parametrize("place", ["studies.checks.tables.write_check", "apps.report.check.write"])
 def test_what_interrupts_the_writing_leaves_nothing(
     cli, write_job, tmp_path: Path, monkeypatch, error: BaseException, code: int, place: str
 ) -> None:

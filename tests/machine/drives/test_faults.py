@@ -12,7 +12,7 @@ from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import Frame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.interface import RESET
-from cablewright.signals import Condition, Drives, DriveState, Encoders, SensorFrame, Tensions, WinchMode
+from cablewright.signals import ORDER_LIFE, Condition, Drives, DriveState, Encoders, SensorFrame, Tensions, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, moving
 
 
@@ -85,6 +85,18 @@ def test_without_a_timeout_of_commands_the_heartbeat_stops_them() -> None:
     found.hang(1.0)
     assert all(drive.dictionary[o.ERROR_CODE] == 0x8130 for drive in found.rig.drives)
     assert all(drive.brake_closed for drive in found.rig.drives)
+
+
+def test_drives_that_watch_nothing_are_switched_off_after_a_hang_and_move_no_more() -> None:
+    found = moving()
+    for drive in found.rig.drives:
+        drive.dictionary.entries[0x1400, 5].data = bytes(2)
+        drive.dictionary[o.CONSUMER_HEARTBEAT] = 0
+    found.hang(ORDER_LIFE + 0.5)
+    assert not any(drive.state is PowerState.FAULT for drive in found.rig.drives)
+    found.step(WinchMode.VELOCITY, SPEEDS, 2)
+    assert found.machine.tripped == "the control hung for 1.5 s"
+    assert_comes_to_rest(found, 0.5)
 
 
 KINDS = {

@@ -204,6 +204,7 @@ class AccuracyCommand:
         from cablewright.apps.report import accuracy as report
         from cablewright.studies import accuracy, store
         from cablewright.studies.accuracy_at_pose import AccuracyAtPose
+        from cablewright.studies.accuracy_tables import write_places
 
         where, folder, options = self._where(), self._folder(), self.options
         ranges = self.uncertain.ranges(self.machine)
@@ -217,7 +218,7 @@ class AccuracyCommand:
                 if isinstance(found, AccuracyAtPose):
                     report.write_place(found, part, options)
                 else:
-                    store.write_places(found, part)
+                    write_places(found, part)
                     report.write(found, part, options)
         if folder is not None:
             _beside(folder).unlink(missing_ok=True)  # of a run that was interrupted

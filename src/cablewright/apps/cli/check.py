@@ -65,6 +65,7 @@ class CheckCommand:
         from cablewright.robot import load_uncertainty
         from cablewright.studies import store
         from cablewright.studies.checks.check import check
+        from cablewright.studies.checks.tables import write_check
 
         machine, job, tensions = self.robot.loaded(), load_job(self.job), tension_limits(self.tension_limits)
         strand = bead(self.bead)
@@ -95,7 +96,7 @@ class CheckCommand:
                 "seed": self.seed,
                 "bead": self.bead,
             }
-            store.write_check(found, part, self.robot.robot, self.job, options, self.uncertainty)
+            write_check(found, part, self.robot.robot, self.job, options, self.uncertainty)
             report.write(found, part, layer_table(found.samples, found.law))
         return answer(found, self.as_json, report=folder / "report.html", lengths=folder / "lengths.csv")
 

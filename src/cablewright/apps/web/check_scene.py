@@ -16,6 +16,7 @@ from cablewright.apps.web.path_states import states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
 from cablewright.arrays import Array
 from cablewright.errors import InputError
+from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.paging import RowExtremes, let_go
 from cablewright.printing.job import Job
@@ -24,7 +25,6 @@ from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.studies.checks.path_statics import largest_at
 from cablewright.studies.checks.result import Check
-from cablewright.studies.job_poses import along, sampled
 
 MOST_LINES: Final = 12
 """Lines whose tension colours the path: more would make the page large."""

@@ -10,12 +10,12 @@ import numpy as np
 
 from cablewright.analyses.feasibility import INTERPOLATION, LENGTH_JUMP, TENSION_JUMP, Finding, at_most
 from cablewright.arrays import Array, Indices
+from cablewright.models.job_poses import INTERPOLATED
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.paging import blocks, let_go
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.path_statics import PathStatics, extreme
-from cablewright.studies.job_poses import INTERPOLATED
 
 MEASURED: Final = 512
 """Segments that are looked at: those where a straight line would be off most, and as many that change most."""

@@ -12,8 +12,10 @@ import numpy as np
 from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
+from cablewright.analyses.job_distances import Clearances
 from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
+from cablewright.models.job_poses import along, path_box, sampled
 from cablewright.models.statics import Model
 from cablewright.paging import Room, in_room
 from cablewright.printing.beads import Bead
@@ -30,8 +32,6 @@ from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
-from cablewright.studies.interference import Clearances
-from cablewright.studies.job_poses import along, path_box, sampled
 from cablewright.studies.memory import require_for_samples
 
 IN_ROOM: Final = 300.0

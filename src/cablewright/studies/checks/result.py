@@ -16,6 +16,7 @@ from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.expected_error import Cause, ExpectedError
 from cablewright.analyses.feasibility import EXPECTED_ERROR, INTERPOLATION, Finding
 from cablewright.analyses.interference import Contact
+from cablewright.analyses.job_distances import Clearances
 from cablewright.arrays import Array, Mask
 from cablewright.models.statics import Model
 from cablewright.paging import blocks, let_go
@@ -29,7 +30,6 @@ from cablewright.robot import Robot
 from cablewright.solvers.preferred import preferred_note, preferred_tensions
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.checks.sample_errors import SampleErrors
-from cablewright.studies.interference import Clearances
 from cablewright.units import spell_length
 
 SMALLEST: Final = partial(extremes, np.fmin)

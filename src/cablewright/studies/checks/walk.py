@@ -11,6 +11,7 @@ import numpy as np
 from cablewright.analyses.accuracy.expected_error import ExpectedErrorSearch
 from cablewright.analyses.feasibility import Finding, judge
 from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
+from cablewright.analyses.job_distances import Clearances, JobDistances
 from cablewright.arrays import Array
 from cablewright.models.statics import Model
 from cablewright.paging import Room, blocks, let_go, room_for, write_rows
@@ -27,7 +28,6 @@ from cablewright.solvers.linearise import linearise_solved
 from cablewright.studies.checks.between_samples import BetweenSamples
 from cablewright.studies.checks.own_figures import line_findings, paces
 from cablewright.studies.checks.path_statics import PathStatics
-from cablewright.studies.interference import Clearances, JobDistances
 
 RESERVE: Final = 1.1
 """Tension kept from the limits at rest, in units of what acceleration takes."""

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from cablewright.arrays import Array, Mask
 from cablewright.errors import AnswerError, InputError
 from cablewright.models.drum import Drum
+from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES, Samples
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import BLOCK, solve_inverse
-from cablewright.studies.job_poses import along, sampled
 
 TOLERANCE: Final = 2e-5
 """Default of the largest error of a length between two points, m."""

@@ -13,13 +13,13 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.errors import InputError, UnknownName
+from cablewright.models.job_poses import poses_at
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, require_different, with_box_inertia
 from cablewright.robot.symmetry import SymmetricChange
 from cablewright.studies.design.measures import MEASURES, DesignCandidate, Measure, Prices
-from cablewright.studies.job_poses import poses_at
 from cablewright.studies.trade import TradeSettings
 
 CELLS: Final = 6

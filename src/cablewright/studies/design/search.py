@@ -11,6 +11,7 @@ import numpy as np
 
 from cablewright.arrays import Array
 from cablewright.errors import AnswerError, InputError, UnknownName
+from cablewright.models.job_poses import sampled
 from cablewright.printing.job import Job, load_job
 from cablewright.progress import Progress, silent
 from cablewright.robot import Robot, load
@@ -22,7 +23,6 @@ from cablewright.studies.executors.executor import Executor, Serial
 from cablewright.studies.executors.kept import KeptResults, kept_in
 from cablewright.studies.executors.study import evaluate
 from cablewright.studies.executors.task import Outcome, Task
-from cablewright.studies.job_poses import sampled
 from cablewright.studies.trade import TradeSettings
 
 EVALUATIONS: Final = 400

@@ -8,13 +8,13 @@ from typing import Final
 import numpy as np
 
 from cablewright.analyses.interference import InterferenceSettings
+from cablewright.analyses.job_distances import PART, JobDistances
 from cablewright.errors import AnswerError
+from cablewright.models.job_poses import along
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.interference import PART, JobDistances
-from cablewright.studies.job_poses import along
 
 _BLOCK: Final = 4096  # samples at a time
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from cablewright import paging
+from cablewright.models.job_poses import along, path_box, poses_at
 from cablewright.models.statics import Model
 from cablewright.paging import Room
 from cablewright.printing.job import Job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
-from cablewright.studies.job_poses import along, path_box, poses_at
 
 HELIX = Helix(radius=0.5, layers=3, layer_height=0.2, first_height=0.3)
 SCHEDULES = {
