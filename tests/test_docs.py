@@ -18,7 +18,7 @@ EXTENDING = (ROOT / "docs" / "extending.md").read_text("utf-8")
 
 def test_the_page_of_files_is_as_written_by_its_tool() -> None:
     """`python tools/refresh_docs.py docs/files.md` writes it anew."""
-    tool = runpy.run_path(str(ROOT / "tools" / "files_page.py"))
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "files.py"))
     assert (ROOT / "docs" / "files.md").read_text("utf-8") == tool["page"]()
 
 
@@ -55,7 +55,7 @@ def test_the_reference_uses_and_lists_every_public_name() -> None:
 
 
 def test_the_glossary_has_the_terms_of_reports() -> None:
-    tool = runpy.run_path(str(ROOT / "tools" / "glossary_page.py"))
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "glossary.py"))
     assert (ROOT / "docs" / "glossary.md").read_text("utf-8") == tool["page"]()
 
 

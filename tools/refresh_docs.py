@@ -1,7 +1,7 @@
 """Run the commands of the docs and put what they print in the place of what is there.
 
 A block of commands (``sh``) that is followed by a block of text (``text``) is such a pair; tests hold them equal. A
-page that a tool writes, as ``docs/files.md`` by ``tools/files_page.py``, is written by it.
+page that a tool writes, as ``docs/files.md`` by ``tools/pages/files.py``, is written by it.
 Run it from the repository root: ``python tools/refresh_docs.py docs/walls.md ..``.
 """
 
@@ -21,7 +21,7 @@ def main(files: list[str]) -> None:
     """Refresh the pairs of each file."""
     for name in files:
         page = Path(name)
-        maker = Path(__file__).with_name(f"{page.stem}_page.py")
+        maker = Path(__file__).parent / "pages" / page.with_suffix(".py").name
         if maker.exists():
             runpy.run_path(str(maker), run_name="__main__")
             continue

@@ -28,11 +28,14 @@ JOB: Final = 'schema = 1\nname = "two moves"\ngcode = "part.gcode"\nscale = 1\no
 def entered() -> Iterator[set[str]]:
     """Yield the files of ``src`` in which a function is entered while the block runs."""
     found = set[str]()
-    home = str(SOURCE) + os.sep
+    home, importing = str(SOURCE) + os.sep, 0
 
     def look(frame: FrameType, event: str, _argument: Any) -> None:
+        nonlocal importing
         code = frame.f_code
-        if event == "call" and code.co_filename.startswith(home) and code.co_flags & 0x2:  # a function's own locals
+        if code.co_name == "<module>":
+            importing += {"call": 1, "return": -1}.get(event, 0)
+        elif event == "call" and not importing and code.co_filename.startswith(home):
             name = code.co_filename[len(home) :].replace(os.sep, "/")
             if not name.startswith(NOT_ENTERED):
                 found.add(name)

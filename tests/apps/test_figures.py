@@ -17,7 +17,7 @@ from cablewright.apps.cli.main import COMMANDS
 from cablewright.results import Figure
 
 ROOT = Path(__file__).parents[2]
-TOOL = runpy.run_path(str(ROOT / "tools" / "figures_page.py"))
+TOOL = runpy.run_path(str(ROOT / "tools" / "pages" / "figures.py"))
 HOMES = {name: home for commands in COMMANDS.values() for name, (home, _) in commands.items()}
 
 

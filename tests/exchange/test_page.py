@@ -32,7 +32,7 @@ def test_the_page_has_every_format() -> None:
 
 
 def test_the_page_of_the_library_is_written_by_its_tool() -> None:
-    tool = runpy.run_path(str(ROOT / "tools" / "library_page.py"))
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "library.py"))
     assert (ROOT / "docs" / "library.md").read_text("utf-8") == tool["page"]()
     assert tuple(sorted(tool["ABOUT"])) == library_names()
     for name in library_names():

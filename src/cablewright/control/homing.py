@@ -22,7 +22,7 @@ from cablewright.control.take_up import TakeUp, TakeUpSettings
 from cablewright.control.three_poses import SlowWay, places, sentence
 from cablewright.errors import AnswerError, CablewrightError, Status
 from cablewright.models.statics import Model
-from cablewright.models.support import Capability, Verdict, require, support
+from cablewright.models.support import Capability, Coverage, require, support
 from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 
@@ -206,7 +206,7 @@ class Homing:
         Where springs or mounts of exits give there is no proof, and a note says so; so does one of described creep.
         """
         own = self.settings
-        gives = support(own.model.robot, Capability.TRACKER).verdict is Verdict.REJECTED
+        gives = support(own.model.robot, Capability.TRACKER).verdict is Coverage.REJECTED
         if gives:
             self.notes.append("not proved to be the only equilibrium there: springs or mounts of exits give")
         if any(line.cable.creep is not None for line in own.model.robot.lines):

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cablewright.models.statics import Model
 
 
-class Verdict(StrEnum):
+class Coverage(StrEnum):
     """How far a capability covers a feature, from the best to the worst."""
 
     WORKS = "works"
@@ -98,12 +98,12 @@ class Feature:
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell of the table. ``instead``: what to do else, or of `Verdict.LOST` and NOT_CHECKED what is left out.
+    """One cell of the table. ``instead``: what to do else, or of `Coverage.LOST` and NOT_CHECKED what is left out.
 
     ``because``: of an answer of `support`, what of the robot decides.
     """
 
-    verdict: Verdict = Verdict.WORKS
+    verdict: Coverage = Coverage.WORKS
     instead: str = ""
     because: str = ""
 
@@ -190,10 +190,10 @@ _BY_ANGLE: Final = "Export klipper, which moves winches by their angle"
 _NOTHING: Final = "the format has nothing like it"
 _IN_FILE: Final = "Give the number in the robot file"
 _AT_POSES: Final = "Use inverse at poses in its plane"
-_C, _LOST, _REJECTED = Capability, Verdict.LOST, Verdict.REJECTED
+_C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
-    (_C.CERTIFY, Verdict.UNCERTIFIED, _PROVED, "The answer holds without a proof"),
+    (_C.CERTIFY, Coverage.UNCERTIFIED, _PROVED, "The answer holds without a proof"),
     (_C.TRACKER, _REJECTED, _PROVED, "Track with TrackerSettings(certify=False)"),
     (_C.POSE_BOX, _REJECTED, f"{_PROVED} advantage cables", "Use linearise, whose pose errors are of first order"),
     (_C.EQUILIBRIA, _REJECTED, "plane weightless no-gravity", "Use forward with a guess"),
@@ -210,11 +210,11 @@ _ROWS: Final = (
     (_C.SLACK_SETS, _REJECTED, f"{SPATIAL} plane shared-winch few-winches", "Use forward with longer lengths"),
     (_C.SHAPE, _REJECTED, SPATIAL, "Use solve_with_slack, which takes the excess"),
     (_C.LET_OUT, _REJECTED, "shared-winch", "Use forward with the lengths of all lines on that winch"),
-    (_C.CHECK, Verdict.NOT_CHECKED, "mount",
+    (_C.CHECK, Coverage.NOT_CHECKED, "mount",
      "exit points that give together, as two on one post: each gives under its own line alone"),
-    (_C.CHECK, Verdict.NOT_CHECKED, "shared-winch",
+    (_C.CHECK, Coverage.NOT_CHECKED, "shared-winch",
      "lengths without compensation take each line to have a winch of its own"),
-    (_C.CHECK, Verdict.NOT_CHECKED, "counterweight",
+    (_C.CHECK, Coverage.NOT_CHECKED, "counterweight",
      "counterweights against what is around them, and the room they move in"),
     (_C.CHECK, _REJECTED, "few-winches", "Use inverse with free coordinates (nan)"),
     (_C.PATH, _REJECTED, "few-winches", "Use a pose with free coordinates (nan)"),
@@ -290,7 +290,7 @@ _CELLS: Final = {
     capability: tuple((_BY_NAME[name], cell) for (own, name), cell in SUPPORT.items() if own is capability)
     for capability in Capability
 }
-_ORDER: Final = tuple(Verdict)
+_ORDER: Final = tuple(Coverage)
 
 
 def features(robot: Robot) -> Iterator[tuple[Feature, str]]:
@@ -314,12 +314,12 @@ def support(robot: Robot, capability: Capability) -> Cell:
 def require(robot: Robot | Model, capability: Capability) -> None:
     """Raise `InputError` for a robot that a capability does not cover: what has which feature, and what to use."""
     found = support(robot if isinstance(robot, Robot) else robot.robot, capability)
-    if found.verdict is Verdict.REJECTED:
+    if found.verdict is Coverage.REJECTED:
         raise InputError(f"{capability}: {found.because}; not supported. {found.instead}")
 
 
 def losses(robot: Robot, capability: Capability) -> Iterator[str]:
     """Yield a sentence for each feature that an export loses."""
     for feature, cell in cells(robot, capability):
-        if cell.verdict is Verdict.LOST:
+        if cell.verdict is Coverage.LOST:
             yield f"{feature.key}: {cell.instead}"

@@ -23,7 +23,7 @@ class SensorRows(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Kind:
+class MeasurementKind:
     """A kind of measurement.
 
     ``words``: what people call it. ``sigma``: the key of the plan's sigma, where that has a default. ``reading``: what
@@ -37,17 +37,17 @@ class Kind:
 
 
 KINDS: Final = {
-    rows.ENCODER: Kind("lengths", reading="encoder"),
-    rows.PAID_OUT: Kind("lengths", reading="encoder"),
-    rows.TENSION: Kind("tensions", "tension", "tension"),
-    rows.BALANCE: Kind("tensions", "tension"),
-    rows.COORDINATE: Kind("positions", reading="position", resists=True),
-    rows.ALONG: Kind("positions", reading="position", resists=True),
-    rows.SWIVEL: Kind("swivel angles", "swivel"),
-    rows.TILT: Kind("tilts", "tilt"),
-    rows.YAW: Kind("yaw angles", "yaw"),
-    rows.PLANE: Kind("planes", reading="plane", resists=True),
-    rows.REACH: Kind("ranges", reading="range", resists=True),
+    rows.ENCODER: MeasurementKind("lengths", reading="encoder"),
+    rows.PAID_OUT: MeasurementKind("lengths", reading="encoder"),
+    rows.TENSION: MeasurementKind("tensions", "tension", "tension"),
+    rows.BALANCE: MeasurementKind("tensions", "tension"),
+    rows.COORDINATE: MeasurementKind("positions", reading="position", resists=True),
+    rows.ALONG: MeasurementKind("positions", reading="position", resists=True),
+    rows.SWIVEL: MeasurementKind("swivel angles", "swivel"),
+    rows.TILT: MeasurementKind("tilts", "tilt"),
+    rows.YAW: MeasurementKind("yaw angles", "yaw"),
+    rows.PLANE: MeasurementKind("planes", reading="plane", resists=True),
+    rows.REACH: MeasurementKind("ranges", reading="range", resists=True),
 }
 """The kind of each row that belongs to a pose."""
 

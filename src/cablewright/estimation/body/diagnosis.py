@@ -20,7 +20,7 @@ from cablewright.estimation.body.broken import Hanging
 from cablewright.estimation.body.measurement import Measurement
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, Contradiction
-from cablewright.estimation.body.updates.update import Equilibrium
+from cablewright.estimation.body.updates.update import HeldBody
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.taut import taut_of_body
 
@@ -246,7 +246,7 @@ def _shown(
 ) -> Array:
     """What the sensors show (s,) at an equilibrium: *pose* (6,) and *tensions* (m,), perhaps without a line."""
     planes = taut_of_body(state.tracker.packed.lines, pose).planes
-    there = Equilibrium(pose, tensions, planes, broken_line)
+    there = HeldBody(pose, tensions, planes, broken_line)
     return np.concatenate([sensor.shown(there) for sensor in settings.sensors])
 
 

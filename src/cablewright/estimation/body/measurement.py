@@ -17,7 +17,7 @@ from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
 from cablewright.estimation.body.unknowns import length_gradients
 from cablewright.estimation.body.updates.cells import Cells
-from cablewright.estimation.body.updates.update import Equilibrium, Part, Slopes
+from cablewright.estimation.body.updates.update import HeldBody, Slopes, UpdatePart
 from cablewright.models.packed_views import LineNumbers
 from cablewright.solvers.linearise import linearise_where_regular, tension_changes
 from cablewright.solvers.taut import mount_share
@@ -65,7 +65,7 @@ def set_gradients(state: BodyState) -> None:
 
 def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acceleration: float) -> Measurement | None:
     """Return the measurement of the window's readings; None without any. *acceleration*: m/s^2, of the platform."""
-    parts: list[Part] = []
+    parts: list[UpdatePart] = []
     cells, begin = np.zeros(0, dtype=np.int64), 0
     for sensor, expected in zip(settings.sensors, predicted(settings, state), strict=True):
         read = state.window.readings.get(sensor)
@@ -87,7 +87,7 @@ def measurement_of(settings: BodySettings, state: BodyState, slopes: Slopes, acc
 
 def predicted(settings: BodySettings, state: BodyState) -> list[Array]:
     """Return what each sensor would read at the present unknowns, (k,)."""
-    here = Equilibrium(state.pose, state.tensions, state.taut.planes)
+    here = HeldBody(state.pose, state.tensions, state.taut.planes)
     return [sensor.as_known(state, sensor.shown(here)) for sensor in settings.sensors]
 
 

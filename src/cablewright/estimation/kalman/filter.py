@@ -21,7 +21,7 @@ from cablewright.estimation.kalman.fading import fade_clock, fade_survey
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import (
     AsBuilt,
-    DrumMotion,
+    DrumMotionState,
     FilterLayout,
     FilterSettings,
     FilterState,
@@ -91,7 +91,7 @@ def start(settings: FilterSettings, checks: ReadingChecks) -> FilterState:
         turns=Turns(TimeBuffer(1, 1), TimeBuffer(3, 1)),
         layout=lay,
         P=np.zeros((lay.size, lay.size)),
-        motion=DrumMotion(weight / own.model.robot.scene.gravity),
+        motion=DrumMotionState(weight / own.model.robot.scene.gravity),
     )
 
 

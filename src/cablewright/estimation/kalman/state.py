@@ -160,7 +160,7 @@ class MotionSince(NamedTuple):
 
 
 @dataclass(eq=False)
-class DrumMotion:
+class DrumMotionState:
     """Place and velocity of B, rotation of the drums, and when encoders were last relied on. Times are in s."""
 
     mass: float  # kg of the drum, see `load.weigh`
@@ -254,12 +254,12 @@ class Judged:
 class FilterState(ClockedState):
     """Changed in place by `step`. Position, velocity, tilt and so on are what `FilterLayout` names.
 
-    The motion of its ``turns`` is `DrumMotion.drum_angles` and `DrumMotion.coasted`.
+    The motion of its ``turns`` is `DrumMotionState.drum_angles` and `DrumMotionState.coasted`.
     """
 
     layout: FilterLayout
     P: Array  # (size, size)
-    motion: DrumMotion
+    motion: DrumMotionState
     attitude: DrumAttitude = field(default_factory=DrumAttitude)
     lines: Lines = field(default_factory=Lines)
     hung: Hung = field(default_factory=Hung)

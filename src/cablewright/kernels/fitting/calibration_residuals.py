@@ -71,7 +71,7 @@ class MeasurementRows(NamedTuple):
     wanted: NDArray[np.float64]  # (q,): their expected values
 
 
-class Reading(NamedTuple):
+class RowReading(NamedTuple):
     """Scratch of one row: derivatives by the pose, and the nonzero ones by unknowns."""
 
     slope: NDArray[np.float64]  # (6,)
@@ -87,7 +87,7 @@ class Reading(NamedTuple):
 @jit(allocates=True)
 def reading(m):
     """Scratch for *m* lines."""
-    return Reading(
+    return RowReading(
         np.zeros(6),
         np.zeros(m * COLUMNS),
         np.zeros(m * COLUMNS, np.int64),

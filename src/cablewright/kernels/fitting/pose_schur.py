@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.fitting.calibration_residuals import Reading, place_unknowns, read_row, reading
+from cablewright.kernels.fitting.calibration_residuals import RowReading, place_unknowns, read_row, reading
 from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK
 from cablewright.kernels.newton import along_columns, cholesky, copy
 from cablewright.kernels.rotation import compose
@@ -36,7 +36,7 @@ class StopRule(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch of one run."""
 
-    row: Reading
+    row: RowReading
     U: NDArray[np.float64]  # (k, k)
     S: NDArray[np.float64]  # (k, k)
     g: NDArray[np.float64]  # (k,)

@@ -19,7 +19,7 @@ from cablewright.kernels.statics.platform import between
 from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
 from cablewright.models.packed_views import LineStates
-from cablewright.models.support import Capability, Verdict, support
+from cablewright.models.support import Capability, Coverage, support
 from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
 
@@ -102,7 +102,7 @@ class QuasiStaticPlant:
         self._whole = np.arange(rig.robot.m)
         self._fit()
         tolerance = (
-            _TOLERANCE if rig.robot.n == 6 and support(rig.robot, Capability.TRACKER).verdict is Verdict.WORKS else 0.0
+            _TOLERANCE if rig.robot.n == 6 and support(rig.robot, Capability.TRACKER).verdict is Coverage.WORKS else 0.0
         )
         self._bounds = (TrackerSettings().jump, TrackerSettings().fold, tolerance)
 

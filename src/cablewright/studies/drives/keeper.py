@@ -19,7 +19,7 @@ from cablewright.estimation.dead_reckoning import ReckoningState
 from cablewright.file_output import write_whole
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import Remembering
-from cablewright.models.support import Capability, Verdict, support
+from cablewright.models.support import Capability, Coverage, support
 from cablewright.reading_times import ReadingTimes
 from cablewright.robot import Robot
 from cablewright.signals import Drives, DriveState, Encoders, Estimate, SensorFrame, Tensions, frozen
@@ -187,7 +187,7 @@ def warm(keeper: LengthKeeper, place: Array) -> None:
     for k in range(2):
         dead_reckoning.step(reckoning, begun, SensorFrame(0.01 * (k + 1), (Encoders(0.01 * (k + 1), counts),)))
     check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), place)
-    certifies = support(reckoning.model.robot, Capability.TRACKER).verdict is Verdict.WORKS
+    certifies = support(reckoning.model.robot, Capability.TRACKER).verdict is Coverage.WORKS
     try:
         Tracker(reckoning.model, lengths, TrackerSettings(certify=certifies)).step(lengths)
     except AnswerError:

@@ -8,8 +8,8 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import resources
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
@@ -106,7 +106,7 @@ def programs() -> dict[str, str]:
 
 
 def _sources() -> str:
-    home = Path(str(resources.files("cablewright")))
+    home = Path(str(files("cablewright")))
     found = hashlib.sha256()
     for file in sorted(home.rglob("*.py")):
         found.update(file.relative_to(home).as_posix().encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())

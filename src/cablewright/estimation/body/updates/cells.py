@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.estimation.body.updates.update import OF_MEDIAN, Equilibrium, Part, Slopes, Update, middle
+from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
 from cablewright.models.rotation import matrix_of
 from cablewright.signals import Reading, Tensions
 
@@ -51,7 +51,7 @@ class Cells(Update):
         state.judged.silent = silent
         return reading.tensions
 
-    def shown(self, there: Equilibrium) -> Array:
+    def shown(self, there: HeldBody) -> Array:
         return there.tensions
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
@@ -62,7 +62,9 @@ class Cells(Update):
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.gain], variances[layout.zero] = self.gain**2, self.zero**2
 
-    def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
+    def part(
+        self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
+    ) -> UpdatePart:
         """As `Update`; of the cells that are used."""
         layout, lines = state.layout, np.arange(state.layout.m)
         cells = np.flatnonzero(state.judged.cells_used & np.isfinite(read).any(axis=0))
@@ -75,7 +77,7 @@ class Cells(Update):
         force[:, 3:] *= _ARM
         beam = settings.beam_deviation * _by_beam(settings, state, slopes)[cells]
         noise = each * np.eye(len(cells)) + force @ force.T + np.outer(beam, beam) * OF_MEDIAN / len(read)
-        return Part(middle(read[:, cells]), gradients[cells], noise, cells)
+        return UpdatePart(middle(read[:, cells]), gradients[cells], noise, cells)
 
 
 def _by_beam(settings: BodySettings, state: BodyState, slopes: Slopes) -> Array:

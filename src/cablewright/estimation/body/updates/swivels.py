@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.estimation.body.updates.update import OF_MEDIAN, Equilibrium, Part, Slopes, Update, middle
+from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
 from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import matrix_of
 from cablewright.signals import Reading, Swivels
@@ -39,7 +39,7 @@ class Swivelling(Update):
         assert isinstance(reading, Swivels)  # its kind
         return reading.angles
 
-    def shown(self, there: Equilibrium) -> Array:
+    def shown(self, there: HeldBody) -> Array:
         """As `Update`: nobody knows how a broken line hangs."""
         angles = np.arctan2(there.planes[:, 1], there.planes[:, 0])
         if there.broken is not None:
@@ -54,7 +54,9 @@ class Swivelling(Update):
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.swivel] = self.zero**2
 
-    def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
+    def part(
+        self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
+    ) -> UpdatePart:
         layout, planes = state.layout, state.taut.planes
         lines = np.flatnonzero(np.isfinite(read).any(axis=0))
         across = np.stack([-planes[:, 1], planes[:, 0], np.zeros(layout.m)], axis=1) / planes[:, 2:3]
@@ -67,7 +69,7 @@ class Swivelling(Update):
         for axis in range(3):
             gradients[each, places + axis] -= across[:, axis]
         noise = self.deviation**2 * OF_MEDIAN / len(read)
-        return Part(middle(read[:, lines]), gradients[lines], noise * np.eye(len(lines)), lines)
+        return UpdatePart(middle(read[:, lines]), gradients[lines], noise * np.eye(len(lines)), lines)
 
     def wrapped(self, off: Array) -> Array:
         return np.asarray(np.arctan2(np.sin(off), np.cos(off)))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 import numpy as np
 
 from cablewright.arrays import Array
-from cablewright.estimation.body.updates.update import OF_MEDIAN, Equilibrium, Part, Slopes, Update, middle
+from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
 from cablewright.models.rotation import matrix_of
 from cablewright.signals import Inertial, Reading
 
@@ -50,7 +50,7 @@ class Tilt(Update):
         _shake(state, force, reading.time)
         return force[:2] / size
 
-    def shown(self, there: Equilibrium) -> Array:
+    def shown(self, there: HeldBody) -> Array:
         return np.asarray(matrix_of(there.pose[3:])[2, :2])
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
@@ -59,14 +59,16 @@ class Tilt(Update):
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.tilt] = self.turn**2 + (self.bias / settings.model.robot.scene.gravity) ** 2
 
-    def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
+    def part(
+        self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
+    ) -> UpdatePart:
         layout, gravity = state.layout, settings.model.robot.scene.gravity
         by_turn = (matrix_of(state.pose[3:]).T @ UPWARD)[:2]
         gradients = by_turn @ slopes.pose[3:] @ state.belief.gradients
         gradients[:, layout.tilt] = np.eye(2)
         gradients[:, layout.load] = by_turn @ slopes.pose_by_wrench[3:]
         each = ((self.deviation**2) * OF_MEDIAN / len(read) + acceleration**2) / gravity**2
-        return Part(middle(read), gradients, each * np.eye(2), np.arange(2))
+        return UpdatePart(middle(read), gradients, each * np.eye(2), np.arange(2))
 
 
 def _shake(state: BodyState, force: Array, now: float) -> None:

@@ -30,7 +30,7 @@ class Slopes(NamedTuple):
     tensions_by_wrench: Array  # (m, 6)
 
 
-class Equilibrium(NamedTuple):
+class HeldBody(NamedTuple):
     """Where a platform may hang. ``broken``: the line that does not hold it; None: all do."""
 
     pose: Array  # (6,)
@@ -39,7 +39,7 @@ class Equilibrium(NamedTuple):
     broken: int | None = None
 
 
-class Part(NamedTuple):
+class UpdatePart(NamedTuple):
     """One kind of sensors' innovations, gradients by the unknowns and noise."""
 
     innovation: Array  # (k,)
@@ -73,7 +73,7 @@ class Update(ABC):
         """Return the numbers (k,) of a reading; None where it has none. It may note in *state* what else it shows."""
 
     @abstractmethod
-    def shown(self, there: Equilibrium) -> Array:
+    def shown(self, there: HeldBody) -> Array:
         """Return the numbers (k,) that a perfect sensor reads *there*; NaN: nobody knows."""
 
     @abstractmethod
@@ -85,7 +85,9 @@ class Update(ABC):
         """Set the *variances* (size,) of the sensor's own unknowns before any measurement."""
 
     @abstractmethod
-    def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
+    def part(
+        self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
+    ) -> UpdatePart:
         """Return what readings (j, k), less what was predicted, measure. *acceleration*: m/s^2, of the platform."""
 
     def wrapped(self, off: Array) -> Array:

@@ -10,7 +10,7 @@ from cablewright.signals.tilt_meter import TiltMeter
 
 from cablewright.arrays import Array
 from cablewright.estimation.body.updates.tilt import UPWARD
-from cablewright.estimation.body.updates.update import OF_MEDIAN, Equilibrium, Part, Slopes, Update, middle
+from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
 from cablewright.models.rotation import matrix_of
 from cablewright.signals import Reading
 
@@ -38,7 +38,7 @@ class Leaning(Update):
         assert isinstance(reading, TiltMeter)
         return reading.tilt
 
-    def shown(self, there: Equilibrium) -> Array:
+    def shown(self, there: HeldBody) -> Array:
         return np.asarray(matrix_of(there.pose[3:])[2, :2])
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
@@ -47,9 +47,11 @@ class Leaning(Update):
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.own[Leaning]] = self.zero**2
 
-    def part(self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float) -> Part:
+    def part(
+        self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
+    ) -> UpdatePart:
         by_turn = (matrix_of(state.pose[3:]).T @ UPWARD)[:2]
         gradients = by_turn @ slopes.pose[3:] @ state.gradients
         gradients[:, state.layout.own[Leaning]] = np.eye(2)
         gradients[:, state.layout.load] = by_turn @ slopes.pose_by_wrench[3:]
-        return Part(middle(read), gradients, self.deviation**2 * OF_MEDIAN / len(read) * np.eye(2), np.arange(2))
+        return UpdatePart(middle(read), gradients, self.deviation**2 * OF_MEDIAN / len(read) * np.eye(2), np.arange(2))

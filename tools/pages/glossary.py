@@ -6,11 +6,11 @@ from pathlib import Path
 
 from cablewright.apps.glossary import GLOSSARY
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "glossary.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "glossary.md"
 HEAD = """# Glossary
 
 One line a term, with the symbol that the papers have for it. Reports link to the terms that they use inside themselves.
-This page is written by `tools/glossary_page.py`.
+This page is written by `tools/pages/glossary.py`.
 """
 
 

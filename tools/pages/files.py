@@ -1,6 +1,6 @@
 """Write ``docs/files.md``: the files of ``src`` by folder, each with the first line of its docstring.
 
-``python tools/files_page.py``
+``python tools/pages/files.py``
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ import textwrap
 from collections import defaultdict
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "cablewright"
 PAGE = ROOT / "docs" / "files.md"
 
 HEAD = """# Files
 
 This page lists the files of `src/cablewright` with the first line of each module's docstring. For how they work
-together see [Architecture](architecture.md). It is written by `tools/files_page.py` from the code.
+together see [Architecture](architecture.md). It is written by `tools/pages/files.py` from the code.
 """
 
 

@@ -1,6 +1,6 @@
 """Write ``docs/figures.md``: every figure that commands print and reports show, as the results declare them.
 
-A test holds the page to what this prints. Run it from the repository root: ``python tools/figures_page.py``.
+A test holds the page to what this prints. Run it from the repository root: ``python tools/pages/figures.py``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 from cablewright.apps.cli.main import COMMANDS
 from cablewright.results import Figure
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "figures.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "figures.md"
 HEAD = """# Figures
 
 What `--json` of each command prints and its report shows, in the order in which it is printed. Values are SI, angles
@@ -20,7 +20,7 @@ are radians; what people read is in the unit of the last column, where it says o
 `a`, of each object in the list `a`, or of each object by name in `a`. What is not known is `null`. Each JSON object
 has `schema`, the version of its keys: 2. A command that writes files adds their names, under the name of the option.
 
-This page is written by `tools/figures_page.py` from the declarations in the code.
+This page is written by `tools/pages/figures.py` from the declarations in the code.
 """
 
 

@@ -1,6 +1,6 @@
 """Write ``docs/library.md``: a table and a gallery of the robots of the library. Numbers are those of the files.
 
-``python tools/library_page.py``
+``python tools/pages/library.py``
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 import cablewright as cw
 from cablewright.robot import Robot, library_names
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "library.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "library.md"
 
 ABOUT = {
     "building-printer": ("nothing: a design", "all", "a head that does not tilt, in the frame of house-printer"),
