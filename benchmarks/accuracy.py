@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from benchmarks.timing import Row, best
 from cablewright.analyses.accuracy.corners import signs_of_box
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, SpreadProblem, sampled
+from cablewright.live.places import Places
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
 from cablewright.studies.accuracy import AccuracyStudy, accuracy
-from cablewright.studies.places import Places
 
 
 @dataclass(frozen=True)

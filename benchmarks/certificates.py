@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import Row, best
-from cablewright.errors import Status
+from cablewright.foundation.errors import Status
 from cablewright.kernels import batches
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load

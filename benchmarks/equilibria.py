@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.timing import Row
-from cablewright.errors import Status
+from cablewright.foundation.errors import Status
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.equilibria import equilibria

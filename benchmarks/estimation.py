@@ -21,17 +21,17 @@ from benchmarks.estimation_campaign import run as beside
 from benchmarks.timing import Row, best
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.observer import ObserverSettings
+from cablewright.foundation.signals import Scan, SensorFrame, Truth
+from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.error_statistics import CHI2_95
+from cablewright.live.estimator_settings import OBSERVERS, observer_settings
 from cablewright.machine.files import load_machine
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Scan, SensorFrame, Truth
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.drive import DriveSettings, Pilot, random_loop
-from cablewright.studies.error_statistics import CHI2_95
-from cablewright.studies.estimator_settings import OBSERVERS, observer_settings
 
 Array = NDArray[np.float64]
 THREE_SCANS = 3.2  # s

@@ -33,19 +33,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from cablewright.choices import SeverityName
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.started_filter import StartedState
+from cablewright.foundation.choices import SeverityName
+from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.error_statistics import CHI2_95, SLACK
+from cablewright.live.estimator_settings import OBSERVERS
+from cablewright.live.estimators import reckoning_of
 from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.severity_tables import PARTS
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.studies.drive import DriveSettings, Pilot, random_loop
-from cablewright.studies.error_statistics import CHI2_95, SLACK
-from cablewright.studies.estimator_settings import OBSERVERS
-from cablewright.studies.estimators import reckoning_of
 
 Array = NDArray[np.float64]
 UNMODELLED: Final = ("creep", "hysteresis", "exits", "sheaves", "gears", "wind")

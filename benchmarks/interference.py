@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from benchmarks.commands import house
 from benchmarks.timing import Row, installed
 from cablewright.analyses.interference import distances
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.solids import of_beads, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.deposit import deposit
@@ -25,7 +26,6 @@ from cablewright.printing.job import Job, load_job
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.interference import interference
-from cablewright.triangle_mesh import TriangleMesh
 
 Array = NDArray[np.float64]
 AIM = 60.0  # s, a whole job

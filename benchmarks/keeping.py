@@ -14,14 +14,14 @@ import numpy as np
 
 from benchmarks.machine import speed
 from benchmarks.timing import Row, best, medians
-from cablewright.file_output import write_whole
+from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.saving import read_snapshots, write_snapshots
+from cablewright.foundation.signals import Command, Scan, SensorFrame, Truth
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.robot import load
-from cablewright.saving import read_snapshots, write_snapshots
-from cablewright.signals import Command, Scan, SensorFrame, Truth
 
 Step = tuple[SensorFrame, Command, Truth]
 START = (0.3, -1.0, 1.2)

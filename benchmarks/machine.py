@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 
 from benchmarks.timing import Row, best, installed
 from cablewright.control.guard import GuardSettings, GuardState, judge
+from cablewright.foundation.signals import Command, Drives, DriveState, Encoders, Inputs, SensorFrame, Tensions
 from cablewright.kernels.layout import FREE, PHI, TAU, WEIGHT
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.line.upright import settle
+from cablewright.live.drive import DriveSettings, Pilot, random_loop
 from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import PlantName, SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
-from cablewright.signals import Command, Drives, DriveState, Encoders, Inputs, SensorFrame, Tensions
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.drive import DriveSettings, Pilot, random_loop
 
 Array = NDArray[np.float64]
 START = (0.3, -1.0, 1.2)

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.timing import Row
+from cablewright.live.prints.plan import PrintOptions, twin_of
+from cablewright.live.prints.print_job import print_job
+from cablewright.live.prints.record import finish
+from cablewright.live.prints.result import PrintRecord
+from cablewright.live.prints.run import Timing, run_print
 from cablewright.machine.simulated.settings import whole_machine
 from cablewright.printing.job import Job, Motion, load_job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
-from cablewright.studies.prints.plan import PrintOptions, twin_of
-from cablewright.studies.prints.print_job import print_job
-from cablewright.studies.prints.record import finish
-from cablewright.studies.prints.result import PrintRecord
-from cablewright.studies.prints.run import Timing, run_print
 
 JOB = Path(__file__).parent.parent / "examples" / "blind-machines.toml"
 MAX_ERRORS = {"paper": 4.82, "filter": 1.5, "encoders": None}

@@ -16,7 +16,7 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from cablewright.file_output import write_whole
+from cablewright.foundation.file_output import write_whole
 
 RESULTS = Path(__file__).with_name("results.json")
 NAMES = (

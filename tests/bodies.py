@@ -7,17 +7,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.tilt import Tilt
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Encoders, Inertial, SensorFrame, Tensions
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.models.coil import wind
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
-from cablewright.signals import Encoders, Inertial, SensorFrame, Tensions
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse

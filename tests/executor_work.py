@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from cablewright.errors import AnswerError
+from cablewright.foundation.errors import AnswerError
 
 
 def numbers(shared: dict[str, Any], item: int) -> dict[str, float]:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from cablewright.foundation.signals import Estimate, SensorFrame, Truth
+from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
 from cablewright.robot import load
-from cablewright.signals import Estimate, SensorFrame, Truth
-from cablewright.studies.drive import DriveSettings, Pilot, random_loop
-from cablewright.studies.estimator_settings import OBSERVERS
 from twins import TWIN, machine
 
 

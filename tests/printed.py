@@ -9,15 +9,15 @@ from functools import cache
 import numpy as np
 
 from cablewright.estimation.chain import observer
+from cablewright.foundation.signals import PrintState, Progress
+from cablewright.live.drive import DriveSettings, Pilot, random_loop
+from cablewright.live.estimator_settings import observer_settings
 from cablewright.machine.log.log import Entry
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 from cablewright.robot import Robot, load
-from cablewright.signals import PrintState, Progress
-from cablewright.studies.drive import DriveSettings, Pilot, random_loop
-from cablewright.studies.estimator_settings import observer_settings
 from twins import TWIN, machine
 
 RING = """schema = 1

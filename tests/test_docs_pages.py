@@ -11,7 +11,7 @@ import pytest
 
 from cablewright.apps import style
 from cablewright.apps.schemas import json_schema
-from cablewright.choices import FileKind
+from cablewright.foundation.choices import FileKind
 from cablewright.robot.cable_table import CABLES
 from cablewright.robot.new_robot import LAYOUTS
 
@@ -34,7 +34,7 @@ def test_the_index_of_examples_has_their_pinned_numbers() -> None:
 
 
 def test_the_page_of_support_is_that_of_the_table() -> None:
-    tool = runpy.run_path(str(ROOT / "tools" / "support_page.py"))
+    tool = runpy.run_path(str(ROOT / "tools" / "pages" / "support.py"))
     assert (ROOT / "docs" / "support.md").read_text("utf-8") == tool["page"]()
 
 

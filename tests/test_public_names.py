@@ -16,8 +16,8 @@ import pytest
 
 import cablewright
 from cablewright import Robot
+from cablewright.foundation.validation import Description
 from cablewright.robot import Bracket
-from cablewright.validation import Description
 
 ROOT = Path(__file__).resolve().parent.parent
 EXTRAS = (

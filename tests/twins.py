@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from cablewright.foundation.signals import Command, Reading
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import Robot, load
-from cablewright.signals import Command, Reading
 
 START = (0.3, -1.0, 1.2)
 TWIN = load_twin("merlet2023")

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from cablewright.foundation.signals import Command, Order, OrderKind, SensorFrame, WinchMode
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine
@@ -25,7 +26,6 @@ from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot, load
-from cablewright.signals import Command, Order, OrderKind, SensorFrame, WinchMode
 
 HELD = (0.3, -0.5, 1.0)
 RATED = {"merlet2023": 0.5, "house-printer": 20.0}  # N m of the motors

@@ -24,16 +24,16 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.foundation.signals import PrintState
+from cablewright.live.estimators import estimator
+from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, whole_machine
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.rotation import angle_between
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from cablewright.signals import PrintState
-from cablewright.studies.estimators import estimator
-from cablewright.studies.prints.attendant import Attendant
-from cablewright.studies.prints.loop import Printer, Step
-from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
 
 HOUSE = Path(__file__).resolve().parent.parent / "examples" / "house.toml"
 JOB = load_job(HOUSE).model_copy(update={"scale": 12.0})

@@ -20,7 +20,7 @@ import numpy as np
 from tools.random_prints import random_print
 
 from cablewright.analyses.accuracy.spread import drawn
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot, load

@@ -16,15 +16,15 @@ from operator import getitem
 from cablewright.models.job_poses import sampled
 from cablewright.printing.job import Job
 from cablewright.robot import load
+from cablewright.running.executors import study
+from cablewright.running.executors.choice import chosen
+from cablewright.running.executors.executor import Executor, Serial
+from cablewright.running.executors.kept import KeptResults
+from cablewright.running.executors.study import evaluate
+from cablewright.running.executors.task import Task
 from cablewright.solvers.batches import use_threads
 from cablewright.studies.design.problem import DesignProblem, Variable, places_of
 from cablewright.studies.design.search import judged
-from cablewright.studies.executors import study
-from cablewright.studies.executors.choice import chosen
-from cablewright.studies.executors.executor import Executor, Serial
-from cablewright.studies.executors.kept import KeptResults
-from cablewright.studies.executors.study import evaluate
-from cablewright.studies.executors.task import Task
 
 CANDIDATES = 300
 CHUNKS = 200  # of one item each that takes no time

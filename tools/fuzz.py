@@ -39,10 +39,12 @@ from cablewright.calibration.plan import load_plan as load_calibration_plan
 from cablewright.calibration.survey.plan import load_plan as load_survey_plan
 from cablewright.calibration.survey.shots import read_shots
 from cablewright.calibration.tensile.recording import read_test
-from cablewright.errors import MAX_MESSAGE, CablewrightError
 from cablewright.estimation.lidar.scan_file import read_scan
 from cablewright.exchange.formats import read_robot
 from cablewright.exchange.length_log import read_lengths
+from cablewright.foundation.errors import MAX_MESSAGE, CablewrightError
+from cablewright.foundation.saving import read_snapshots, write_snapshots
+from cablewright.foundation.signals import Command
 from cablewright.machine.files import load_machine, machine_text
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
@@ -51,9 +53,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import load_job
 from cablewright.printing.stl import read_stl
 from cablewright.robot import library_names, library_text, load, load_bracket, load_uncertainty
-from cablewright.saving import read_snapshots, write_snapshots
-from cablewright.signals import Command
-from cablewright.studies.store import read_manifest
+from cablewright.running.store import read_manifest
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES = ROOT / "tests" / "fuzz_cases"

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Eyelet, Line, RigidPlatform, Swivel, UniversalJoint
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from tools.random_prints import random_print
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.checks.check import check

@@ -39,8 +39,8 @@ from tools.random_world import (
 )
 
 from cablewright.control.guard import CONFIRMED
-from cablewright.signals import Command, OrderKind, PrintState, WinchMode
-from cablewright.studies.prints.loop import Printer, Step
+from cablewright.foundation.signals import Command, OrderKind, PrintState, WinchMode
+from cablewright.live.prints.loop import Printer, Step
 
 STEPS = 100  # of a life
 LIFE = 1.0  # s, of an order

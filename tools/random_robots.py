@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import linprog
 from tools.long_double import Claims, judge
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Eyelet, Robot

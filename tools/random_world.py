@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.control.guard import GuardSettings
 from cablewright.control.guide import TimedPath
 from cablewright.control.manual import ManualSettings
@@ -20,12 +19,8 @@ from cablewright.control.procedure import ProcedureStep
 from cablewright.control.stop import StopSettings
 from cablewright.control.supervisor import SupervisorSettings
 from cablewright.control.velocity import VelocitySettings
-from cablewright.machine.interface import Abilities
-from cablewright.models.statics import Model
-from cablewright.printing.job import Job, Motion
-from cablewright.printing.numeric_path import Helix
-from cablewright.robot import load
-from cablewright.signals import (
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import (
     Barrier,
     Command,
     Condition,
@@ -41,13 +36,18 @@ from cablewright.signals import (
     WinchMode,
     frozen,
 )
+from cablewright.live.prints.loop import PrintPlan
+from cablewright.live.serve.events import Events
+from cablewright.live.serve.latest import shared
+from cablewright.live.serve.link import LEASE, ControlLink, ServerLink
+from cablewright.live.serve.messages import ChannelName, OrderMessage
+from cablewright.live.serve.operator import PageOperator
+from cablewright.machine.interface import Abilities
+from cablewright.models.statics import Model
+from cablewright.printing.job import Job, Motion
+from cablewright.printing.numeric_path import Helix
+from cablewright.robot import load
 from cablewright.solvers.taut import taut_at
-from cablewright.studies.prints.loop import PrintPlan
-from cablewright.studies.serve.events import Events
-from cablewright.studies.serve.latest import shared
-from cablewright.studies.serve.link import LEASE, ControlLink, ServerLink
-from cablewright.studies.serve.messages import ChannelName, OrderMessage
-from cablewright.studies.serve.operator import PageOperator
 
 PERIOD = 0.05  # s
 LIMIT = 300.0  # N

@@ -59,14 +59,14 @@ def modulus() -> set[str]:
 
 def lidar() -> set[str]:
     """From a lidar's scan to the speeds of the winches: steps of a print by the filter, the machine left out."""
+    from cablewright.live.estimators import estimator
+    from cablewright.live.prints.attendant import Attendant
+    from cablewright.live.prints.loop import Printer
+    from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
     from cablewright.machine.simulated.simulated_machine import SimulatedMachine
     from cablewright.printing.job import Job, Motion
     from cablewright.printing.numeric_path import Helix
     from cablewright.robot import load
-    from cablewright.studies.estimators import estimator
-    from cablewright.studies.prints.attendant import Attendant
-    from cablewright.studies.prints.loop import Printer
-    from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
 
     ring = Job(
         name="ring",

@@ -23,20 +23,20 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Estimate
+from cablewright.live.error_statistics import CHI2_95
+from cablewright.live.estimators import estimator
+from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.live.prints.run import begin_print
 from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.models.creep import usual_creep
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
-from cablewright.signals import Estimate
 from cablewright.solvers.inverse import inverse
-from cablewright.studies.error_statistics import CHI2_95
-from cablewright.studies.estimators import estimator
-from cablewright.studies.prints.attendant import attendant_of
-from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
-from cablewright.studies.prints.run import begin_print
 
 HOUSE: Final = Path(__file__).resolve().parents[2] / "examples" / "house.toml"
 JOB: Final = load_job(HOUSE).model_copy(update={"scale": 12.0})

@@ -21,7 +21,11 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.loop import run
+from cablewright.live.prints.plan import MOST_IRREGULAR, PrintOptions, plan_print, twin_of
+from cablewright.live.prints.run import begin_print
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.severities import with_severity
@@ -31,10 +35,6 @@ from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import inverse
 from cablewright.studies.campaigns.true_errors import TrueErrors
-from cablewright.studies.prints.attendant import attendant_of
-from cablewright.studies.prints.loop import run
-from cablewright.studies.prints.plan import MOST_IRREGULAR, PrintOptions, plan_print, twin_of
-from cablewright.studies.prints.run import begin_print
 
 EXAMPLES: Final = Path(__file__).resolve().parents[2] / "examples"
 PRINTS: Final = {

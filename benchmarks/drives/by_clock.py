@@ -19,15 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import Row
+from cablewright.foundation.signals import PrintState
+from cablewright.live.drives.actions import home
+from cablewright.live.drives.printing import PersonOperator, print_on_drives
+from cablewright.live.prints.loop import Printer
+from cablewright.live.prints.print_job import PrintedJob
 from cablewright.machine.files import load_machine
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
-from cablewright.signals import PrintState
-from cablewright.studies.drives.actions import home
-from cablewright.studies.drives.printing import PersonOperator, print_on_drives
-from cablewright.studies.prints.loop import Printer
-from cablewright.studies.prints.print_job import PrintedJob
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "virtual-drives.toml"
 BEGIN = (0.7, -0.5, 1.0)

@@ -19,6 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.control.guide import TimedPath
+from cablewright.foundation.signals import Command, Encoders, Order, PrintState, SensorFrame
+from cablewright.live.estimators import estimator
+from cablewright.live.prints import loop
+from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.limits import planned
+from cablewright.live.prints.loop import Printer, Step
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.settings import WinchDriveSettings
@@ -31,12 +37,6 @@ from cablewright.machine.simulated.settings import Link, TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load
-from cablewright.signals import Command, Encoders, Order, PrintState, SensorFrame
-from cablewright.studies.estimators import estimator
-from cablewright.studies.prints import loop
-from cablewright.studies.prints.attendant import Attendant
-from cablewright.studies.prints.limits import planned
-from cablewright.studies.prints.loop import Printer, Step
 
 RATED = {"merlet2023": 0.5, "house-printer": 20.0}  # N m of the motors
 

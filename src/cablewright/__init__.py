@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cablewright.results import Pictured
+from cablewright.foundation.results import Pictured
 
 _HOMES = {
     alias.name: str(node.module)

@@ -11,7 +11,7 @@ from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS
 from cablewright.analyses.accuracy.region import region
 from cablewright.analyses.accuracy.spread import FirstOrder, MonteCarlo, Vertices, corner_values
-from cablewright.errors import AnswerError, InputError, Status, UnknownName
+from cablewright.foundation.errors import AnswerError, InputError, Status, UnknownName
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load

@@ -12,7 +12,7 @@ from cablewright.analyses.feasibility import broken_limits, judge_pose
 from cablewright.analyses.sheave_ratio import sheave_rules
 from cablewright.analyses.workspace.boundary_limits import CLOSE, BoundaryLimits, boundary_limits
 from cablewright.analyses.workspace.workspace import count_nodes
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import inverse, solve_inverse

@@ -10,7 +10,7 @@ import pytest
 from cablewright.analyses.modes import FREEDOMS, modes
 from cablewright.analyses.workspace.boundary_modes import Boundary, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load

@@ -12,7 +12,7 @@ from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.loads import Loads, facings, loads_at
 from cablewright.analyses.bracket.parts import base, cheek
 from cablewright.analyses.bracket.stress import PLATES, BracketMesh, Comparison, bracket_at, foot
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.kernels import layout
 from cablewright.models.statics import Model
 from cablewright.robot import Bracket, load

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 import cases
 from cablewright.analyses import interference as analysis
 from cablewright.analyses.interference import Interference, InterferenceSettings, distances, free_region
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.kernels import layout
 from cablewright.kernels.statics.line.catenary import span
 from cablewright.models.fidelity import Fidelity
@@ -21,7 +22,6 @@ from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Beam, Box, Robot, load
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.triangle_mesh import TriangleMesh
 
 SEED = 20200613
 FINE = 4000  # points of a densely sampled line

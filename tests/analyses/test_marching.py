@@ -9,8 +9,8 @@ from cablewright.analyses.workspace import boundary_limits as module
 from cablewright.analyses.workspace.boundary_limits import boundary_limits
 from cablewright.analyses.workspace.marching import surface_between
 from cablewright.analyses.workspace.workspace import count_nodes
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.robot import load
-from cablewright.triangle_mesh import TriangleMesh
 
 AXES = (np.linspace(-1.0, 1.0, 25), np.linspace(-1.0, 1.0, 23), np.linspace(-1.0, 1.0, 21))
 X, Y, Z = np.meshgrid(*AXES, indexing="ij")

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import cases
 from cablewright.analyses.modes import FREEDOMS, modes
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.statics import Model

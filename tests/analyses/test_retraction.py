@@ -7,7 +7,7 @@ import pytest
 
 from cablewright.analyses.workspace.retraction import RetractionStudy, _fit, _peaks, retraction
 from cablewright.analyses.workspace.workspace import workspace
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load

@@ -11,7 +11,7 @@ import pytest
 from analyses.test_spread import problem_of, ranges_of
 from cablewright.analyses.accuracy import spread as module
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.robot.uncertainty import Range, modulus_ranges

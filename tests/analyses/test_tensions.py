@@ -11,7 +11,7 @@ import cases
 from analyses.test_spread import ranges_of
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, SpreadProblem, Vertices
 from cablewright.analyses.accuracy.tensions import BestTensions, best_tensions
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.robot.uncertainty import Range, modulus_ranges

@@ -12,7 +12,7 @@ import cases
 from cablewright.analyses.feasibility import judge_pose
 from cablewright.analyses.workspace.criterion import CRITERIA, Criterion, RetractionLaw
 from cablewright.analyses.workspace.workspace import Workspace, count_nodes, workspace
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load

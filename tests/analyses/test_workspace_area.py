@@ -11,7 +11,7 @@ from scipy.optimize import linprog
 import cablewright as cw
 from cablewright.analyses.workspace.area import WorkspaceArea
 from cablewright.analyses.workspace.criterion import is_planar
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot
 
 UP = [(-2.0, 0.5, 3.0), (2.0, 0.5, 3.0)]

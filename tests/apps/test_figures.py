@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from cablewright.apps.cli.main import COMMANDS
-from cablewright.results import Figure
+from cablewright.foundation.results import Figure
 
 ROOT = Path(__file__).parents[2]
 TOOL = runpy.run_path(str(ROOT / "tools" / "pages" / "figures.py"))

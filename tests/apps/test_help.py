@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.apps.cli.main import COMMANDS, command
 from cablewright.apps.cli.output import print_text
-from cablewright.results import Figure, Result
+from cablewright.foundation.results import Figure, Result
 
 NAMES = [name for commands in COMMANDS.values() for name in commands]
 

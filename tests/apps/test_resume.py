@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.saving import LAYOUT, Snapshot, read_snapshots, write_snapshots
-from cablewright.studies.prints import run as prints
-from cablewright.studies.prints.run import CHECKPOINT, LOCK
-from cablewright.studies.store import MANIFEST
-from cablewright.studies.user_key import DIRECTORY, is_signed, signature
+from cablewright.foundation.saving import LAYOUT, Snapshot, read_snapshots, write_snapshots
+from cablewright.live.prints import run as prints
+from cablewright.live.prints.run import CHECKPOINT, LOCK
+from cablewright.running.store import MANIFEST
+from cablewright.running.user_key import DIRECTORY, is_signed, signature
 from printed import RING
 
 
@@ -103,7 +103,7 @@ def test_a_print_begins_again_where_that_is_wanted(cli, copied: tuple[Path, Path
 def test_a_restart_that_is_killed_at_once_resumes_as_itself(cli, copied: tuple[Path, Path]) -> None:
     """Nothing of the earlier print is left that would be taken for its end."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("cablewright.studies.prints.run._run", killed)
+        patch.setattr("cablewright.live.prints.run._run", killed)
         assert again(cli, *copied, "--restart").code == 130
     found = again(cli, *copied, "--resume")
     assert found.json["status"] == "finished"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from cablewright.apps.figures import Sheet, pairs, sheets, text
-from cablewright.results import Figure, Result
+from cablewright.foundation.results import Figure, Result
 
 SIZES = (Figure("rms", "m", "Rms.", shown="mm", digits=2), Figure("count", "1", "Number.", detail=True))
 ERRORS = (

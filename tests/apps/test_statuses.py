@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.errors import Status
+from cablewright.foundation.errors import Status
 
 PAGE = (Path(__file__).parents[2] / "docs" / "statuses.md").read_text("utf-8")
 STATUSES = re.findall(r"^\| `([\w-]+)` \|[^|]*\| `cablewright (.*)` \|$", PAGE, re.MULTILINE)

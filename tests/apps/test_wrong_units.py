@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cablewright.apps.cli.parsing import lengths_of, pose_of
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import library_names, load
 from cablewright.robot.plausibility import units_inside
 

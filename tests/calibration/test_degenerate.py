@@ -17,7 +17,7 @@ from cablewright.calibration.poses.fit import fit, to_file_frame
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import simulate_calibration
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Eyelet, Robot, load
 
 WANG = load("wang2021")

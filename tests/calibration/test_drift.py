@@ -25,7 +25,7 @@ from cablewright.calibration.judgement.suspects import Evidence, Suspect
 from cablewright.calibration.measurements import Measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.drum import WinchDrum
 from cablewright.robot import load
 

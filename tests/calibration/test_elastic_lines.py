@@ -22,7 +22,7 @@ from cablewright.calibration.poses.simulation import (
     simulate_calibration,
 )
 from cablewright.calibration.unknowns import unknowns_of, with_values
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import matrices, turn_between
 from cablewright.models.statics import Model

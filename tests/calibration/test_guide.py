@@ -12,7 +12,7 @@ from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point
 from cablewright.calibration.poses.simulation import measure, random_poses
 from cablewright.calibration.unknowns import unknowns_of, with_values
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.solvers.inverse import solve_inverse
 
 WANG = cw.load("wang2021")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from cablewright.calibration.tensile import recording
 from cablewright.calibration.tensile.modulus import modulus as young_modulus
 from cablewright.calibration.tensile.recording import TensileTest, read_test
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
 LENGTH, SECTION, BREAKING = 2.0, 12.566370614359172e-6, 10290.0

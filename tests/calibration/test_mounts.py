@@ -19,7 +19,7 @@ from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas
 from cablewright.calibration.poses.elastic import ElasticProblem
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.simulation import random_poses, simulate_calibration
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.equilibrium import evaluate
 from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState

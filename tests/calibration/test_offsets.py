@@ -17,7 +17,7 @@ from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import Bound, CalibrationPlan, Prior, Sigmas
 from cablewright.calibration.poses.simulation import SensorNoise, aligned, simulate_calibration
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load

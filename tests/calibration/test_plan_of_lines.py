@@ -12,7 +12,7 @@ from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.plan import CalibrationPlan, Group, Point, Prior, load_plan
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SensorNoise, measure, random_poses
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import load
 

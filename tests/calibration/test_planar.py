@@ -31,7 +31,7 @@ from cablewright.calibration.poses.simulation import (
     simulate_calibration,
 )
 from cablewright.calibration.unknowns import unknowns_of, with_values
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.solvers.inverse import solve_inverse

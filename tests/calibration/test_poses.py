@@ -9,7 +9,7 @@ from cablewright.calibration.guidance.selection import calibration_poses
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import StraightProblem
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cablewright.calibration.survey.plan import load_plan
 from cablewright.calibration.survey.shots import read_shots
 from cablewright.calibration.survey.survey import survey
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from oracles.surveyor import csv, gsi, polar, site
 
 ROOT = Path(__file__).resolve().parents[2]

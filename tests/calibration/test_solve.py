@@ -26,7 +26,7 @@ from cablewright.calibration.poses.simulation import (
     random_poses,
     simulate_calibration,
 )
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.drum import WinchDrum
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

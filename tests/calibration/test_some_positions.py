@@ -12,7 +12,7 @@ from cablewright.calibration.calibrate import calibrate
 from cablewright.calibration.measurements import Measured, read_measured, write_measured
 from cablewright.calibration.plan import CalibrationPlan, Sigmas
 from cablewright.calibration.poses.simulation import measure, random_poses
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import load
 
 WANG = load("wang2021")

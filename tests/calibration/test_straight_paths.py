@@ -13,7 +13,7 @@ from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, Point, Sigmas
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SensorNoise, aligned, random_poses, simulate_calibration
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.drum import WinchDrum
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model

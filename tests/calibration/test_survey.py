@@ -15,7 +15,7 @@ from cablewright.calibration.survey.plan import SurveyPlan
 from cablewright.calibration.survey.result import Survey, surveyed
 from cablewright.calibration.survey.shots import Shot, Shots, of_polar
 from cablewright.calibration.survey.survey import survey
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import load
 from oracles.room import EAST, NORTH, WEST
 from oracles.surveyor import EXITS, Site, polar, site

@@ -16,7 +16,7 @@ from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Poin
 from cablewright.calibration.poses.fit import fit
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot, load
 
 WANG = load("wang2021")

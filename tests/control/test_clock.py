@@ -7,7 +7,7 @@ import math
 import pytest
 
 from cablewright.control.clock import FrameClock
-from cablewright.signals import Barrier, Condition, SensorFrame
+from cablewright.foundation.signals import Barrier, Condition, SensorFrame
 
 PERIOD = 0.01  # s
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.arrays import Array
 from cablewright.control import guard
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
 from cablewright.control.stop import StopKind
-from cablewright.errors import InputError
-from cablewright.signals import (
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import (
     Command,
     Condition,
     Drives,

@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.control import guide
 from cablewright.control.guide import GuideMode, GuideState, TimedPath
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 

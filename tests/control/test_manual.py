@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.control import manual
 from cablewright.control.manual import LEASE, MAX_SPEED, ManualSettings, ManualState, TargetMotion
-from cablewright.signals import Order, OrderKind
+from cablewright.foundation.signals import Order, OrderKind
 
 LIMITS = ManualSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.5, park=(0.0, 0.0, 1.5))
 DT = 0.01

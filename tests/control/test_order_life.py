@@ -12,8 +12,8 @@ from cablewright.control import orders, supervisor
 from cablewright.control.orders import CALMING, OrderState
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState
 from cablewright.control.winch_jog import WinchJog, WinchJogSettings
-from cablewright.reading_times import ReadingTimes, Timeliness
-from cablewright.signals import (
+from cablewright.foundation.reading_times import ReadingTimes, Timeliness
+from cablewright.foundation.signals import (
     ORDER_LIFE,
     Barrier,
     Estimate,
@@ -25,7 +25,7 @@ from cablewright.signals import (
     Tensions,
     frozen,
 )
-from cablewright.studies.prints.loop import Printer
+from cablewright.live.prints.loop import Printer
 
 TIMEOUT = 0.5  # s
 LIMITS = SupervisorSettings((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0), 0.2, barrier_timeout=TIMEOUT)

@@ -12,10 +12,10 @@ from tools.random_orders import run_sequence
 
 from cablewright.control import guard, manual, orders, supervisor
 from cablewright.control.transitions import TRANSITIONS
-from cablewright.reading_times import ReadingTimes, Timeliness
-from cablewright.signals import OrderKind, PrintState, WinchMode
-from cablewright.studies.prints import loop
-from cablewright.studies.serve.operator import PageOperator
+from cablewright.foundation.reading_times import ReadingTimes, Timeliness
+from cablewright.foundation.signals import OrderKind, PrintState, WinchMode
+from cablewright.live.prints import loop
+from cablewright.live.serve.operator import PageOperator
 
 SEEDS = range(300)
 

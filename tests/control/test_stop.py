@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cablewright.control.stop import StopKind, StopSettings, StopState, advance
-from cablewright.errors import InputError
-from cablewright.signals import WinchMode
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import WinchMode
 
 SETTINGS = StopSettings(ramp_time=0.3, hold_time=0.5)
 DT = 0.05

@@ -15,8 +15,8 @@ from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
 from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
 from cablewright.control.transitions import TRANSITIONS, Happening, table
-from cablewright.errors import InputError
-from cablewright.signals import (
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import (
     Barrier,
     Condition,
     Estimate,

@@ -10,10 +10,10 @@ from cablewright.control.guide import Target
 from cablewright.control.height import HeightControl
 from cablewright.control.slack import SlackSettings
 from cablewright.control.velocity import VelocitySettings
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.signals import Estimate, frozen
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Estimate, frozen
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import angle_from_excess, solve_with_slack

@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import SensorFrame
+from cablewright.live.replay import replay
 from cablewright.machine.log.log import read_log
 from cablewright.machine.log.messages import decode, encode, encode_frame
 from cablewright.machine.log.topics import TOPICS
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import SensorFrame
+from cablewright.running import user_key
 from cablewright.solvers.equilibria import equilibria
-from cablewright.studies import user_key
 from cablewright.studies.equilibria import search_all
-from cablewright.studies.replay import replay
 from cablewright.studies.trade import TradeSettings, trade
 
 FILES = Path(__file__).parent

@@ -8,8 +8,8 @@ import pytest
 
 from cablewright.estimation import started_filter
 from cablewright.estimation.kalman.state import FilterState
+from cablewright.live.estimator_settings import started_settings
 from cablewright.robot import load
-from cablewright.studies.estimator_settings import started_settings
 from observed import drive
 from twins import SETTINGS
 

@@ -9,9 +9,9 @@ import pytest
 
 from cablewright.estimation.kalman import attitude
 from cablewright.estimation.kalman.state import FilterState
+from cablewright.foundation.signals import Inertial
+from cablewright.live.estimator_settings import started_settings
 from cablewright.robot import load
-from cablewright.signals import Inertial
-from cablewright.studies.estimator_settings import started_settings
 from twins import SETTINGS
 
 KNOWN = started_settings(load("merlet2023"), SETTINGS).filter

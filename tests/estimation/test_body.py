@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from tests.bodies import COIL, HELD, BodyPlant, Errors, told
 
-from cablewright.arrays import Array
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.broken import hanging_without
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, start
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Encoders, Estimate, Tensions
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Encoders, Estimate, Tensions
 from cablewright.solvers.inverse import solve_inverse
 
 ROBOT = load("cogiro")

@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 from tests.bodies import BodyPlant, told
 
-from cablewright.arrays import Array
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.creep import ASSUMED, LoadPath
 from cablewright.estimation.body.measurement import pose_covariance, slopes_of
 from cablewright.estimation.body.settings import BodySettings, Deviations
 from cablewright.estimation.body.state import BodyState, set_load, start
 from cablewright.estimation.body.unknowns import load
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.saving import load as restore
+from cablewright.foundation.saving import save
+from cablewright.foundation.signals import Command, Encoders, Estimate, SensorFrame
+from cablewright.live.estimators import estimator
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -24,12 +28,8 @@ from cablewright.models.statics import Model
 from cablewright.robot import Robot
 from cablewright.robot import load as load_robot
 from cablewright.robot.cable import Creep
-from cablewright.saving import load as restore
-from cablewright.saving import save
-from cablewright.signals import Command, Encoders, Estimate, SensorFrame
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.estimators import estimator
 
 ROBOT = load_robot("cogiro")
 HOME = np.array([0.3, -0.4, 1.0, 0.0, 0.0, 0.0])

@@ -8,15 +8,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from cablewright.arrays import Array
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.state import FilterState
+from cablewright.foundation.arrays import Array
+from cablewright.live.estimator_settings import started_settings, with_drum_mass
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at
-from cablewright.studies.estimator_settings import started_settings, with_drum_mass
 from twins import SETTINGS
 
 ROBOT = load("merlet2023")

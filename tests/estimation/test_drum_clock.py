@@ -10,7 +10,7 @@ import pytest
 
 from cablewright.estimation.drum_clock import ClockLead, ClockLeadSettings
 from cablewright.estimation.reading_checks import by_machine_clock
-from cablewright.signals import Encoders, Inertial, LineAngles, Reading, frozen
+from cablewright.foundation.signals import Encoders, Inertial, LineAngles, Reading, frozen
 
 LATENCY, PERIOD = 5e-3, 0.01
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
 from cablewright.estimation.chain import drum_radius
 from cablewright.estimation.chain.drum_radius import RadiusSettings
+from cablewright.foundation.errors import InputError
 from cablewright.models.coil import wind
 
 KNOWN = np.ones(2, dtype=bool)

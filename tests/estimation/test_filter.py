@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from cablewright.choices import SeverityName
-from cablewright.errors import InputError
 from cablewright.estimation import started_filter
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import lidar_update
@@ -25,12 +23,23 @@ from cablewright.estimation.kalman.state import (
     passes_gate,
 )
 from cablewright.estimation.lidar.room import RoomMap
+from cablewright.foundation.choices import SeverityName
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import (
+    Command,
+    Distance,
+    Encoders,
+    Estimate,
+    Inertial,
+    LineAngles,
+    Scan,
+    SensorFrame,
+)
+from cablewright.live.drive import random_loop
+from cablewright.live.error_statistics import CHI2_95, bound
+from cablewright.live.estimator_settings import started_settings
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.robot import load
-from cablewright.signals import Command, Distance, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
-from cablewright.studies.drive import random_loop
-from cablewright.studies.error_statistics import CHI2_95, bound
-from cablewright.studies.estimator_settings import started_settings
 from observed import broken, drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 

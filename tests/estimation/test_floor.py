@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.arrays import Array
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.state import FilterState, inflate_position
 from cablewright.estimation.kalman.vertical_turn import level_sigma
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Command, Estimate, Truth
+from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.signals import Command, Estimate, Truth
-from cablewright.studies.estimator_settings import OBSERVERS
 from twins import SETTINGS, TWIN, machine
 
 _Before = Callable[[int, SimulatedMachine, Any], None]

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cablewright.errors import InputError
 from cablewright.estimation.height import HeightSettings, estimate_height
-from cablewright.signals import Scan
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Scan
 
 PLACE, AXES = (0.22, 0.0, -0.75), ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0))
 KNOWN = HeightSettings(PLACE, AXES)

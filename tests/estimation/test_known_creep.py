@@ -7,23 +7,23 @@ from functools import cache
 import numpy as np
 import pytest
 
-from cablewright.arrays import Array
 from cablewright.estimation import slackness, started_filter
 from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.known_creep import KnownCreep, known_creep
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.saving import load as restore
+from cablewright.foundation.saving import save
+from cablewright.foundation.signals import Command, Scan, SensorFrame
+from cablewright.live.estimator_settings import OBSERVERS, started_settings
+from cablewright.live.estimators import CreepingEstimator, estimator
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.creep import log_response, memory_of, usual_creep, voigt_response
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
-from cablewright.saving import load as restore
-from cablewright.saving import save
-from cablewright.signals import Command, Scan, SensorFrame
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise
-from cablewright.studies.estimator_settings import OBSERVERS, started_settings
-from cablewright.studies.estimators import CreepingEstimator, estimator
 
 ROBOT, TWIN = load("merlet2023"), load_twin("merlet2023")
 PLACE = np.array([0.3, -0.4, 1.2])

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
 from cablewright.estimation import dead_reckoning
 from cablewright.estimation.learnt_lengths import (
     CREEP,
@@ -21,16 +20,17 @@ from cablewright.estimation.learnt_lengths import (
     MeasuredPlace,
     winding,
 )
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Encoders, SensorFrame
 from cablewright.kernels import layout
+from cablewright.live.estimators import reckoning_of
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
-from cablewright.signals import Encoders, SensorFrame
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import inverse
 from cablewright.solvers.parameters import mount_lengths
-from cablewright.studies.estimators import reckoning_of
 
 PLACES = np.array([[4.0, 3.0, 1.0], [-4.0, 2.0, 1.0], [-3.0, -4.0, 1.1], [4.5, -3.0, 1.1]])
 FILE_MOUNT, FILE_CREEP = 3e-5, 6e-6  # m/N, 1/N: so much that what is drawn is hardly below nothing

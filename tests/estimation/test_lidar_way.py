@@ -12,15 +12,15 @@ from typing import Any
 
 import cablewright
 from cablewright.estimation.lidar.wall_lines import LidarTurn
+from cablewright.foundation.signals import Command, Estimate, Scan
+from cablewright.live.estimators import estimator
+from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.loop import Printer
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
-from cablewright.signals import Command, Estimate, Scan
-from cablewright.studies.estimators import estimator
-from cablewright.studies.prints.attendant import Attendant
-from cablewright.studies.prints.loop import Printer
-from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
 
 SOURCE = Path(cablewright.__file__).parent
 PAGE = Path(__file__).parents[2] / "docs" / "architecture.md"
@@ -31,7 +31,7 @@ RING = Job(
     motion=Motion(print_speed=0.03, travel_speed=0.03, acceleration=0.02),
 )
 WITHOUT_ITS_OBJECTS = {  # they have the frame, arrays or numbers of the turn, but no turn as such
-    "studies/prints/loop.py",
+    "live/prints/loop.py",
     "kernels/fitting/scan_lines.py",
     "estimation/kalman/state.py",
     "control/velocity.py",

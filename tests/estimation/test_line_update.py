@@ -9,12 +9,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cablewright.arrays import Array
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.sag import balanced
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, inject_correction
+from cablewright.foundation.arrays import Array
+from cablewright.live.estimator_settings import started_settings
 from cablewright.robot import load
-from cablewright.studies.estimator_settings import started_settings
 from twins import SETTINGS
 
 KNOWN = started_settings(load("merlet2023"), SETTINGS).filter

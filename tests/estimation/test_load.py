@@ -12,12 +12,12 @@ from cablewright.estimation.kalman import filter as error_state
 from cablewright.estimation.kalman import line_update
 from cablewright.estimation.kalman.load import weigh
 from cablewright.estimation.kalman.state import FilterState, inflate_position
+from cablewright.foundation.signals import Command, Scan, SensorFrame, Truth
+from cablewright.live.estimator_settings import started_settings, with_drum_mass
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Command, Scan, SensorFrame, Truth
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.estimator_settings import started_settings, with_drum_mass
 from twins import SETTINGS, TWIN, machine
 
 ROBOT = with_drum_mass(load("merlet2023"), SETTINGS)

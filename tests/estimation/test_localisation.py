@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.errors import InputError
 from cablewright.estimation.lidar.localisation import (
     WallPose,
     WallSettings,
@@ -30,6 +29,7 @@ from cablewright.estimation.lidar.scan import (
     level_points,
 )
 from cablewright.estimation.lidar.wall_lines import LidarTurn, LineSearch, WallLine, find_lines, turn_of
+from cablewright.foundation.errors import InputError
 from oracles.room import EAST, NORTH, WEST, cast, rectangle, scan
 from oracles.room import Room as InRoom
 

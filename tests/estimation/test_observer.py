@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 import cablewright.estimation
-from cablewright.errors import InputError
 from cablewright.estimation.chain import observer
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.time_buffer import TimeBuffer
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
+from cablewright.live.estimator_settings import observer_settings, surveyed_walls
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.robot import load
-from cablewright.signals import Command, Encoders, Estimate, Inertial, LineAngles, Scan, SensorFrame
-from cablewright.studies.estimator_settings import observer_settings, surveyed_walls
 from observed import broken, drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command, Scan, SensorFrame
+from cablewright.live.estimator_settings import OBSERVERS
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.signals import Command, Scan, SensorFrame
-from cablewright.studies.estimator_settings import OBSERVERS
 from observed import drive, errors, observe
 from twins import SETTINGS, TWIN, changed, machine
 

@@ -10,13 +10,13 @@ import pytest
 
 from cablewright.estimation.kalman.sag import Sag, balanced, each_alone, share_at
 from cablewright.estimation.slackness import catenary_excess
+from cablewright.live.estimator_settings import started_settings, with_drum_mass
 from cablewright.models.packed_views import LineStates
 from cablewright.models.statics import Model
 from cablewright.robot import load
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import solve_with_slack
 from cablewright.solvers.taut import taut_at
-from cablewright.studies.estimator_settings import started_settings, with_drum_mass
 from twins import SETTINGS
 
 ROBOT = load("merlet2023")

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from cablewright.errors import InputError
 from cablewright.estimation.lidar.scan import LidarModel
 from cablewright.estimation.lidar.scan_file import FileScan, read_scan
 from cablewright.estimation.lidar.wall_lines import LineSearch, turn_of
+from cablewright.foundation.errors import InputError
 from oracles.room import rectangle, scan
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -8,13 +8,13 @@ import math
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
 from cablewright.estimation import slackness
 from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, catenary_excess, parabolic_excess
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import LineAngles
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import LineAngles
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.slack import angle_from_excess, solve_with_slack, tangent_angle
 from cablewright.solvers.taut import taut_at

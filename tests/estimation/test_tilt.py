@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from cablewright.errors import InputError
 from cablewright.estimation import tilt
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.reading_checks import ReadingChecks, accept_imu
 from cablewright.estimation.tilt import TiltSettings, TiltState, rotation_vector
-from cablewright.signals import Inertial
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Inertial
 
 G = 9.81
 SETTINGS = TiltSettings(G)

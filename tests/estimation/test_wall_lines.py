@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.errors import InputError
 from cablewright.estimation.lidar.housing import find_housing
 from cablewright.estimation.lidar.noise import estimate_noise_by_range
 from cablewright.estimation.lidar.scan import LidarModel, level_points
+from cablewright.foundation.errors import InputError
 from cablewright.studies.walls import Walls
 from oracles.lidar_scans import Scanned, judged, scanned
 from oracles.room import rectangle, scan

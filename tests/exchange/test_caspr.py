@@ -9,10 +9,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import cablewright as cw
-from cablewright.errors import InputError
 from cablewright.exchange.caspr import read_caspr
 from cablewright.exchange.robot_toml import robot_toml
 from cablewright.exchange.translation import ImportedRobot
+from cablewright.foundation.errors import InputError
 from cablewright.robot import loads
 from exchange import samples
 from exchange.samples import BODIES, caspr_cable, caspr_cables

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 from cablewright.apps.cli.main import run
-from cablewright.errors import AnswerError, InputError
 from cablewright.exchange.firmware import firmware
 from cablewright.exchange.formats import read_robot
 from cablewright.exchange.robot_toml import robot_toml
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.live.rest_pose import rest_pose
 from cablewright.machine.files import load_machine
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, library_names, load
 from cablewright.robot.new_robot import LAYOUTS, Outline
 from cablewright.studies.new_robot import new_robot
-from cablewright.studies.rest_pose import rest_pose
 from exchange import samples
 
 SAMPLES = {

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.errors import InputError
 from cablewright.exchange.formats import READ, ImportOptions, read_robot
 from cablewright.exchange.klipper_config import klipper_anchors
 from cablewright.exchange.robot_toml import robot_toml
 from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import ImportedRobot
+from cablewright.foundation.errors import InputError
 from cablewright.machine.drums import drums_of
 from cablewright.robot import load, loads
 from exchange.samples import FORK, KLIPPER, MASLOW, RRF, wirex

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
 from cablewright.exchange.firmware import Firmware, firmware
 from cablewright.exchange.rrf_config import rrf_config
+from cablewright.foundation.errors import InputError
 from cablewright.machine.drums import drums_of
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, load

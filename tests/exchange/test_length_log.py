@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.errors import InputError
 from cablewright.exchange.length_log import forward_log, read_lengths
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import load

@@ -10,12 +10,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from boards import board
-from cablewright.errors import AnswerError, InputError
 from cablewright.exchange.mjcf import mjcf
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.live.rest_pose import rest_pose
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, library_names, load
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.rest_pose import rest_pose
 
 WHEEL = {"centre": (0.4, 0.0, 6.5), "axis": (-0.2, 0.6, 0.4), "radius": 0.1}
 

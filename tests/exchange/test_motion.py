@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.errors import AnswerError, InputError
 from cablewright.exchange.firmware import Firmware, firmware
 from cablewright.exchange.formats import read_robot
 from cablewright.exchange.klipper_motion import Stepper
+from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.machine.files import load_machine
 from cablewright.machine.settings import MachineSettings
 from cablewright.printing.job import Job, load_job

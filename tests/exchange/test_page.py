@@ -7,9 +7,9 @@ import runpy
 from pathlib import Path
 from typing import get_args
 
-from cablewright.choices import ReadFormatName, WrittenFormatName
 from cablewright.exchange.firmware import FIRMWARE
 from cablewright.exchange.formats import READ
+from cablewright.foundation.choices import ReadFormatName, WrittenFormatName
 from cablewright.robot import library_names
 
 ROOT = Path(__file__).resolve().parents[2]

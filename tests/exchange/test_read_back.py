@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.errors import InputError
 from cablewright.exchange.firmware import firmware
 from cablewright.exchange.wirex_output import wirex
+from cablewright.foundation.errors import InputError
+from cablewright.live.rest_pose import rest_pose
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import Robot, library_names, load
-from cablewright.studies.rest_pose import rest_pose
 
 
 def numbers(element: ET.Element, names: str) -> np.ndarray:

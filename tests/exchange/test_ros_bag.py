@@ -15,14 +15,14 @@ pytest.importorskip("rosbags", reason="needs the extra ros")
 from rosbags.highlevel import AnyReader
 
 from cablewright.apps.cli.main import run
-from cablewright.errors import InputError
 from cablewright.exchange.ros.bag import ros_bag
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Estimate, PrintState, Progress, Scan, SensorFrame, frozen
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, LogWriter, read_log
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
-from cablewright.signals import Estimate, PrintState, Progress, Scan, SensorFrame, frozen
 
 LOOP = Path(__file__).parents[2] / "examples" / "merlet2023-loop.mcap"
 EPOCH = datetime(2026, 5, 1, 12, tzinfo=UTC)

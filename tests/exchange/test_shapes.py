@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from cablewright.exchange.shapes import shapes, solids
 from cablewright.exchange.urdf import urdf
+from cablewright.foundation.triangle_mesh import TriangleMesh
+from cablewright.live.rest_pose import rest_pose
 from cablewright.models.statics import Model
 from cablewright.printing.stl import read_stl
 from cablewright.robot import Beam, RigidPlatform, library_names, load
-from cablewright.studies.rest_pose import rest_pose
-from cablewright.triangle_mesh import TriangleMesh
 
 POSE = np.array([0.3, -0.2, 1.1, 0.4, -0.3, 0.7])
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.errors import InputError
 from cablewright.exchange.robot_toml import robot_toml
 from cablewright.exchange.translation import ImportedRobot
 from cablewright.exchange.wirex import VERSIONS, read_wirex
 from cablewright.exchange.wirex_output import wirex
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot, library_names, load, loads
 from exchange import samples
 

@@ -15,8 +15,8 @@ import cablewright
 from cablewright.apps.cli.main import COMMANDS
 from cablewright.apps.pictures.gallery import PICTURES
 from cablewright.apps.schemas import _MODELS
+from cablewright.foundation.results import Pictured
 from cablewright.machine.log.topics import TOPICS
-from cablewright.results import Pictured
 
 HOME = Path(cablewright.__file__).parent
 _MODULE = re.compile(r"cablewright(\.[a-z_0-9]+)+")

@@ -82,8 +82,8 @@ from pathlib import Path
 from cablewright.exchange.completion import chosen_cable, frame_of
 from cablewright.exchange.translation import Feature, ImportedRobot
 from cablewright.robot import Robot
-from cablewright.toml_input import read_bytes
-from cablewright.validation import validated
+from cablewright.foundation.toml_input import read_bytes
+from cablewright.foundation.validation import validated
 
 CARRIED = (Feature("points", "lines.exit_point", "eyelets"),)
 
@@ -169,7 +169,7 @@ def test_a_bus(copy: Copy) -> None:
 
 from __future__ import annotations
 
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives.statistics import BusStatistics
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot
@@ -209,7 +209,7 @@ class TinCanDrives:
     (copy.folder / "m.toml").write_text(machine)
     told = copy.run(
         "-c",
-        "from cablewright.errors import EnvironmentFault\n"
+        "from cablewright.foundation.errors import EnvironmentFault\n"
         "from cablewright.machine.drives.choice import drives_of\n"
         "from cablewright.machine.files import load_machine\n"
         "from cablewright.robot import load\n"
@@ -232,7 +232,7 @@ from dataclasses import replace
 
 from cablewright.estimation.chain import observer
 from cablewright.estimation.chain.state import ObserverSettings, ObserverState
-from cablewright.signals import Estimate, SensorFrame
+from cablewright.foundation.signals import Estimate, SensorFrame
 
 
 def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -> Estimate:
@@ -247,7 +247,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
         ('EstimatorName = Literal["paper", ', 'EstimatorName = Literal["doubter", "paper", '),
     )
     copy.edit(
-        "studies/estimator_settings.py",
+        "live/estimator_settings.py",
         ("from cablewright.estimation import ", "from cablewright.estimation import doubter, "),
         (
             '    "paper": Observer(',
@@ -274,7 +274,7 @@ def test_a_control_law(copy: Copy) -> None:
         "from cablewright.control.guide import Target\n"
         "from cablewright.models.statics import Model\n"
         "from cablewright.robot import load\n"
-        "from cablewright.signals import Estimate\n"
+        "from cablewright.foundation.signals import Estimate\n"
         "from cablewright.solvers.taut import taut_at\n"
         "model, place, zeros = Model(load('merlet2023')), np.array([0.4, -1.2, 1.1]), np.zeros(3)\n"
         "lengths = taut_at(model, place).lengths\n"

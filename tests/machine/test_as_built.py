@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.simulated.as_built import as_built
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.models.statics import Model

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from cablewright.foundation.signals import Distance, Encoders, Inertial, LineAngles, Scan, Tensions
+from cablewright.live.estimator_settings import started_settings
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.settings import RoomSettings, WallFace
 from cablewright.machine.simulated.as_built_parts import (
@@ -24,8 +26,6 @@ from cablewright.machine.simulated.as_built_parts import (
 from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
 from cablewright.robot import load
-from cablewright.signals import Distance, Encoders, Inertial, LineAngles, Scan, Tensions
-from cablewright.studies.estimator_settings import started_settings
 from twins import SETTINGS, TWIN, changed, machine, perfect, run
 
 Array = NDArray[np.float64]

@@ -11,17 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cablewright.errors import InputError
-from cablewright.kernels.plant.machine_step import carry_ends
-from cablewright.machine.settings import RoomSettings
-from cablewright.machine.simulated.machine_file import machine_file
-from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, load_twin
-from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.models.rotation import matrices
-from cablewright.models.statics import Model
-from cablewright.robot import Robot, load
-from cablewright.robot.winch import Winch
-from cablewright.signals import (
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import (
     BeamLength,
     Command,
     Condition,
@@ -33,6 +24,15 @@ from cablewright.signals import (
     Swivels,
     Tensions,
 )
+from cablewright.kernels.plant.machine_step import carry_ends
+from cablewright.machine.settings import RoomSettings
+from cablewright.machine.simulated.machine_file import machine_file
+from cablewright.machine.simulated.settings import FaultPlan, TwinSettings, load_twin
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.models.rotation import matrices
+from cablewright.models.statics import Model
+from cablewright.robot import Robot, load
+from cablewright.robot.winch import Winch
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from twins import changed

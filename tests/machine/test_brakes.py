@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.signals import Command, Condition, Encoders, WinchMode
 from cablewright.kernels.plant import winding
 from cablewright.machine.coils import coil_of
 from cablewright.machine.files import machine_text
@@ -21,7 +22,6 @@ from cablewright.machine.simulated.unmodelled.brakes import Brakes
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Command, Condition, Encoders, WinchMode
 from cablewright.solvers.forward import solve_forward
 
 STARTS = {"merlet2023": [0.3, -1.0, 1.2], "house-printer": [0.0, 0.0, 0.5], "cogiro": [0.0, 0.0, 1.0]}

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command
 from cablewright.kernels.plant import winding
 from cablewright.machine.files import machine_text
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
@@ -17,7 +18,6 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.coil import TURN
 from cablewright.robot import load
-from cablewright.signals import Command
 
 SPAN = math.radians(70.0)
 LAYER = 20

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command
 from cablewright.machine.files import load_machine, machine_text
 from cablewright.machine.settings import extruding
 from cablewright.machine.simulated.settings import load_twin
@@ -19,7 +20,6 @@ from cablewright.printing.deposition import extrude
 from cablewright.printing.heightfield import HeightField
 from cablewright.printing.job import Bead
 from cablewright.robot import load
-from cablewright.signals import Command
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from twins import SETTINGS, changed, run

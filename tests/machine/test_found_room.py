@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command, Distance, Scan
 from cablewright.machine.files import machine_text
 from cablewright.machine.log.messages import encode
 from cablewright.machine.simulated.link import Channel, Gaps
@@ -19,7 +20,6 @@ from cablewright.machine.simulated.settings import Link, TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.machine.simulated.spells import Spells
 from cablewright.robot import load
-from cablewright.signals import Command, Distance, Scan
 from twins import SETTINGS, TWIN, changed, machine, perfect, run
 
 Array = NDArray[np.float64]

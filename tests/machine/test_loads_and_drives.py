@@ -10,7 +10,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq, root
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command
 from cablewright.machine.files import machine_text
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -20,7 +21,6 @@ from cablewright.machine.simulated.unmodelled.load_strain import LoadStrain
 from cablewright.machine.simulated.unmodelled.pushes import Pushes
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Command
 from cablewright.solvers.forward import solve_forward
 
 REFERENCE, ELASTIC = 400.0, np.array([1e-6, 2e-6, 5e-7])  # N, 1/N

@@ -21,12 +21,8 @@ from mcap.records import Chunk
 from mcap.stream_reader import CRCValidationError
 from mcap.writer import CompressionType, Writer
 
-from cablewright.errors import InputError
-from cablewright.machine.log import mcap_file as logs
-from cablewright.machine.log.log import Entry, LogWriter, read_log
-from cablewright.machine.log.messages import decode, encode
-from cablewright.machine.log.topics import TOPICS
-from cablewright.signals import (
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import (
     Command,
     Condition,
     Encoders,
@@ -39,6 +35,10 @@ from cablewright.signals import (
     SensorFrame,
     frozen,
 )
+from cablewright.machine.log import mcap_file as logs
+from cablewright.machine.log.log import Entry, LogWriter, read_log
+from cablewright.machine.log.messages import decode, encode
+from cablewright.machine.log.topics import TOPICS
 from twins import head, machine
 
 SPEEDS = np.array([0.4, -0.3, 0.1, -0.2])

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Climate, SensorFrame
+from cablewright.live.replay import replay
 from cablewright.machine.log.head import LogHead, read_head, written_head
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.simulated.settings import FaultPlan
 from cablewright.robot import load
-from cablewright.signals import Climate, SensorFrame
-from cablewright.studies.replay import replay
 from observed import drive
 from twins import SETTINGS, SIMULATION, TWIN, changed, head
 

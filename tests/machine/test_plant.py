@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command, Condition, Encoders
 from cablewright.machine.log.log import LogWriter
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.models.statics import Model
 from cablewright.robot import load
-from cablewright.signals import Command, Condition, Encoders
 from cablewright.solvers.forward import solve_forward
 from twins import SETTINGS, START, TWIN, changed, head, machine, perfect, run
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from cablewright.foundation.signals import Command, Order, OrderKind
 from cablewright.machine.powder_load import PowderLoad
-from cablewright.signals import Command, Order, OrderKind
 from twins import SETTINGS
 
 

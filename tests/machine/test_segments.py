@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.signals import Climate, Command, Scan, SensorFrame, Truth
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.join import join_log
 from cablewright.machine.log.log import LogWriter, read_log, write_log
 from cablewright.machine.log.segments import log_files, next_segment
-from cablewright.signals import Climate, Command, Scan, SensorFrame, Truth
 from twins import head, machine
 
 HEAD = head()
@@ -141,7 +141,7 @@ import sys
 from pathlib import Path
 from test_segments import HEAD
 from cablewright.machine.log.log import write_log
-from cablewright.signals import Climate, SensorFrame
+from cablewright.foundation.signals import Climate, SensorFrame
 with write_log(Path(sys.argv[1]), HEAD) as log:
     for k in range(1, 10**9):
         log.write(SensorFrame(0.01 * k, (Climate(0.01 * k, 0.0, 0.5),)))

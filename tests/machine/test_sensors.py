@@ -9,14 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cablewright.kernels.plant import dynamics, machine_step
-from cablewright.kernels.plant.lidar_rays import FAR, ray_to_floor, ray_to_wall
-from cablewright.machine.simulated.link import Channel, Gaps
-from cablewright.machine.simulated.settings import FaultPlan, Link
-from cablewright.machine.simulated.surroundings import Ground
-from cablewright.models.statics import Model
-from cablewright.robot import load
-from cablewright.signals import (
+from cablewright.foundation.signals import (
     Barrier,
     Climate,
     Condition,
@@ -27,6 +20,13 @@ from cablewright.signals import (
     Reading,
     Scan,
 )
+from cablewright.kernels.plant import dynamics, machine_step
+from cablewright.kernels.plant.lidar_rays import FAR, ray_to_floor, ray_to_wall
+from cablewright.machine.simulated.link import Channel, Gaps
+from cablewright.machine.simulated.settings import FaultPlan, Link
+from cablewright.machine.simulated.surroundings import Ground
+from cablewright.models.statics import Model
+from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.slack import tangent_angle
 from twins import SETTINGS, SIMULATION, TWIN, changed, machine, perfect, run

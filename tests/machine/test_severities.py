@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.choices import SeverityName
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.choices import SeverityName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.signals import Command
 from cablewright.machine.files import load_machine, machine_text
 from cablewright.machine.log.head import LogHead, read_head, written_head
 from cablewright.machine.log.messages import encode
@@ -20,7 +21,6 @@ from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.severities import severity_of, with_severity
 from cablewright.machine.simulated.severity_tables import OWN, PARTS, SEVERITIES
 from cablewright.robot import load
-from cablewright.signals import Command
 from twins import SETTINGS, SIMULATION, TWIN, changed, machine
 
 CELLS = TensionSensor(rate=100.0, deviation=1.0, bias=2.0, most=1000.0)

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.saving import Snapshot, read_snapshots, write_snapshots
+from cablewright.foundation.signals import Barrier, Command
 from cablewright.kernels.plant import winding
 from cablewright.machine.log.messages import encode
 from cablewright.machine.simulated.settings import FaultPlan
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.saving import Snapshot, read_snapshots, write_snapshots
-from cablewright.signals import Barrier, Command
 from twins import TWIN, changed, machine, run
 
 SPEEDS = np.array([0.3, -0.3, 0.1, 0.0])

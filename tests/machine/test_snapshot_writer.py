@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import EnvironmentFault, InputError
-from cablewright.saving import Snapshot, read_snapshots, write_snapshots
-from cablewright.studies.prints import snapshot_writer as keepers
-from cablewright.studies.prints.snapshot_writer import SnapshotWriter
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.saving import Snapshot, read_snapshots, write_snapshots
+from cablewright.live.prints import snapshot_writer as keepers
+from cablewright.live.prints.snapshot_writer import SnapshotWriter
 
 
 def number(k: int) -> dict[str, Snapshot]:

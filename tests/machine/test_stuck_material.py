@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command
 from cablewright.kernels.plant import dynamics
 from cablewright.machine.files import machine_text
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
@@ -18,7 +19,6 @@ from cablewright.machine.simulated.unmodelled.laws import StickingMaterial
 from cablewright.machine.simulated.unmodelled.stuck_material import StuckMaterial
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.robot import load
-from cablewright.signals import Command
 
 STARTS = {"merlet2023": [0.3, -1.0, 1.2], "house-printer": [0.0, 0.0, 0.5], "cogiro": [0.0, 0.0, 1.0]}
 Plants = pytest.mark.parametrize("plant", ["dynamic", "quasi-static"])

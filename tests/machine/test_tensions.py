@@ -6,6 +6,12 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from cablewright.foundation.signals import Command, PrintState, Tensions
+from cablewright.live.estimators import Estimator, estimator
+from cablewright.live.prints import loop
+from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.machine.sensors.tensions import TensionSensor
 from cablewright.machine.simulated.sensors.tensions import TensionFlaws
 from cablewright.machine.simulated.settings import FaultPlan, TwinSettings
@@ -13,12 +19,6 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
-from cablewright.signals import Command, PrintState, Tensions
-from cablewright.studies.estimators import Estimator, estimator
-from cablewright.studies.prints import loop
-from cablewright.studies.prints.attendant import Attendant
-from cablewright.studies.prints.loop import Printer, Step
-from cablewright.studies.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from twins import TWIN, machine
 
 RING = Job(

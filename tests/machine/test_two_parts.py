@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.live.estimator_settings import OBSERVERS, started_settings
 from cablewright.machine.files import load_machine, machine_names, machine_text
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import MachineFile, SimulationSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.studies.estimator_settings import OBSERVERS, started_settings
 from twins import SETTINGS, SIMULATION, START, TWIN, changed, machine
 
 OWNER, MARK, _ = machine_text("merlet2023").partition("# What only a simulation has")

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.signals import Command, Tensions
 from cablewright.machine.files import machine_text
 from cablewright.machine.log.messages import encode
 from cablewright.machine.sensors.tensions import TensionSensor
@@ -21,7 +22,6 @@ from cablewright.machine.simulated.unmodelled.cable_creep import step_response
 from cablewright.models.packed_views import LineNumbers, LineStates
 from cablewright.models.statics import Model
 from cablewright.robot import Line, load
-from cablewright.signals import Command, Tensions
 from cablewright.solvers.forward import solve_forward
 from twins import TWIN, changed, machine, run
 

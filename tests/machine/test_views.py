@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
+from cablewright.foundation.signals import Estimate, PrintState, Progress, SensorFrame, Truth, frozen
+from cablewright.live.prints.run import log_epoch
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter, begin_log, read_log
 from cablewright.machine.log.views import EVERY, Views, quaternion
 from cablewright.models.rotation import matrices
 from cablewright.robot import load
-from cablewright.signals import Estimate, PrintState, Progress, SensorFrame, Truth, frozen
-from cablewright.studies.prints.run import log_epoch
 
 ROOT = Path(__file__).parents[2]
 FOXGLOVE = ROOT / "tools" / "foxglove"

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.signals import Command, Condition, Encoders, SensorFrame, WinchMode
 from cablewright.machine.interface import Abilities
 from cablewright.machine.winch_counts import BITS, CountFile, Remembering, Unwrapped
-from cablewright.signals import Command, Condition, Encoders, SensorFrame, WinchMode
 
 DT = 0.1
 LINES = ("a", "b")

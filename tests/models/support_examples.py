@@ -27,6 +27,9 @@ from cablewright.exchange.klipper_config import klipper_anchors
 from cablewright.exchange.mjcf import mjcf
 from cablewright.exchange.urdf import urdf
 from cablewright.exchange.wirex_output import wirex
+from cablewright.live.drive import DriveSettings
+from cablewright.live.estimators import estimator
+from cablewright.live.prints.limits import planned
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
@@ -36,9 +39,6 @@ from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.solvers.line_cover import refuse_unfit
 from cablewright.solvers.slack import excess_from_angle
-from cablewright.studies.drive import DriveSettings
-from cablewright.studies.estimators import estimator
-from cablewright.studies.prints.limits import planned
 from physics.test_shared_winches import parallelograms
 
 _FOLDER = tempfile.TemporaryDirectory()

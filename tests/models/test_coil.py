@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.coil import Coil, wind
 
 CORE, WIDTH, DIAMETER, PITCH = 0.05, 0.075, 0.003, 0.0026

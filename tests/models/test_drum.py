@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import tomlkit
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.drums import drums_of
 from cablewright.machine.files import load_machine
 from cablewright.models.coil import wind

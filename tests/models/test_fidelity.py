@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.robot import library_names, load

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.inertia import mass_matrix, mass_root
 from cablewright.robot import Robot, load
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright import paging
+from cablewright.foundation import paging
+from cablewright.foundation.paging import Room
 from cablewright.models.job_poses import along, path_box, poses_at
 from cablewright.models.statics import Model
-from cablewright.paging import Room
 from cablewright.printing.job import Job
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.kernels import layout
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.pack import pack

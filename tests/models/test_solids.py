@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright import paging
+from cablewright.foundation import paging
+from cablewright.foundation.paging import MEMORY, Room
 from cablewright.models.solids import Obstacle, nothing, of_beads
-from cablewright.paging import MEMORY, Room
 from cablewright.printing.deposit import Deposit, deposit
 from cablewright.printing.job import Job
 from cablewright.printing.numeric_path import Helix

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import AnswerError, InputError, Status
+from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import stiffness

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import AnswerError
+from cablewright.foundation.errors import AnswerError
 from cablewright.kernels import layout
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Model

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cablewright.apps.cli.main import run
-from cablewright.errors import CablewrightError, InputError
 from cablewright.exchange import klipper_config, klipper_motion, linuxcnc, rrf_config
+from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.models.support import (
     FEATURES,
     SPATIAL,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import boards
 import cablewright as cw
 import out_of_plane
-from cablewright.errors import Status
+from cablewright.foundation.errors import Status
 from cablewright.robot import PlatformSheave, Pulley, Robot, Swivel
 
 POSES = 60

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import cablewright as cw
 import out_of_plane
 from cablewright.analyses.inertia_forces import inertia_effects
-from cablewright.errors import InputError, Status
+from cablewright.foundation.errors import InputError, Status
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.statics import Model
 from cablewright.robot import Eyelet, Robot, load

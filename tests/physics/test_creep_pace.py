@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from cablewright.estimation.felt_air import FeltAir
+from cablewright.foundation.signals import Climate, Command, Scan, SensorFrame
+from cablewright.live.estimators import estimator
 from cablewright.machine.simulated.rig import air_at
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -17,8 +19,6 @@ from cablewright.models.creep import CreepMemory, histories, log_response, memor
 from cablewright.models.creep_pace import GAS, Air, CreepPace, by_temperature
 from cablewright.robot import Robot, load
 from cablewright.robot.cable import Creep
-from cablewright.signals import Climate, Command, Scan, SensorFrame
-from cablewright.studies.estimators import estimator
 
 ENERGY, EXPONENT = 145e3, 1.5
 LAW = Creep(

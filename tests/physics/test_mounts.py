@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 import cablewright as cw
 import out_of_plane
 from cablewright.control.length_check import check_lengths, lengths_at
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.kernels import layout
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState

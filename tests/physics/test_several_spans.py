@@ -13,7 +13,7 @@ from scipy.optimize import minimize, root
 
 import cablewright as cw
 from cablewright.analyses import feasibility
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot
 from cablewright.solvers.limits import winch_torques

@@ -11,7 +11,7 @@ from scipy.optimize import linprog, minimize, root
 
 import cablewright as cw
 import out_of_plane
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.robot import Robot, SharedWinch, load
 from cablewright.solvers.limits import winch_torques
 

@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 import cablewright as cw
 import out_of_plane
 from cablewright.control.length_check import lengths_at
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot, load

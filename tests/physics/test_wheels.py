@@ -7,7 +7,7 @@ import pytest
 
 import cablewright as cw
 import out_of_plane
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.pack import pack
 from cablewright.models.parameters import varied

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.beads import Bead, Beads, beads_of, section, width_of
 from cablewright.printing.deposit import deposit
 from cablewright.printing.job import Job, load_job

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.curve import Curve, CurveRequirements, Curves, draw
 from cablewright.printing.curve import curves as draw_many
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField, rebuilt
 from cablewright.printing.job import Bead

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import plain_gcode
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.gcode import parse
 from cablewright.printing.line_types import LineType
 from cablewright.printing.toolpath import BY_HEIGHT

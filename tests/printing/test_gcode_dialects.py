@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing import annotations
 from cablewright.printing.gcode import parse
 from cablewright.printing.job import load_job

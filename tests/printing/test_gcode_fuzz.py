@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.gcode import parse
 from cablewright.printing.layers import layer_table
 from cablewright.printing.line_types import LineType

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 
 
 def three(*markers: str) -> str:

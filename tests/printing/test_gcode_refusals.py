@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing import gcode, modal
 from cablewright.printing.gcode import parse
 

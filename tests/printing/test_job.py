@@ -2,7 +2,7 @@
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.job import Bead, Job, Motion, Sampling, load_job
 
 GOOD = """

@@ -7,7 +7,7 @@ import io
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.gcode import parse
 
 PART = "G1 X0 Y0 Z10\nG1 X100 E5\nG1 Y50 E8\n"

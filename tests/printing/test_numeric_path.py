@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.job import load_job
 from cablewright.printing.layers import layer_table
 from cablewright.printing.numeric_path import Helix, RandomCurve

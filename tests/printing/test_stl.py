@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing import stl
 from cablewright.printing.stl import read_stl
 

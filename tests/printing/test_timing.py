@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cablewright import paging
+from cablewright.foundation import paging
 from cablewright.printing.job import Job
 from cablewright.printing.layers import layer_table
 from cablewright.printing.path import Samples, sample

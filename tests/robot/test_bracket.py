@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import library_text, load, load_bracket, loads
 
 TEXT = library_text("house-printer")

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot.dead_span import Arc, DeadSpan, Straight, dead_span
 from cablewright.robot.sheave import GuideSheave
 from oracles import wheel_paths

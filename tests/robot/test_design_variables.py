@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.robot import KINDS, Robot, library_text, load, loads
 from cablewright.robot.design_variables import NAMED, Change, changed, nearest_exits, with_box_inertia
 

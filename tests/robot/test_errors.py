@@ -2,7 +2,14 @@
 
 import pytest
 
-from cablewright.errors import AnswerError, CablewrightError, EnvironmentFault, InputError, UnknownName, suggestion
+from cablewright.foundation.errors import (
+    AnswerError,
+    CablewrightError,
+    EnvironmentFault,
+    InputError,
+    UnknownName,
+    suggestion,
+)
 
 
 @pytest.mark.parametrize(("kind", "code"), [(AnswerError, 1), (InputError, 2), (UnknownName, 2), (EnvironmentFault, 3)])

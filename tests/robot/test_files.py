@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.robot import Eyelet, Line, Swivel, UniversalJoint, library_names, library_text, load, loads
 from cablewright.solvers.inverse import inverse
 

@@ -11,9 +11,9 @@ from jsonschema import Draft202012Validator
 
 from cablewright.analyses.sheave_ratio import sheave_rules
 from cablewright.apps.web.scene import route
-from cablewright.errors import InputError
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.robot_toml import plain_toml
+from cablewright.foundation.errors import InputError
 from cablewright.robot import GuideSheave, Parameter, Robot, json_schema, loads, update, with_value
 from cablewright.robot.design_variables import Change
 

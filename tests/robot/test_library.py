@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from cablewright.live.rest_pose import rest_pose
 from cablewright.robot import Eyelet, RigidPlatform, Swivel, UniversalJoint, library_names, library_text, load
-from cablewright.studies.rest_pose import rest_pose
 
 BODIES = {
     "building-printer": 8,

@@ -10,8 +10,8 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from cablewright.choices import CableName, LayoutName
-from cablewright.errors import InputError
+from cablewright.foundation.choices import CableName, LayoutName
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, loads
 from cablewright.robot.cable_table import CABLES, SAFETY

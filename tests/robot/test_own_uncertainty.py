@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot, assumed_uncertainty, library_names, library_text, load, loads, update
 from cablewright.robot.uncertainty import modulus_ranges
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import cases
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import KINDS, Kind, Parameter, Robot, load, nominal, with_value
 from cablewright.robot.parameter_values import with_exit_point
 from cablewright.robot.parameters import KINDS_OF, parameters_of, why_not

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.robot import Load, Plane, PointPlatform, Retraction, RigidPlatform, Robot, load, loads, update
 
 FILE = """

@@ -13,9 +13,10 @@ import pytest
 from tools.random_prints import random_print
 
 import cablewright as cw
-from cablewright.errors import InputError
 from cablewright.exchange.formats import read_robot
 from cablewright.exchange.robot_toml import plain_toml
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.validation import validated
 from cablewright.machine.settings import Extrusion
 from cablewright.printing import job as jobs
 from cablewright.printing.job import load_job
@@ -24,7 +25,6 @@ from cablewright.robot import Robot, library_names
 from cablewright.robot.new_robot import CABLES, LAYOUTS, Outline, robot_file
 from cablewright.robot.plausibility import doubts
 from cablewright.robot.sheave import Swivel, UniversalJoint
-from cablewright.validation import validated
 from exchange.samples import BODIES, FORK, KLIPPER, MASLOW, RRF, caspr_cables, wirex
 
 Table = dict[str, Any]

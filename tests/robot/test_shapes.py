@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Beam, Box, library_text, loads, update
 
 BEAM = '[[scene.beams]]\nstart = [0, 0, 0]\nend = [0, 0, "150 cm"]\nradius = "5 cm"\n'

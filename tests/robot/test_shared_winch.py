@@ -13,11 +13,11 @@ import pytest
 import cablewright as cw
 from cablewright.control.homing import Homing
 from cablewright.exchange.losses import keys_given, lost_keys
+from cablewright.live.rest_pose import rest_pose
 from cablewright.robot import Winch, load, update
 from cablewright.robot.design_variables import Change
 from cablewright.solvers.limits import rise_on_drums
 from cablewright.studies.design.measures import Prices, _cost
-from cablewright.studies.rest_pose import rest_pose
 from physics.test_shared_winches import BELT, parallelograms, shared
 
 TABLE = 'shared_winch = { line = "left", offset = "2397 mm", winds = "against" }'

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.robot import load
 from cablewright.robot.design_variables import Change
 from cablewright.robot.symmetry import SymmetricChange

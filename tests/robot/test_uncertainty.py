@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from cablewright.analyses.accuracy.expected_error import INTERPOLATION, REMEDIES
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import (
     KINDS,
     Eyelet,

@@ -11,8 +11,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from cablewright import units
-from cablewright.units import Angle, Area, Force, Length, LinearDensity, NonNegative, Positive, Pressure, Speed, Torque
+from cablewright.foundation import units
+from cablewright.foundation.units import (
+    Angle,
+    Area,
+    Force,
+    Length,
+    LinearDensity,
+    NonNegative,
+    Positive,
+    Pressure,
+    Speed,
+    Torque,
+)
 
 DIMENSIONS = [value for value in vars(units).values() if isinstance(value, units.Dimension)]
 SPELLINGS = [(dimension, unit) for dimension in DIMENSIONS for unit in dimension.units]

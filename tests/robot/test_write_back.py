@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot, library_names, library_text, load, loads, update
 
 PATY = library_text("paty2021")

@@ -55,7 +55,7 @@ def test_a_sensor_touches_six_files_at_most(tree: Path) -> None:
         "estimation/body/updates/tilt_meter.py",
         "machine/sensors/tilt_meter.py",
         "machine/simulated/sensors/tilt_meter.py",
-        "signals/tilt_meter.py",
+        "foundation/signals/tilt_meter.py",
     ]
     assert len(own) + len(BESIDES) <= OF_A_SENSOR
 

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 
 import cablewright
-from cablewright.errors import InputError
 from cablewright.exchange.ros.messages import LEFT_OUT
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import READINGS, Command, Encoders, Inertial
+from cablewright.live.body_estimator import BodyEstimator, body_settings
+from cablewright.live.rest_pose import rest_pose
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load
-from cablewright.signals import READINGS, Command, Encoders, Inertial
-from cablewright.studies.body_estimator import BodyEstimator, body_settings
-from cablewright.studies.rest_pose import rest_pose
 
 TABLES = """
 [tilt_meter]

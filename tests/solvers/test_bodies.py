@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import InputError, Status
+from cablewright.foundation.errors import InputError, Status
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load

@@ -14,7 +14,7 @@ import pytest
 from mpmath import mp, mpf
 
 import cases
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.kernels import batches, layout
 from cablewright.kernels.certificates import krawczyk as kernel
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import AnswerError, InputError, Status
+from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.kernels import layout
 from cablewright.kernels.statics.line.upright import LOG_SLACK
 from cablewright.models.fidelity import CableLaw, Fidelity

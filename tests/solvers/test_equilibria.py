@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model

@@ -10,12 +10,12 @@ import pytest
 from mpmath import mp, mpf, quad
 
 import cablewright as cw
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import silent
 from cablewright.kernels import layout
 from cablewright.kernels.certificates.interval import cos, point, sin
 from cablewright.kernels.statics.line import line_branches, line_cell
 from cablewright.kernels.statics.line.span_enclosure import hanging_span
-from cablewright.progress import silent
 from cablewright.solvers import exhaustive
 from cablewright.solvers.line_cover import atlases, known_of
 

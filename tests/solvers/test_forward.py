@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import AnswerError, InputError, Status
+from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Cable, Robot, load

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import linprog, lsq_linear
 
 import cases
-from cablewright.errors import AnswerError, InputError, Status
+from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.kernels.layout import Code
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model

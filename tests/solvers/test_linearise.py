@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import AnswerError
+from cablewright.foundation.errors import AnswerError
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import load
 from cablewright.solvers.forward import solve_forward

@@ -10,15 +10,15 @@ import pytest
 import cablewright as cw
 import out_of_plane
 from cablewright.analyses.interference import distances
-from cablewright.errors import InputError, Status
+from cablewright.foundation.errors import InputError, Status
+from cablewright.live.estimators import estimator
+from cablewright.live.logged_lines import hanging_lines
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.limits import sheave_clearances
 from cablewright.solvers.line_cover import refuse_unfit
 from cablewright.solvers.tension import structures
 from cablewright.solvers.uniqueness import unique_among
-from cablewright.studies.estimators import estimator
-from cablewright.studies.logged_lines import hanging_lines
 
 TILTED = out_of_plane.point("tilted")
 BODY = out_of_plane.body("mixed")

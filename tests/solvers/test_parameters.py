@@ -10,7 +10,7 @@ import pytest
 from mpmath import mp, mpf
 
 import cases
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.parameters import OF_LINES, OF_PLATFORM, varied
 from cablewright.models.statics import Equilibrium, Model

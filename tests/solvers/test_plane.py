@@ -14,7 +14,7 @@ import boards
 import cablewright as cw
 import cases
 from cablewright.control.velocity import VelocitySettings
-from cablewright.errors import AnswerError, InputError, Status
+from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
 from cablewright.models.support import Capability, require

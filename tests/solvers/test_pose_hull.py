@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.kernels import layout
 from cablewright.kernels.certificates import branch_tube, hessian_bounds
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, jacobian_of_all, unfold

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import cases
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot, load

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import InputError, Status, UnknownName
+from cablewright.foundation.errors import InputError, Status, UnknownName
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import Robot, load

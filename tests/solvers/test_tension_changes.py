@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cases
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.parameters import varied
 from cablewright.models.statics import Model

@@ -8,8 +8,8 @@ import json
 import numpy as np
 import pytest
 
-from cablewright import paging
-from cablewright.errors import InputError, Status
+from cablewright.foundation import paging
+from cablewright.foundation.errors import InputError, Status
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job

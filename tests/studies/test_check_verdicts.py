@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, Uncertainty, library_text, load, loads

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cablewright import paging
 from cablewright.analyses.interference import distances
-from cablewright.errors import InputError
+from cablewright.foundation import paging
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Bead
@@ -17,7 +18,6 @@ from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, loads
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.interference import interference
-from cablewright.triangle_mesh import TriangleMesh
 
 ROBOT = """
 schema = 1

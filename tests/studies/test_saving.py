@@ -11,10 +11,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
-from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.robot import load as load_robot
-from cablewright.saving import (
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.saving import (
     LAYOUT,
     Coded,
     Saved,
@@ -26,6 +24,8 @@ from cablewright.saving import (
     save,
     write_snapshots,
 )
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.robot import load as load_robot
 from twins import TWIN, machine
 
 DATA = Path(__file__).parents[1] / "data"

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from cablewright.analyses.workspace.boundary_modes import boundary_modes
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import load

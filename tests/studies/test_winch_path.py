@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cablewright as cw
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.machine.drums import drums_of
 from cablewright.machine.files import load_machine
 from cablewright.models.statics import Model

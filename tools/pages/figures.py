@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 
 from cablewright.apps.cli.main import COMMANDS
-from cablewright.results import Figure
+from cablewright.foundation.results import Figure
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "figures.md"
 HEAD = """# Figures

@@ -9,11 +9,11 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import Status
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import Status
+from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.results import Figure
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import blocks, let_go
-from cablewright.results import Figure
 from cablewright.robot import Line, Robot
 from cablewright.solvers.limits import lever_angles, sheave_clearances, swing_angles, winch_torques
 

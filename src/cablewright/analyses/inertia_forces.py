@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.inertia import counterweight_root
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.line_shapes import polylines
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError, Status
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError, Status
+from cablewright.foundation.results import Figure, Pictured, Result
 from cablewright.kernels.collision import clearance as kernel
 from cablewright.kernels.collision.clearance import Surroundings
 from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Robot
 from cablewright.solvers.batches import run
 from cablewright.solvers.inverse import solve_inverse

@@ -18,14 +18,14 @@ from cablewright.analyses.interference import (
     NearestContacts,
     distances,
 )
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.paging import MEMORY, Room, let_go, of_rows
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.solids import Obstacle, of_beads, of_mesh
 from cablewright.models.statics import Equilibrium
-from cablewright.paging import MEMORY, Room, let_go, of_rows
 from cablewright.printing.beads import Beads
 from cablewright.printing.deposit import deposit
 from cablewright.printing.path import Samples
-from cablewright.triangle_mesh import TriangleMesh
 
 PART = KINDS.index("part")
 

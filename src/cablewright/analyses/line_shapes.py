@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.collision.clearance import Surroundings, drawn_lines
 from cablewright.kernels.collision.line_polyline import MAX_POINTS
 from cablewright.kernels.layout import Packed

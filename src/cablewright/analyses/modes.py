@@ -10,14 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.equilibrium_figures import FIGURES as EQUILIBRIUM
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.inertia import counterweight_root, mass_root
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import Stiffness, stiffness
-from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 

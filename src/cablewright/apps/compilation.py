@@ -19,7 +19,7 @@ from functools import cache
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Final
 
-from cablewright.errors import AnswerError
+from cablewright.foundation.errors import AnswerError
 from cablewright.kernels import thread_count
 from cablewright.kernels.cache import open_folder
 from cablewright.solvers.batches import saying_more

@@ -8,8 +8,8 @@ from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from typing import Any, NamedTuple
 
-from cablewright.results import Figure, Result, plain
-from cablewright.units import unit_size
+from cablewright.foundation.results import Figure, Result, plain
+from cablewright.foundation.units import unit_size
 
 NONE = "-"
 WIDE = 8  # parts beyond which things stand in columns beside each other, not in rows

@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any, Final
 
-from cablewright.choices import FileKind
-from cablewright.validation import FileDescription
+from cablewright.foundation.choices import FileKind
+from cablewright.foundation.validation import FileDescription
 
 _MODELS: Final[dict[FileKind, tuple[str, str]]] = {
     "job": ("printing.job", "Job"),

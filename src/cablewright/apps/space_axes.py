@@ -13,9 +13,9 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # typ
 from numpy.typing import ArrayLike
 
 from cablewright.apps import style
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.robot import Robot
-from cablewright.triangle_mesh import TriangleMesh
 
 _FLATTEST: Final = 0.3  # of the longest side: a thinner box has no room for its labels
 _ZOOM: Final = 0.88  # leaves room for the labels, which matplotlib's layout does not count

@@ -28,7 +28,7 @@ from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 # The palette of Okabe and Ito.
 BLUE: Final = "#0072b2"

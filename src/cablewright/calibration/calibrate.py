@@ -26,10 +26,10 @@ from cablewright.calibration.poses.observability import Information, information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
 from cablewright.calibration.poses.starts import best_fit, elastic_fit, first_start
 from cablewright.calibration.poses.sufficient_data import check, check_lengths
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress, silent
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
-from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 
 ROUGH: Final = 0.5

@@ -12,13 +12,22 @@ from typing import Any, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.plan import SIGMAS
-from cablewright.csv_input import Column, cells_of, find_column, header_of, number_rows, separator_of, shown, text_lines
-from cablewright.errors import InputError, suggestion
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.csv_input import (
+    Column,
+    cells_of,
+    find_column,
+    header_of,
+    number_rows,
+    separator_of,
+    shown,
+    text_lines,
+)
+from cablewright.foundation.errors import InputError, suggestion
+from cablewright.foundation.units import ANGLE, FORCE, LENGTH, Dimension
 from cablewright.models.drum import drum_of
 from cablewright.robot import Robot
-from cablewright.units import ANGLE, FORCE, LENGTH, Dimension
 
 SENSORS: Final = {"tension": ("tensions", "f_1"), "swivel": ("swivel", "swivel_1"), "tilt": ("tilt", "tilt_x"),
                   "yaw": ("yaw", "yaw")}  # fmt: skip

@@ -10,11 +10,11 @@ from annotated_types import Ge, Le
 from pydantic import Field, Strict, model_validator
 
 from cablewright.calibration.unknowns import BOUNDED, COORDINATES, DEFAULT, NAMES, Unknown
-from cablewright.errors import suggestion
+from cablewright.foundation.errors import suggestion
+from cablewright.foundation.toml_input import load_model
+from cablewright.foundation.units import Angle, Force, Length, Positive, Vec3
+from cablewright.foundation.validation import Description, FileDescription, refusal
 from cablewright.robot.parameters import KINDS_OF
-from cablewright.toml_input import load_model
-from cablewright.units import Angle, Force, Length, Positive, Vec3
-from cablewright.validation import Description, FileDescription, refusal
 
 INNER: Final = "inner"
 """The default datum, the inner constraint: on average exit points keep the position and direction of the file."""

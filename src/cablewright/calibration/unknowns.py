@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array, Indices
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.kernels.fitting import straight_line
 from cablewright.models.parameters import lines_of
 from cablewright.models.plane import basis

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.rotation import matrices, matrix_of, motion_between
 from cablewright.printing.schedule import Schedule, ScheduleStep
 

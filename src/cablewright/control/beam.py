@@ -8,11 +8,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError, require_positive
-from cablewright.reading_times import ReadingTimes
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError, require_positive
+from cablewright.foundation.reading_times import ReadingTimes
+from cablewright.foundation.signals import BeamLength, SensorFrame
 from cablewright.robot import Robot
-from cablewright.signals import BeamLength, SensorFrame
 
 OUTPUT: Final = "retraction"
 """Name of the machine's output: m/s, positive makes the platform longer."""

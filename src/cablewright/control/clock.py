@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from cablewright.signals import Condition, Notice, SensorFrame
+from cablewright.foundation.signals import Condition, Notice, SensorFrame
 
 _SAME: Final = 1e-6  # of a period: elapsed times that differ by less are a period, told by a clock with rounding
 _LATE: Final = 1.5  # periods after which a step is an overrun

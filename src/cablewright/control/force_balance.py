@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.statics import Model
 from cablewright.solvers.taut import taut_at
 

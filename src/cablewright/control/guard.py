@@ -14,11 +14,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.control.stop import StopKind, StopSettings
-from cablewright.errors import InputError, require_positive
-from cablewright.reading_times import ReadingTimes, Timeliness
-from cablewright.signals import (
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError, require_positive
+from cablewright.foundation.reading_times import ReadingTimes, Timeliness
+from cablewright.foundation.signals import (
     Command,
     Condition,
     Drives,

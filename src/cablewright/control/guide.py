@@ -14,9 +14,9 @@ from typing import Final, NamedTuple, Self
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.control.attitude import Attitude
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.models.rotation import turn_between
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.path import Samples

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cablewright.errors import require_positive
+from cablewright.foundation.errors import require_positive
 
 
 @dataclass(frozen=True)

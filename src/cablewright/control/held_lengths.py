@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.preferred import preferred_tensions

@@ -14,16 +14,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.control.force_balance import balance
 from cablewright.control.length_check import LIMIT, LengthCheck, check_lengths, lengths_at
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import TakeUp, TakeUpSettings
 from cablewright.control.three_poses import SlowWay, places, sentence
-from cablewright.errors import AnswerError, CablewrightError, Status
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, CablewrightError, Status
+from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, Coverage, require, support
-from cablewright.signals import Estimate, SensorFrame
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 
 _CALM: Final = 1.0  # s after the last line

@@ -8,9 +8,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
-from cablewright.signals import Order, OrderKind
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Order, OrderKind
 
 LEASE: Final = 0.2
 """Time for which one order to jog is obeyed, s: whoever holds a button repeats it, and whoever is gone does not."""

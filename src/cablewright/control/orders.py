@@ -10,9 +10,9 @@ from typing import Final
 from cablewright.control import manual
 from cablewright.control.manual import ManualSettings
 from cablewright.control.supervisor import MOVING
-from cablewright.reading_times import ReadingTimes
-from cablewright.signals import ORDER_LIFE, Order, OrderKind, PrintState
-from cablewright.units import LARGEST
+from cablewright.foundation.reading_times import ReadingTimes
+from cablewright.foundation.signals import ORDER_LIFE, Order, OrderKind, PrintState
+from cablewright.foundation.units import LARGEST
 
 BY_HAND: Final = (OrderKind.JOG, OrderKind.GO_TO, OrderKind.PARK)
 """Orders of motions by hand."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from cablewright.arrays import Array
-from cablewright.signals import Estimate, SensorFrame, WinchMode
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Estimate, SensorFrame, WinchMode
 
 
 class ProcedureStep(NamedTuple):

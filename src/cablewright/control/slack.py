@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
 from cablewright.solvers.taut import Taut
 
 

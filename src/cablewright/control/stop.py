@@ -11,9 +11,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import require_positive
-from cablewright.signals import WinchMode
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import require_positive
+from cablewright.foundation.signals import WinchMode
 
 
 class StopKind(IntEnum):

@@ -19,9 +19,9 @@ from cablewright.control.guard import StopCause
 from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
 from cablewright.control.transitions import TRANSITIONS, Event, Happening
-from cablewright.errors import InputError, require_positive
-from cablewright.reading_times import ReadingTimes, Timeliness
-from cablewright.signals import (
+from cablewright.foundation.errors import InputError, require_positive
+from cablewright.foundation.reading_times import ReadingTimes, Timeliness
+from cablewright.foundation.signals import (
     ORDER_LIFE,
     Barrier,
     Condition,

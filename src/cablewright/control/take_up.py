@@ -12,11 +12,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.control.procedure import ProcedureStep
-from cablewright.errors import require_positive
-from cablewright.reading_times import ReadingTimes
-from cablewright.signals import Encoders, Estimate, SensorFrame, Tensions, WinchMode
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import require_positive
+from cablewright.foundation.reading_times import ReadingTimes
+from cablewright.foundation.signals import Encoders, Estimate, SensorFrame, Tensions, WinchMode
 
 PULLS: Final = 0.5
 """Share of the tension from which a line is taut already; pushing by as much, its sign is wrong."""

@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.control.length_check import LengthCheck
+from cablewright.foundation.arrays import Array
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import taut_at

@@ -12,7 +12,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Final
 
-from cablewright.signals import OrderKind, PrintState
+from cablewright.foundation.signals import OrderKind, PrintState
 
 
 class Happening(StrEnum):

@@ -18,17 +18,17 @@ from typing import Final, get_args
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.choices import LawName
 from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
-from cablewright.errors import InputError, UnknownName, require_positive
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import LawName
+from cablewright.foundation.errors import InputError, UnknownName, require_positive
+from cablewright.foundation.signals import Estimate
 from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.signals import Estimate
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.taut import Taut, taut_at
 

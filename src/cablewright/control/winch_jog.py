@@ -11,9 +11,9 @@ import numpy as np
 from cablewright.control.manual import LEASE, MAX_SPEED, require_run_out
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import WRONG_SIGN
-from cablewright.errors import InputError
-from cablewright.reading_times import ReadingTimes
-from cablewright.signals import Estimate, SensorFrame, Tensions
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.reading_times import ReadingTimes
+from cablewright.foundation.signals import Estimate, SensorFrame, Tensions
 
 _RAMP: Final = 0.2  # m/s^2 of cable
 _END: Final = 0.5  # s after the last lease until the procedure ends

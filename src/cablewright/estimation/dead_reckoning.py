@@ -14,18 +14,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError, InputError, Status
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.felt_air import FeltAir
 from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace
 from cablewright.estimation.reading_checks import accepted
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError, Status
+from cablewright.foundation.signals import Climate, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.models.coil import Coil
 from cablewright.models.creep import CreepMemory, memory_of
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
-from cablewright.signals import Climate, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cablewright.reading_times import ReadingTimes, Timeliness
-from cablewright.signals import Fault
+from cablewright.foundation.reading_times import ReadingTimes, Timeliness
+from cablewright.foundation.signals import Fault
 
 _BRIEF_FAULT_TIME = 10.0  # s for which a momentary fault stays active
 

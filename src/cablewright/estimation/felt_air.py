@@ -6,9 +6,9 @@ from collections import deque
 from statistics import median
 from typing import Final
 
+from cablewright.foundation.signals import Climate
 from cablewright.models.creep import CreepMemory
 from cablewright.models.creep_pace import COLDEST, HOTTEST, Air
-from cablewright.signals import Climate
 
 _LAST: Final = 5  # readings, of whose numbers the median counts: a spike is none of them
 _ENOUGH: Final = 3  # of them, before which a spike might be the median

@@ -10,9 +10,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
-from cablewright.signals import Scan
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Scan
 
 _NORMAL: Final = NormalDist()
 _BAND: Final = 3.0  # sigmas from the middle, of points of one level

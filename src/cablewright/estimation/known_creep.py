@@ -12,11 +12,11 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.felt_air import FeltAir
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Climate
 from cablewright.models.creep import CreepMemory, memory_of
 from cablewright.robot import Robot
-from cablewright.signals import Climate
 
 _PERIOD: Final = 1.0  # s between two looks at the loads, at least
 _GAP: Final = 60.0  # s without loads, after which nothing is made good: lidars have seen it

@@ -6,12 +6,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from cablewright.errors import InputError
 from cablewright.estimation.drum_clock import ClockLeadSettings
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.lidar.localisation import WallSettings
 from cablewright.estimation.slackness import SlacknessSettings
 from cablewright.estimation.tilt import TiltSettings
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Model
 
 

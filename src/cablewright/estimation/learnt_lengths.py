@@ -23,9 +23,10 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError, InputError, require_positive
 from cablewright.estimation.kalman.state import kalman_update
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError, require_positive
+from cablewright.foundation.saving import SavedRows
 from cablewright.kernels import layout
 from cablewright.kernels.layout import Packed
 from cablewright.models.creep import HOUR, CreepMemory, hour_compliance, memory_of
@@ -33,7 +34,6 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot.cable import Creep
 from cablewright.robot.mount import compliance_matrix
 from cablewright.robot.parameters import Parameter
-from cablewright.saving import SavedRows
 from cablewright.solvers.forward import solve_again, solve_forward
 from cablewright.solvers.linearise import linearise
 from cablewright.solvers.parameters import mount_lengths, response

@@ -12,7 +12,6 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation import slackness
 from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
@@ -22,8 +21,8 @@ from cablewright.estimation.lidar.wall_lines import LidarTurn
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import TiltSettings
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.robot import Line
-from cablewright.signals import (
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import (
     SOURCES,
     Climate,
     Encoders,
@@ -34,6 +33,7 @@ from cablewright.signals import (
     SensorFrame,
     per_line,
 )
+from cablewright.robot import Line
 from cablewright.solvers.taut import Taut
 
 HISTORY_LENGTH: Final = 1500

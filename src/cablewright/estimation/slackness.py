@@ -14,12 +14,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import LineAngles
 from cablewright.kernels.layout import Code
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
 from cablewright.models.statics import Model
-from cablewright.signals import LineAngles
 from cablewright.solvers.one_line import hang
 from cablewright.solvers.taut import Taut, stretches
 

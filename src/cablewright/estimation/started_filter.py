@@ -14,7 +14,7 @@ from cablewright.estimation.kalman import load
 from cablewright.estimation.kalman.filter import FirstState
 from cablewright.estimation.kalman.state import FilterSettings, FilterState
 from cablewright.estimation.known_creep import KnownCreep
-from cablewright.signals import Estimate, SensorFrame
+from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.solvers.taut import Taut
 
 

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from cablewright.errors import InputError
-from cablewright.signals import Inertial
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Inertial
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from cablewright.exchange.completion import Point, chosen_cable, frame_of
 from cablewright.exchange.translation import Notes
+from cablewright.foundation.validation import validated
 from cablewright.robot import Robot
-from cablewright.validation import validated
 
 CABLE: Final = "spectra-1.1mm"
 MASS: Final = 2.0  # kg, assumed

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.errors import InputError, UnknownName
 from cablewright.exchange.completion import BOX, Point, as_point, assumed_cable, chosen_cable, frame_of, name_of
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import Element, number_or_none, read_xml
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.toml_input import is_file
+from cablewright.foundation.validation import shown, validated
 from cablewright.robot import Robot
-from cablewright.toml_input import is_file
-from cablewright.validation import shown, validated
 
 BODIES, CABLES = "links", "cables"
 ROOTS: Final = (BODIES, "bodies_system", CABLES)

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.errors import InputError, UnknownName
 from cablewright.exchange.translation import Notes
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.units import three_digits
 from cablewright.robot.cable_table import CABLES, DENSITY, ELONGATION, SAFETY, STRENGTH
-from cablewright.units import three_digits
 
 Point = tuple[float, ...]
 

@@ -11,20 +11,20 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.errors import InputError, UnknownName, printable
 from cablewright.exchange import linuxcnc
 from cablewright.exchange.klipper_config import klipper_anchors
 from cablewright.exchange.klipper_motion import SQUARE_CORNER, Stepper, klipper_job, printer_config
 from cablewright.exchange.motion_lines import motion_lines
 from cablewright.exchange.rrf_config import rrf_config
 from cablewright.exchange.translation import Notes
+from cablewright.foundation.errors import InputError, UnknownName, printable
+from cablewright.foundation.progress import Progress, silent
 from cablewright.machine.drums import drums_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import WinchDrum
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
-from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_path
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from cablewright.errors import InputError, UnknownName
 from cablewright.exchange import caspr, klipper_config, maslow, rrf_config, wirex, xml_input
 from cablewright.exchange.translation import ImportedRobot, Mapped
-from cablewright.toml_input import read_bytes
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.toml_input import read_bytes
 
 
 @dataclass(frozen=True)

@@ -12,17 +12,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.csv_input import text_lines
-from cablewright.errors import InputError
 from cablewright.exchange.anchors import anchored_robot, spool
 from cablewright.exchange.completion import Point
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
+from cablewright.foundation.csv_input import text_lines
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.validation import shown
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
-from cablewright.validation import shown
 
 MAX_BYTES: Final = 1 << 20
 LETTERS: Final = "abcdefghijklmnopqrstuvwxyz"

@@ -12,9 +12,9 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import printable
 from cablewright.exchange.motion_lines import extent_notes, motion_lines
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import printable
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.studies.checks.winch_path import WinchPath

@@ -12,8 +12,8 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.csv_input import (
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.csv_input import (
     Column,
     cells_of,
     find_column,
@@ -23,12 +23,12 @@ from cablewright.csv_input import (
     separator_of,
     text_lines,
 )
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Result
+from cablewright.foundation.units import DURATION, LENGTH, Dimension
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.forward import solve_forward
-from cablewright.units import DURATION, LENGTH, Dimension
 
 MAX_BYTES: Final = 256 << 20
 MAX_ROWS: Final = 1_000_000

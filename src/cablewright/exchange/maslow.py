@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.csv_input import text_lines
-from cablewright.errors import InputError
 from cablewright.exchange.completion import chosen_cable, frame_of
 from cablewright.exchange.millimetres import from_mm
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
+from cablewright.foundation.csv_input import text_lines
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.validation import shown, validated
 from cablewright.robot import Robot
-from cablewright.validation import shown, validated
 
 MAX_BYTES: Final = 1 << 20
 MAX_DEPTH: Final = 32

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from cablewright.errors import InputError
 from cablewright.exchange.xml_input import finite
-from cablewright.units import LENGTH
-from cablewright.validation import shown
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import LENGTH
+from cablewright.foundation.validation import shown
 
 
 def from_mm(text: str, place: str) -> float:

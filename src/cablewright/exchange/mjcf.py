@@ -13,11 +13,11 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError, InputError, printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.mjcf_lines import Mounting, mounting, platform_end
 from cablewright.exchange.translation import ExportedFile, Notes
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError, printable
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import basis
 from cablewright.models.rotation import placed

@@ -15,8 +15,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import printable
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import printable
 from cablewright.models.rotation import placed
 from cablewright.robot import Eyelet, Line, PlatformPulley, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cablewright.errors import printable
+from cablewright.foundation.errors import printable
 from cablewright.robot import Robot
 from cablewright.studies.checks.winch_path import WinchPath
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from cablewright.results import Figure, Result
+from cablewright.foundation.results import Figure, Result
 
 _LOST = Figure("lost", "", "What of the one side the other does not have, a sentence each.", sentences=True)
 _ASSUMED = Figure("assumed", "", "What the other side needs and had to be assumed, a sentence each.", sentences=True)

@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from cablewright.errors import printable
 from cablewright.exchange.translation import ImportedRobot
+from cablewright.foundation.errors import printable
 from cablewright.robot import Robot
 from cablewright.robot.defaults import PARTS
 

@@ -14,15 +14,15 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.arrays import Array
-from cablewright.csv_input import text_lines
-from cablewright.errors import InputError
 from cablewright.exchange.anchors import anchored_robot, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
 from cablewright.exchange.rrf_spool import dead_length, spool_law
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.csv_input import text_lines
+from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import WinchDrum
 from cablewright.models.support import Capability, require

@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.rotation import placed
 from cablewright.robot import Robot
-from cablewright.triangle_mesh import TriangleMesh
 
 SIDES: Final = 16
 """Of the prism that stands for a round bar."""

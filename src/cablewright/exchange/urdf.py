@@ -11,10 +11,10 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import printable
 from cablewright.models.rotation import placed
 from cablewright.models.support import Capability, losses
 from cablewright.robot import RigidPlatform, Robot

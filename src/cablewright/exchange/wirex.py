@@ -8,7 +8,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.errors import InputError
 from cablewright.exchange.completion import (
     as_point,
     assumed_cable,
@@ -19,8 +18,9 @@ from cablewright.exchange.completion import (
 )
 from cablewright.exchange.translation import ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import Element, read_xml
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.validation import shown, validated
 from cablewright.robot import Robot
-from cablewright.validation import shown, validated
 
 VERSIONS: Final = ("0.31", "0.32")
 MODULUS: Final = 1.1e11  # Pa: WireLib's default

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Final
 from xml.sax.saxutils import quoteattr
 
-from cablewright.errors import UnknownName, printable
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.exchange.wirex import MODULUS, VERSIONS, axes_of
+from cablewright.foundation.errors import UnknownName, printable
 from cablewright.models.support import Capability, require
 from cablewright.robot import Cable, Line, RigidPlatform, Robot, Swivel
 from cablewright.robot.direction import unit_vector

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Final
 from xml.parsers import expat
 
-from cablewright.errors import InputError, suggestion
-from cablewright.toml_input import read_bytes
-from cablewright.validation import shown
+from cablewright.foundation.errors import InputError, suggestion
+from cablewright.foundation.toml_input import read_bytes
+from cablewright.foundation.validation import shown
 
 MAX_BYTES: Final = 4 << 20
 MAX_DEPTH: Final = 32

@@ -10,7 +10,7 @@ from cablewright.kernels import jit
 
 
 class Code(IntEnum):
-    """Status code of one solve. `cablewright.errors.Status` has the sentences shown to users."""
+    """Status code of one solve. `cablewright.foundation.errors.Status` has the sentences shown to users."""
 
     OK = 0
     NOT_CONVERGED = 1

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from pydantic import Field
 
+from cablewright.foundation.units import Length
+from cablewright.foundation.validation import Description
 from cablewright.machine.quantities import Share
-from cablewright.units import Length
-from cablewright.validation import Description
 
 _Small = Annotated[Length, Field(gt=0.0, le=1.0)]
 

@@ -8,9 +8,9 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from cablewright.foundation.units import Mass, NonNegative, Vec3
+from cablewright.foundation.validation import Description, refusal
 from cablewright.machine.quantities import Dense, Heavy, Span
-from cablewright.units import Mass, NonNegative, Vec3
-from cablewright.validation import Description, refusal
 
 
 class _Carrier(Description):

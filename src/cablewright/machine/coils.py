@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import WinchSettings
 from cablewright.models.coil import Coil, wind
 from cablewright.robot import Line

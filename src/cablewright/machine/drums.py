@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.drum import WinchDrum, drum_of

@@ -6,10 +6,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from cablewright.errors import InputError, UnknownName, suggestion
+from cablewright.foundation.errors import InputError, UnknownName, suggestion
+from cablewright.foundation.toml_input import is_file, parse_table, read_table, require_schema
+from cablewright.foundation.validation import validated
 from cablewright.machine.settings import MachineSettings
-from cablewright.toml_input import is_file, parse_table, read_table, require_schema
-from cablewright.validation import validated
 
 
 def load_machine(name_or_path: str | Path) -> MachineSettings:

@@ -9,8 +9,8 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from cablewright.errors import InputError
-from cablewright.signals import Command, SensorFrame, Truth, WinchMode
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command, SensorFrame, Truth, WinchMode
 
 RESET: Final = "reset"
 """Output by which a person's order to reset reaches drives and brakes."""
@@ -20,7 +20,7 @@ RESET: Final = "reset"
 class Abilities:
     """What a machine has and can do.
 
-    ``winches``: their number. ``sensors``: sources of its readings, see `cablewright.signals.SOURCES`. ``modes``: of
+    ``winches``: their number. ``sensors``: sources of its readings, see `signals.SOURCES`. ``modes``: of
     its winches. ``outputs``: names of further outputs. ``brakes``: whether its winches have brakes. ``real_time``:
     whether a step takes its time. ``truth``, ``snapshot`` and ``refill`` (kg of powder) are of a simulation: None
     without.

@@ -7,9 +7,9 @@ from array import array
 from dataclasses import replace
 from typing import Final
 
+from cablewright.foundation.signals import ORDER_LIFE, Command, Condition, Notice, SensorFrame
 from cablewright.kernels import prepared_count
 from cablewright.machine.interface import Abilities, Machine
-from cablewright.signals import ORDER_LIFE, Command, Condition, Notice, SensorFrame
 
 _SPIN_TIME: Final = 0.02  # s of busy waiting before a step is due: after sleeping it takes half as long again
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from cablewright.foundation.signals import Command, Order, OrderKind
 from cablewright.machine.carriers import Body, Drum
-from cablewright.signals import Command, Order, OrderKind
 
 
 @dataclass

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cablewright.units import Density, Duration, Length, Mass
-from cablewright.validation import refusal
+from cablewright.foundation.units import Density, Duration, Length, Mass
+from cablewright.foundation.validation import refusal
 
 # Beyond any machine, but so far from the ends of floats that nothing computed from them leaves those.
 Span = Annotated[Length, Field(ge=1e-6, le=1e5)]

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import Length, Positive, Torque
+from cablewright.foundation.validation import Description, FileDescription, refusal, require_unique_names
 from cablewright.machine.accuracy import MachineAccuracy
 from cablewright.machine.carriers import Body, Drum
 from cablewright.machine.drives.settings import LOOPBACK, WinchDriveSettings
@@ -21,8 +23,6 @@ from cablewright.machine.sensors.retraction import RetractionDrive
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
 from cablewright.printing.beads import Bead
-from cablewright.units import Length, Positive, Torque
-from cablewright.validation import Description, FileDescription, refusal, require_unique_names
 
 MAX_WALLS: Final = 200
 

@@ -24,10 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from cablewright.errors import EnvironmentFault, InputError
-from cablewright.file_output import write_whole
-from cablewright.machine.interface import Abilities, Machine
-from cablewright.signals import (
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.signals import (
     Command,
     Condition,
     Drives,
@@ -38,7 +37,8 @@ from cablewright.signals import (
     SensorFrame,
     WinchMode,
 )
-from cablewright.toml_input import read_bytes
+from cablewright.foundation.toml_input import read_bytes
+from cablewright.machine.interface import Abilities, Machine
 
 BITS: Final = 32
 """Bits of a counter."""

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 
 TURN = 2.0 * np.pi
 

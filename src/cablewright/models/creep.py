@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 from scipy.linalg import solve_banded
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.creep_pace import Air, CreepPace
 from cablewright.robot.cable import Creep
 

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.robot.cable import Creep
 
 GAS: Final = 8.31446  # J/(mol K)

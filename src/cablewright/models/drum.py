@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.models.coil import TURN, Coil
 from cablewright.robot import Line
 

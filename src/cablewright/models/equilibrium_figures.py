@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cablewright.results import Figure
+from cablewright.foundation.results import Figure
 
 
 def _word(found: Any) -> str | list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
 
 
 class CableLaw(StrEnum):

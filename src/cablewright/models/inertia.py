@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.models.rotation import matrices
 from cablewright.models.stiffness import Stiffness, along_chords
 from cablewright.robot import RigidPlatform, Robot

@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.job import DEFAULT_STEP, Job
 from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule

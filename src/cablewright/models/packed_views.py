@@ -7,7 +7,7 @@ from typing import Self, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels import layout
 
 

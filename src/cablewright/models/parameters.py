@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels import layout
 from cablewright.kernels.layout import EXIT, LENGTH, MODULUS, POINT, SHEAVE, WEIGHT_FACTOR, Packed
 from cablewright.robot import Line, Robot

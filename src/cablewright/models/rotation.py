@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.rotation import compose, matrix
 from cablewright.kernels.statics.platform import between
 

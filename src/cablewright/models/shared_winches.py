@@ -6,7 +6,7 @@ from itertools import chain, permutations
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.shared_winches.program import LINE, OFFSET, OTHER, SENSE, SHARES
 from cablewright.robot import Robot
 

@@ -9,11 +9,11 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Indices
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.kernels.collision.clearance import BEADS, PIECE, TRIANGLES, PartTree
-from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.deposit import Deposit
-from cablewright.triangle_mesh import TriangleMesh
 
 _LEAF: Final = 2  # maximum pieces per leaf; 1 and 8 are slower (benchmarks/interference.py)
 

@@ -10,8 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError, InputError, Status
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError, Status
+from cablewright.foundation.results import Result
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics.inverse import TENSION_TOLERANCE
@@ -24,7 +25,6 @@ from cablewright.models.plane import basis
 from cablewright.models.rotation import placed
 from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.shared_winches import missed_lengths
-from cablewright.results import Result
 from cablewright.robot import RigidPlatform, Robot
 
 FULL = Fidelity()

@@ -21,8 +21,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import AnswerError, Status
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, Status
 from cablewright.kernels.statics.stiffness import stiffness_rows
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers

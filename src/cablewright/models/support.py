@@ -11,7 +11,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.robot import (
     Eyelet,
     GuideSheave,

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 _ROUNDING = 5e-6  # m, tolerance for files with three decimals of a millimetre, as in GRBL
 _SAME_POINT = 1e-9  # m, distance from start to end below which an arc is a full circle

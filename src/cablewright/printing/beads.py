@@ -11,11 +11,11 @@ import numpy as np
 from annotated_types import Ge, Le
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.units import Length, spell_length
+from cablewright.foundation.validation import Description
 from cablewright.printing.line_types import LineType
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
-from cablewright.units import Length, spell_length
-from cablewright.validation import Description
 
 MAX_SIZE: Final = 1e3  # m
 MIN_SIZE: Final = 1e-6  # m

@@ -6,7 +6,7 @@ from array import array
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 
 class Changes:

@@ -14,10 +14,10 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
-from cablewright.progress import Progress, silent
-from cablewright.results import Figure, Pictured, Result
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress, silent
+from cablewright.foundation.results import Figure, Pictured, Result
 
 MAX_CURVES: Final = 1000
 _HARMONICS: Final = 6

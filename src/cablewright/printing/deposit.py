@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.beads import Bead, Beads
 from cablewright.printing.path import Samples
 

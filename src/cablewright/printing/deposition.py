@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError, require_positive
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError, require_positive
 from cablewright.printing.heightfield import HeightField
 
 Profile = Callable[[Array], Array]

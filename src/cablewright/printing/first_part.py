@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from cablewright.foundation.units import LENGTH, SPEED, Vec3, three_digits
 from cablewright.printing.beads import Bead
-from cablewright.units import LENGTH, SPEED, Vec3, three_digits
 
 LAYERS: Final = 3
 FLAT: Final = 0.05  # m, depth below which a frame is a plane

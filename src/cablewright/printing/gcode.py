@@ -11,13 +11,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.toml_input import open_regular
 from cablewright.printing.annotations import slicer_of
 from cablewright.printing.modal import Controller
 from cablewright.printing.toolpath import Material, Toolpath, build
 from cablewright.printing.words import MAX_LINE, shortened
-from cablewright.progress import Progress
-from cablewright.toml_input import open_regular
 
 MAX_BYTES: Final = 1 << 30
 SHORTEST_ARC_STEP: Final = 1e-6  # m

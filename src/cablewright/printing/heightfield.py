@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError, require_positive
-from cablewright.triangle_mesh import TriangleMesh
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError, require_positive
+from cablewright.foundation.triangle_mesh import TriangleMesh
 
 MAX_CELLS: Final = 25_000_000
 

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 _NEAR: Final = 1e-9  # m, distance of places that count as one
 _STEPS: Final = 60  # maximum of Newton's method in a bracket: as many halvings reach rounding

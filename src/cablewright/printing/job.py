@@ -14,9 +14,13 @@ from typing import Annotated, Any, Self
 from annotated_types import Ge, Le
 from pydantic import AfterValidator, Field, model_validator
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
-from cablewright.paging import MEMORY, Room
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.paging import MEMORY, Room
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.toml_input import is_file, read_table, require_schema
+from cablewright.foundation.units import Acceleration, Jerk, Length, Speed
+from cablewright.foundation.validation import Description, FileDescription, refusal, validated
 from cablewright.printing.beads import ASSUMED, Beads, beads_of
 from cablewright.printing.beads import Bead as Bead
 from cablewright.printing.gcode import SHORTEST_ARC_STEP, SMALLEST_ARC_ERROR, parse
@@ -26,10 +30,6 @@ from cablewright.printing.path import Samples, sample
 from cablewright.printing.schedule import ScheduleStep
 from cablewright.printing.timing import TimeLaw, time_law
 from cablewright.printing.toolpath import Material, Toolpath
-from cablewright.progress import Progress
-from cablewright.toml_input import is_file, read_table, require_schema
-from cablewright.units import Acceleration, Jerk, Length, Speed
-from cablewright.validation import Description, FileDescription, refusal, validated
 
 log = logging.getLogger(__name__)
 

@@ -24,7 +24,7 @@ from typing import Final, NoReturn
 
 import numpy as np
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.printing.annotations import Annotations
 from cablewright.printing.arc import ArcError, centre_from_offset, centre_from_radius, piece_count, pieces, swept_angle
 from cablewright.printing.changes import Changes

@@ -9,14 +9,14 @@ from annotated_types import Ge, Gt, Le
 from numpy.typing import NDArray
 from pydantic import Field
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import Length
+from cablewright.foundation.validation import Description
 from cablewright.printing.curve import CurveRequirements, draw
 from cablewright.printing.line_types import LineType
 from cablewright.printing.modal import MAX_COORDINATE
 from cablewright.printing.toolpath import Toolpath
-from cablewright.units import Length
-from cablewright.validation import Description
 
 CHORD: Final = 0.02  # m, maximum length of the pieces of a round
 _SLOW_RISE: Final = 50.0  # m along the path per m of rise to the next round

@@ -10,10 +10,10 @@ import numpy as np
 from annotated_types import Ge, Le
 from pydantic import model_validator
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.units import Angle3, Length, Positive
+from cablewright.foundation.validation import Description, refusal
 from cablewright.printing.modal import MAX_COORDINATE
-from cablewright.units import Angle3, Length, Positive
-from cablewright.validation import Description, refusal
 
 
 class ScheduleStep(Description):

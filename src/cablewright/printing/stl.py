@@ -10,10 +10,10 @@ from typing import BinaryIO, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
-from cablewright.toml_input import open_regular
-from cablewright.triangle_mesh import STL_FACET, TriangleMesh
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.toml_input import open_regular
+from cablewright.foundation.triangle_mesh import STL_FACET, TriangleMesh
 
 MAX_TRIANGLES: Final = 2_000_000
 MAX_COORDINATE: Final = 1e6  # m, after scaling, so that no computation overflows

@@ -14,8 +14,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.paging import MEMORY, Room, blocks, let_go
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.jerk import Knots, averaged, extreme_accelerations, refined, widened
 from cablewright.printing.path import Samples
 

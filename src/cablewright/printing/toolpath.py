@@ -9,8 +9,8 @@ from typing import Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
 from cablewright.printing.annotations import LAYER_MARKERS, Annotations
 from cablewright.printing.line_types import LineType
 from cablewright.printing.modal import COLUMNS, Controller

@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.printing.path import Samples
 
 WITHIN: Final = 0.5

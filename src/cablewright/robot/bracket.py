@@ -13,9 +13,9 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.toml_input import read_table, require_schema
-from cablewright.units import Length, Positive, Pressure
-from cablewright.validation import Description, refusal, validated
+from cablewright.foundation.toml_input import read_table, require_schema
+from cablewright.foundation.units import Length, Positive, Pressure
+from cablewright.foundation.validation import Description, refusal, validated
 
 _LARGEST: Final = 10.0  # m
 _THINNEST: Final = 1e-4  # m

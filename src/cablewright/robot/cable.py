@@ -11,8 +11,8 @@ from typing import Annotated, Final, Self
 from annotated_types import Ge, Gt, Le
 from pydantic import Field, Strict, model_validator
 
-from cablewright.errors import suggestion
-from cablewright.units import (
+from cablewright.foundation.errors import suggestion
+from cablewright.foundation.units import (
     Area,
     Duration,
     Force,
@@ -23,7 +23,7 @@ from cablewright.units import (
     Pressure,
     ThermalExpansion,
 )
-from cablewright.validation import Description, refusal
+from cablewright.foundation.validation import Description, refusal
 
 CONSTRUCTIONS: Final[Mapping[str, float]] = MappingProxyType({
     "6x7-FC": 0.369, "6x7-IWRC": 0.432, "6x7-WSC": 0.432, "6x19-FC": 0.384, "6x19-IWRC": 0.449, "6x36-FC": 0.393,

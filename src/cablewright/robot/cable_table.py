@@ -13,8 +13,8 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Final
 
+from cablewright.foundation.units import FORCE, LINEAR_DENSITY, three_digits
 from cablewright.robot.cable import Cable
-from cablewright.units import FORCE, LINEAR_DENSITY, three_digits
 
 SAFETY: Final = 5.0
 """Breaking load over the largest tension: what rope makers ask for in general use, 20 % of the breaking load."""

@@ -13,10 +13,10 @@ from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Final
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import Vec3
 from cablewright.robot.direction import cross, unit_vector
 from cablewright.robot.sheave import GuideSheave
-from cablewright.units import Vec3
 
 Guide = Vec3 | GuideSheave
 """A point that the cable passes, or a wheel that it lies on."""

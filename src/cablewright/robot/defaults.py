@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from cablewright.errors import InputError, suggestion
+from cablewright.foundation.errors import InputError, suggestion
+from cablewright.foundation.validation import KeyPath, look_up, spell
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
-from cablewright.validation import KeyPath, look_up, spell
 
 PARTS = ("cable", "sheave", "winch")
 """Tables of a line that have a default table of the same name."""

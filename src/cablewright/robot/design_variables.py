@@ -13,14 +13,14 @@ from itertools import combinations, product
 from types import MappingProxyType
 from typing import Final
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.units import Vec3
+from cablewright.foundation.validation import validated
 from cablewright.robot.line import Line
 from cablewright.robot.parameter_values import AXES, with_exit_point
 from cablewright.robot.parameters import KINDS, KINDS_OF, Parameter, parameters_of, with_value
 from cablewright.robot.platform import RigidPlatform
 from cablewright.robot.robot import Robot
-from cablewright.units import Vec3
-from cablewright.validation import validated
 
 SAME = 1e-9
 """Lengths that differ by less, as a share of the frame's diagonal, count as equal."""

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import AfterValidator, Strict
 from pydantic_core import PydanticCustomError
 
-from cablewright.units import Vec3
+from cablewright.foundation.units import Vec3
 
 _Number = Annotated[float, Strict()]
 

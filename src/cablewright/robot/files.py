@@ -10,12 +10,12 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.errors import InputError, UnknownName, suggestion
+from cablewright.foundation.errors import InputError, UnknownName, suggestion
+from cablewright.foundation.toml_input import MAX_BYTES, is_file, parse_table, read_table, require_schema
+from cablewright.foundation.validation import validated
 from cablewright.robot.defaults import locate, merge
 from cablewright.robot.plausibility import doubts
 from cablewright.robot.robot import Robot
-from cablewright.toml_input import MAX_BYTES, is_file, parse_table, read_table, require_schema
-from cablewright.validation import validated
 
 _OF_OTHERS: Final = (".cfg", ".conf", ".g", ".gcode", ".ini", ".json", ".wcrfx", ".xml", ".yaml", ".yml")
 """Endings of robots of other programs, some of which `exchange` reads."""

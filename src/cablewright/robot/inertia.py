@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cablewright.units import Inertia3
-from cablewright.validation import KeyPath, refusal
+from cablewright.foundation.units import Inertia3
+from cablewright.foundation.validation import KeyPath, refusal
 
 _TOLERANCE = 1e-12
 """Minimum of the smallest principal moment, as a share of their sum; below it is rounding."""

@@ -8,7 +8,9 @@ from typing import Annotated, Self
 
 from pydantic import Discriminator, Field, StrictBool, Tag, model_validator
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import Force, Length, Mass, NonNegative, Positive, Stiffness, Vec3
+from cablewright.foundation.validation import Description, refusal, require_rising
 from cablewright.robot.cable import Cable
 from cablewright.robot.dead_span import DeadSpan, Guide, dead_span
 from cablewright.robot.direction import unit_vector
@@ -24,8 +26,6 @@ from cablewright.robot.sheave import (
     UniversalJoint,
 )
 from cablewright.robot.winch import SharedWinch, Winch
-from cablewright.units import Force, Length, Mass, NonNegative, Positive, Stiffness, Vec3
-from cablewright.validation import Description, refusal, require_rising
 
 MAX_LINES = 64
 """Maximum number of lines of a robot."""

@@ -7,7 +7,7 @@ from typing import Annotated, Final
 
 from pydantic import AfterValidator, Field, Strict
 
-from cablewright.validation import refusal
+from cablewright.foundation.validation import refusal
 
 MOST: Final = 1e-2
 """The largest compliance, m/N."""

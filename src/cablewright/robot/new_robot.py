@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from cablewright.choices import CableName, LayoutName
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.choices import CableName, LayoutName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.units import FORCE, LENGTH, SPEED, TORQUE, three_digits
 from cablewright.robot.cable_table import CABLES, StockCable
 from cablewright.robot.line import MAX_LINES
-from cablewright.units import FORCE, LENGTH, SPEED, TORQUE, three_digits
 
 GRAVITY: Final = 9.81
 LOW: Final = 0.25  # height of low exit points, over that of the high ones

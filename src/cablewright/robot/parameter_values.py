@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, Literal, TypeVar
 
+from cablewright.foundation.units import Dimension, Vec3
 from cablewright.robot.dead_span import Guide
 from cablewright.robot.line import Line
 from cablewright.robot.platform import Platform
 from cablewright.robot.sheave import Swivel, UniversalJoint
-from cablewright.units import Dimension, Vec3
 
 AXES: Final = "xyz"
 Owner = Literal["line", "all lines", "platform"]

@@ -11,7 +11,17 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Final, Protocol, Self, TypeVar
 
-from cablewright.errors import InputError, UnknownName, suggestion
+from cablewright.foundation.errors import InputError, UnknownName, suggestion
+from cablewright.foundation.units import (
+    ANGLE,
+    FORCE,
+    LENGTH,
+    LINEAR_DENSITY,
+    MASS,
+    TEMPERATURE_DIFFERENCE,
+    TORQUE,
+    Dimension,
+)
 from cablewright.robot.line import Line
 from cablewright.robot.parameter_values import (
     AXES,
@@ -24,7 +34,6 @@ from cablewright.robot.parameter_values import (
     with_modulus,
 )
 from cablewright.robot.platform import Platform, PointPlatform
-from cablewright.units import ANGLE, FORCE, LENGTH, LINEAR_DENSITY, MASS, TEMPERATURE_DIFFERENCE, TORQUE, Dimension
 
 
 class Described(Protocol):

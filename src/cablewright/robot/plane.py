@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from cablewright.foundation.units import Length, Vec3
+from cablewright.foundation.validation import Description
 from cablewright.robot.direction import Direction, unit_vector
-from cablewright.units import Length, Vec3
-from cablewright.validation import Description
 
 OFF_PLANE = 1e-9
 """Distance from its plane, m, and rotation out of it, rad, up to which a pose counts as in the plane."""

@@ -6,13 +6,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from cablewright.errors import UnknownName
+from cablewright.foundation.errors import UnknownName
+from cablewright.foundation.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
+from cablewright.foundation.validation import Description, KeyPath, refusal, require_box, require_unique_names
 from cablewright.robot.direction import Direction, unit_vector
 from cablewright.robot.inertia import check_inertia
 from cablewright.robot.plane import Plane
 from cablewright.robot.scene import MAX_SHAPES
-from cablewright.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
-from cablewright.validation import Description, KeyPath, refusal, require_box, require_unique_names
 
 _ZERO = (0.0, 0.0, 0.0)
 _OF_A_BODY = ("centre_of_mass", "inertia", "inertia_products", "moment")

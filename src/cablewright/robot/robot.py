@@ -9,7 +9,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.errors import InputError, suggestion
+from cablewright.foundation.errors import InputError, suggestion
+from cablewright.foundation.validation import FileDescription, refusal, require_unique_names
 from cablewright.robot.bracket import Bracket
 from cablewright.robot.line import MAX_LINES, Line
 from cablewright.robot.plane import OFF_PLANE
@@ -17,7 +18,6 @@ from cablewright.robot.platform import Platform, Retraction, RigidPlatform
 from cablewright.robot.scene import Scene
 from cablewright.robot.uncertainty import Range, Uncertainty, modulus_ranges
 from cablewright.robot.winch import SharedWinch, Winch
-from cablewright.validation import FileDescription, refusal, require_unique_names
 
 
 class Robot(FileDescription):

@@ -6,8 +6,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.units import Acceleration, Length, NonNegative, Positive, Vec3
-from cablewright.validation import Description, require_box
+from cablewright.foundation.units import Acceleration, Length, NonNegative, Positive, Vec3
+from cablewright.foundation.validation import Description, require_box
 
 MAX_SHAPES = 200
 """Maximum number of beams of a frame, or of boxes of a platform."""

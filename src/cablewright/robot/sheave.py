@@ -11,9 +11,9 @@ from typing import Annotated, Literal, Self
 from annotated_types import Ge, Le
 from pydantic import Field, model_validator
 
+from cablewright.foundation.units import ANGLE, Angle, Force, Length, NonNegative, Positive, Vec3
+from cablewright.foundation.validation import Description, refusal, require_rising
 from cablewright.robot.direction import Direction, cross, unit_vector
-from cablewright.units import ANGLE, Angle, Force, Length, NonNegative, Positive, Vec3
-from cablewright.validation import Description, refusal, require_rising
 
 Wrap = Literal["over", "under"]
 """``over``: the cable comes from below and passes over the sheave; ``under``: from above and under it."""

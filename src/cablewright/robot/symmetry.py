@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Final
 
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.units import Vec3
 from cablewright.robot.design_variables import SAME, Change
 from cablewright.robot.line import Line
 from cablewright.robot.parameter_values import AXES
 from cablewright.robot.robot import Robot
-from cablewright.units import Vec3
 
 PLANES: Final = ("x", "y")
 """Names of mirrors: vertical planes through the middle of the frame, across that axis."""

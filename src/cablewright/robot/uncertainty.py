@@ -9,13 +9,13 @@ from typing import Annotated, Any, Final, Self
 
 from pydantic import Field, Strict, StrictBool, WithJsonSchema, model_validator
 
-from cablewright.errors import InputError, suggestion
+from cablewright.foundation.errors import InputError, suggestion
+from cablewright.foundation.toml_input import load_model
+from cablewright.foundation.validation import Description, FileDescription, refusal, require_rising
 from cablewright.robot.cable import Cable
 from cablewright.robot.line import MAX_LINES
 from cablewright.robot.parameter_values import Kind, Room
 from cablewright.robot.parameters import KINDS_OF, Described, Parameter, misuse, nominal, parameters_of, why_not
-from cablewright.toml_input import load_model
-from cablewright.validation import Description, FileDescription, refusal, require_rising
 
 MAX_ENTRIES: Final = 200
 

@@ -6,8 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.units import Length, Positive, Speed, Torque
-from cablewright.validation import Description, refusal
+from cablewright.foundation.units import Length, Positive, Speed, Torque
+from cablewright.foundation.validation import Description, refusal
 
 MAX_BUILD_UP = 1.0
 """Largest build-up of a drum, 1/m: half of its square gone after half a metre."""

@@ -8,12 +8,12 @@ from typing import Any
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import respell
+from cablewright.foundation.validation import KeyPath, look_up
 from cablewright.robot.defaults import PARTS, holder
 from cablewright.robot.files import loads
 from cablewright.robot.robot import Robot
-from cablewright.units import respell
-from cablewright.validation import KeyPath, look_up
 
 _ORIGIN = "the file to update"
 

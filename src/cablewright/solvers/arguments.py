@@ -7,15 +7,15 @@ import logging
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import LARGEST
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.plane import projected
 from cablewright.models.rotation import shortest
 from cablewright.models.statics import Model
 from cablewright.robot import Plane
 from cablewright.robot.plane import OFF_PLANE
-from cablewright.units import LARGEST
 
 log = logging.getLogger(__name__)
 

@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Result
 from cablewright.kernels import batches
 from cablewright.kernels.certificates import krawczyk as kernel
 from cablewright.kernels.statics.line.vertical_plane import NO_PLANE
 from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
-from cablewright.results import Figure, Result
 from cablewright.solvers.batches import run
 
 TOLERANCE = 1e-9  # default tolerance of a certificate, m and rad

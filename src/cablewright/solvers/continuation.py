@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError, Status
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError, Status
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.krawczyk import CERTIFIED, certify
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, unfold

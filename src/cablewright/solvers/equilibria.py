@@ -11,8 +11,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import AnswerError, InputError, Status
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, InputError, Status
+from cablewright.foundation.results import Figure, Result
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.line.catenary import span
@@ -21,7 +22,6 @@ from cablewright.models.packed_views import LineNumbers, LineStates, blank_state
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_rows
 from cablewright.solvers.certify import Certificate, certify

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress, silent
 from cablewright.kernels.certificates import exclusion
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.progress import Progress, silent
 from cablewright.solvers.batches import run
 from cablewright.solvers.certify import certify
 from cablewright.solvers.equilibria import (

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code, Packed
 from cablewright.models.fidelity import CableLaw, SheaveLaw

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.drum import drum_of
 from cablewright.models.shared_winches import drum_mates
 from cablewright.models.statics import Equilibrium

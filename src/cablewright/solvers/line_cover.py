@@ -12,15 +12,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.progress import Progress, silent
 from cablewright.kernels.certificates.exclusion import Atlases
 from cablewright.kernels.certificates.line_cover import FULL, atlas_work, cover
 from cablewright.kernels.statics.line import line_cell
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
-from cablewright.progress import Progress, silent
 
 ROOM = 1 << 16  # initial capacity, leaves of a line; doubled as needed
 MAX_ROOM = 1 << 21

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import AnswerError, Status
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, Status
 from cablewright.kernels import batches
 from cablewright.kernels.layout import EXIT, LENGTH, MODULUS, PARAMETERS, POINT, SHEAVE, WEIGHT_FACTOR
 from cablewright.models.rows import Rows

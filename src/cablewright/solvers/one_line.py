@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.statics.line.upright import start_force

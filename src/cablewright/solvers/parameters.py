@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.layout import EXIT, LENGTH
 from cablewright.kernels.statics.line.spatial_parameters import mount_rows
 from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cablewright.arrays import Array
-from cablewright.results import Figure, Result
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.results import Figure, Result
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,13 +8,13 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress
 from cablewright.kernels.certificates import pose_hull as kernel
 from cablewright.kernels.statics.line.upright import is_slack
 from cablewright.models.statics import Equilibrium
 from cablewright.models.support import Capability, require
-from cablewright.progress import Progress
 from cablewright.solvers.certify import is_only_one
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.pose_box import PoseBox

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.wrench_feasibility import distribution
 from cablewright.models.fidelity import CableLaw, Fidelity

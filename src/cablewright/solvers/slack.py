@@ -20,8 +20,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Result
 from cablewright.kernels import batches
 from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.equilibrium import evaluate, judge
@@ -35,7 +36,6 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_lengths, as_poses, as_rows
 from cablewright.solvers.batches import run

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.statics import taut
 from cablewright.kernels.statics.line.upright_lines import TAUT
 from cablewright.models.packed_views import LineNumbers, blank_states

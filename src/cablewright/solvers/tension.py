@@ -12,8 +12,9 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.results import Figure, Result
 from cablewright.kernels.layout import Code, Packed
 from cablewright.kernels.wrench_feasibility import capacity_margin, distribution
 from cablewright.models.fidelity import CableLaw, SheaveLaw
@@ -21,7 +22,6 @@ from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
 from cablewright.solvers.batches import run

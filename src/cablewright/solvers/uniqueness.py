@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.certify import is_only_one
 

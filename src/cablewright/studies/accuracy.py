@@ -15,24 +15,24 @@ from cablewright.analyses.accuracy.nozzle_error import Accuracy, AccuracyOptions
 from cablewright.analyses.accuracy.spread import Method
 from cablewright.analyses.sheave_ratio import SheaveRule, sheave_rules
 from cablewright.analyses.workspace.boundary_limits import BoundaryLimits, boundary_limits
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.paging import Room, in_room, let_go
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.results import Figure, Result
+from cablewright.live.places import Places, workspace_nodes
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.paging import Room, in_room, let_go
 from cablewright.printing.job import Job, load_job
-from cablewright.progress import Progress
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
+from cablewright.running.executors.executor import Executor, Serial
+from cablewright.running.executors.kept import kept_in
+from cablewright.running.executors.shared_spread import SharedMethod
+from cablewright.running.memory import require_for_samples
 from cablewright.solvers.arguments import as_poses
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
-from cablewright.studies.executors.executor import Executor, Serial
-from cablewright.studies.executors.kept import kept_in
-from cablewright.studies.executors.shared_spread import SharedMethod
-from cablewright.studies.memory import require_for_samples
-from cablewright.studies.places import Places, workspace_nodes
 
 Ranges = Sequence[Range] | None
 

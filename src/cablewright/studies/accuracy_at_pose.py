@@ -16,9 +16,9 @@ from cablewright.analyses.accuracy.nozzle_error import CONTRIBUTION, Accuracy, A
 from cablewright.analyses.accuracy.region import Region, region
 from cablewright.analyses.accuracy.spread import FirstOrder, Vertices, corner_values
 from cablewright.analyses.accuracy.tensions import GRID, BestTensions, best_tensions
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError
-from cablewright.results import Figure, Result
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError
+from cablewright.foundation.results import Figure, Result
 
 INNER = 4000
 """Random points inside the box of ranges that are compared with its corners."""

@@ -7,9 +7,9 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet
 
-from cablewright.paging import blocks, let_go
+from cablewright.foundation.paging import blocks, let_go
+from cablewright.running.store import GROUP, by_axis
 from cablewright.studies.accuracy import AccuracyStudy
-from cablewright.studies.store import GROUP, by_axis
 
 
 def write_places(study: AccuracyStudy, folder: Path) -> None:

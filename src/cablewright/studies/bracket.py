@@ -12,17 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.analyses.bracket.loads import Loads, loads_at
 from cablewright.analyses.bracket.stress import BracketMesh, Comparison, Design, bracket_at, bracket_of
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.progress import Progress, silent
+from cablewright.foundation.results import Figure, Pictured, Result
+from cablewright.live.places import workspace_nodes
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
-from cablewright.progress import Progress, silent
-from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Bracket, Robot, load_bracket
-from cablewright.studies.places import workspace_nodes
 
 SIZES = (
     ("baseplate", "thickness"),

@@ -15,14 +15,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.saving import Snapshot, read_snapshots, write_snapshots
 from cablewright.kernels.cache import STAMP
 from cablewright.kernels.layout import Packed
-from cablewright.progress import Progress
-from cablewright.saving import Snapshot, read_snapshots, write_snapshots
+from cablewright.running.user_key import is_signed, signature
 from cablewright.solvers.equilibria import Equilibria
 from cablewright.solvers.exhaustive import ExhaustiveSearch, begin, exhaust
-from cablewright.studies.user_key import is_signed, signature
 
 log = logging.getLogger(__name__)
 

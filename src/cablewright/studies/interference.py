@@ -23,22 +23,22 @@ from cablewright.analyses.interference import (
     too_near,
 )
 from cablewright.analyses.job_distances import PART, JobDistances
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.paging import Room, in_room, let_go
+from cablewright.foundation.progress import Progress, silent
+from cablewright.foundation.results import Figure
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import Room, in_room, let_go
 from cablewright.printing.beads import Bead, Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
-from cablewright.progress import Progress, silent
-from cablewright.results import Figure
 from cablewright.robot import Robot
+from cablewright.running.memory import require_for_samples
 from cablewright.solvers.inverse import BLOCK, solve_inverse
-from cablewright.studies.memory import require_for_samples
-from cablewright.triangle_mesh import TriangleMesh
 
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a job whose arrays are in files."""

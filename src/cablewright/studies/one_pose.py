@@ -7,11 +7,11 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 from cablewright.analyses.feasibility import OF_CHECKS, judge_pose
-from cablewright.arrays import Array
-from cablewright.errors import Status
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import Status
+from cablewright.foundation.results import Figure, Result, figures_dict
 from cablewright.models.equilibrium_figures import FIGURES
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.results import Figure, Result, figures_dict
 from cablewright.solvers.certify import Certificate
 from cablewright.solvers.pose_box import PoseBox
 from cablewright.solvers.preferred import preferred_note

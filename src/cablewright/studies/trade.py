@@ -16,19 +16,19 @@ from pydantic import TypeAdapter, ValidationError
 from cablewright.analyses.workspace.boundary_modes import FREQUENCIES, GRID, boundary_modes, straight
 from cablewright.analyses.workspace.criterion import RetractionLaw
 from cablewright.analyses.workspace.workspace import count_nodes, workspace
-from cablewright.arrays import Array, Mask
-from cablewright.choices import CountName, InertiaName
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.choices import CountName, InertiaName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.results import Figure, Pictured, plain
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
-from cablewright.progress import Progress
-from cablewright.results import Figure, Pictured, plain
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change, changed, nearest_exits, require_different, with_box_inertia
-from cablewright.studies.executors.executor import Executor, Serial
-from cablewright.studies.executors.kept import kept_in
-from cablewright.studies.executors.study import evaluate, require_all
-from cablewright.studies.executors.task import Task
+from cablewright.running.executors.executor import Executor, Serial
+from cablewright.running.executors.kept import kept_in
+from cablewright.running.executors.study import evaluate, require_all
+from cablewright.running.executors.task import Task
 
 COUNTS: tuple[str, ...] = get_args(CountName)
 INERTIAS: tuple[str, ...] = get_args(InertiaName)

@@ -11,9 +11,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
-from cablewright.errors import InputError
 from cablewright.estimation.lidar.housing import Housing, find_housing
 from cablewright.estimation.lidar.kinds import MEANINGS, drop_lines_behind, kinds_off_walls, range_errors
 from cablewright.estimation.lidar.localisation import WallPose, WallSettings, start, step
@@ -22,8 +20,10 @@ from cablewright.estimation.lidar.room import Laser, RoomMap, RoomWall
 from cablewright.estimation.lidar.scan import LidarModel, Points, level_points
 from cablewright.estimation.lidar.scan_file import FileScan, read_scan
 from cablewright.estimation.lidar.wall_lines import LidarTurn, LineSearch, WallLine, find_walls
-from cablewright.results import Figure, Pictured, Result
-from cablewright.toml_input import read_bytes
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Pictured, Result
+from cablewright.foundation.toml_input import read_bytes
 
 _PARALLEL: Final = math.radians(10.0)  # walls that differ by less leave the place along them open
 _MAX_PARTS: Final = 4  # named in a note

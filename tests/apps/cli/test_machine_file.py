@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.live.simulate import simulate
 from cablewright.machine.files import machine_text
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.robot import Robot, load, loads
-from cablewright.studies.simulate import simulate
 
 OWN = """
 schema = 1

@@ -8,12 +8,12 @@ from importlib.metadata import version
 import pytest
 
 from cablewright.apps.report.document import script
-from cablewright.errors import AnswerError
+from cablewright.foundation.errors import AnswerError
+from cablewright.live.prints.plan import PrintOptions, twin_of
+from cablewright.live.prints.run import run_print
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import load_job
 from cablewright.robot import load
-from cablewright.studies.prints.plan import PrintOptions, twin_of
-from cablewright.studies.prints.run import run_print
 from printed import RING
 
 JOB = RING.format(radius=0.2)
@@ -101,7 +101,7 @@ def test_a_refused_print_leaves_nothing_and_can_be_tried_again(cli, job, tmp_pat
         raise AnswerError("the machine as built cannot hold the start")
 
     with monkeypatch.context() as patch:
-        patch.setattr("cablewright.studies.prints.run.SimulatedMachine", refuse)
+        patch.setattr("cablewright.live.prints.run.SimulatedMachine", refuse)
         answer = cli("print", "merlet2023", job, *FAST, "--out", tmp_path / "run")
     assert (answer.code, answer.err.count("\n")) == (1, 1)
     assert not list(tmp_path.iterdir())

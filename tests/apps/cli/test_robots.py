@@ -10,7 +10,7 @@ from typing import get_args
 import jsonschema
 import pytest
 
-from cablewright.choices import FileKind
+from cablewright.foundation.choices import FileKind
 from cablewright.machine.files import machine_names, machine_text
 from cablewright.robot import library_names, library_text, load, loads
 

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
+from cablewright.foundation.signals import Encoders, Inertial, Scan
 from cablewright.machine.log.log import read_log
-from cablewright.signals import Encoders, Inertial, Scan
 
 SHORT = ["--loop", "28", "--duration", "4", "--plant", "quasi-static"]
 

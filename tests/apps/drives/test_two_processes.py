@@ -30,7 +30,7 @@ from virtual_drives import virtual_twin
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.robot import load
-from cablewright.signals import Command, WinchMode
+from cablewright.foundation.signals import Command, WinchMode
 times = dict(heartbeat_timeout=0.6, command_timeout=0.5, answer_timeout=0.4)  # a busy computer stalls
 robot, owner = load("merlet2023"), virtual_twin(channel={channel!r}, **times).owner
 machine = DriveMachine(CanopenDrives(robot, owner), owner)

@@ -20,15 +20,15 @@ from cablewright.apps.pictures.region import region as region_picture
 from cablewright.apps.pictures.workspace import workspace_errors
 from cablewright.apps.report.accuracy import write, write_place
 from cablewright.apps.report.document import script
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.kernels.layout import Code
+from cablewright.live.places import Places
 from cablewright.robot import load
 from cablewright.robot.uncertainty import modulus_ranges
 from cablewright.studies.accuracy import (
     AccuracyStudy,
     accuracy,
 )
-from cablewright.studies.places import Places
 from cases import nozzle_errors
 
 EVIL = "</script><script>alert(1)</script>\"'&<b> $\\frac{1}$ $x_"

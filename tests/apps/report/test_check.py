@@ -23,7 +23,7 @@ from apps.report.synthetic import (
 )
 from cablewright.apps.report.check import write
 from cablewright.apps.report.document import script
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.robot import load
 
 SOLVED = ("uncompensated", "compensated", "elastic_only", "tensions", "lowest_tension", "highest_tension")

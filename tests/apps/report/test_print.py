@@ -13,10 +13,10 @@ import pytest
 from cablewright.apps.pictures.print import states_picture
 from cablewright.apps.report.document import script
 from cablewright.apps.report.print import write
+from cablewright.foundation.signals import PrintState
+from cablewright.live.prints.record import record
+from cablewright.live.prints.result import PrintRecord, Span
 from cablewright.printing.stl import read_stl
-from cablewright.signals import PrintState
-from cablewright.studies.prints.record import record
-from cablewright.studies.prints.result import PrintRecord, Span
 from printed import SPEED, printed, standard, without
 from twins import TWIN, head
 

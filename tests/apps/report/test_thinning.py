@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from apps.report.synthetic import EXAMPLES
-from cablewright import paging
 from cablewright.apps.report import thinning
 from cablewright.apps.report.thinning import coarse_corners, worst_of_each_place
+from cablewright.foundation import paging
 from cablewright.printing.job import load_job
 
 

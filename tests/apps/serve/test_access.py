@@ -14,10 +14,9 @@ from cablewright.apps.serve.access import Access, Bucket, new_token
 from cablewright.apps.serve.operators import MAX_CLIENTS, Operators, person
 from cablewright.control.orders import STOPS
 from cablewright.control.transitions import TRANSITIONS
-from cablewright.errors import InputError
-from cablewright.robot import load
-from cablewright.signals import OrderKind
-from cablewright.studies.serve.jobs import (
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import OrderKind
+from cablewright.live.serve.jobs import (
     GCODE,
     JOB,
     JobCheck,
@@ -27,9 +26,10 @@ from cablewright.studies.serve.jobs import (
     subject_of,
     write_check,
 )
-from cablewright.studies.serve.latest import shared
-from cablewright.studies.serve.link import LEASE, ControlLink, ServerLink
-from cablewright.studies.serve.messages import LoadMessage, OrderMessage, parsed
+from cablewright.live.serve.latest import shared
+from cablewright.live.serve.link import LEASE, ControlLink, ServerLink
+from cablewright.live.serve.messages import LoadMessage, OrderMessage, parsed
+from cablewright.robot import load
 from served import RING
 
 TOKEN = new_token()
@@ -202,7 +202,7 @@ def test_the_latest_is_whole_while_it_is_written() -> None:
 
 
 def test_the_page_knows_the_orders_of_the_table() -> None:
-    from cablewright.studies.serve.telling import allowed_orders
+    from cablewright.live.serve.telling import allowed_orders
 
     allowed = allowed_orders()
     for state, event in TRANSITIONS:

@@ -16,9 +16,9 @@ import pytest
 
 pytest.importorskip("starlette")
 
+from cablewright.live.serve.events import Events
+from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
-from cablewright.studies.serve.events import Events
-from cablewright.studies.serve.jobs import JobCheck, subject_of, write_check
 from served import RING, Client, Served, client, served
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")

@@ -17,7 +17,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from cablewright.signals import PrintState
+from cablewright.foundation.signals import PrintState
 from served import Client, Served, client, served
 from virtual_drives import Watched, watched_drives
 

@@ -15,8 +15,8 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import Browser, Page, browser, executable
+from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
-from cablewright.studies.serve.jobs import JobCheck, subject_of, write_check
 from served import RING, Served, client, served
 
 pytestmark = [

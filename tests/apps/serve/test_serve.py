@@ -19,8 +19,8 @@ pytest.importorskip("starlette")
 
 from websockets.exceptions import InvalidStatus
 
+from cablewright.live.serve.jobs import JobCheck, subject_of, write_check
 from cablewright.robot import load
-from cablewright.studies.serve.jobs import JobCheck, subject_of, write_check
 from served import RING, Served, client
 
 pytestmark = [pytest.mark.clock, pytest.mark.skipif(sys.platform != "linux", reason="looks at processes in /proc")]

@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cablewright import paging
 from cablewright.apps.web import path_scene
 from cablewright.apps.web.levels import LEFT_OUT, levels, packed, unpacked
 from cablewright.apps.web.path_scene import PathScene, Quantity
+from cablewright.foundation import paging
 
 
 def distances(points, kept):

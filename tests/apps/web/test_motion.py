@@ -13,6 +13,8 @@ from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.print_scene import print_scene
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.control.attitude import Attitude
+from cablewright.foundation.signals import PrintState, Progress, Scan, SensorFrame, Truth, frozen
+from cablewright.live.prints.record import record
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, LogWriter, read_log
@@ -22,9 +24,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
 from cablewright.robot import load
-from cablewright.signals import PrintState, Progress, Scan, SensorFrame, Truth, frozen
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.prints.record import record
 
 LOOP = Path(__file__).parents[3] / "examples" / "merlet2023-loop.mcap"
 TURNED = np.array([0.02, -0.03, 0.05])

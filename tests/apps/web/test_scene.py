@@ -18,13 +18,13 @@ from cablewright.apps.web.levels import unpacked
 from cablewright.apps.web.path_scene import chosen
 from cablewright.apps.web.robot_scene import one_state, robot_scene
 from cablewright.apps.web.states import States
+from cablewright.live.logged_lines import hanging_lines
+from cablewright.live.rest_pose import rest_pose
 from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
 from cablewright.printing.job import load_job
 from cablewright.robot import library_names, load
 from cablewright.solvers.inverse import inverse
-from cablewright.studies.logged_lines import hanging_lines
-from cablewright.studies.rest_pose import rest_pose
 
 ROOT = Path(__file__).parents[3]
 

@@ -11,11 +11,11 @@ import pytest
 from cablewright.apps.web.levels import unpacked
 from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.png import _shaded
+from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.machine.files import load_machine
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import LogWriter, read_log
 from cablewright.robot import load
-from cablewright.signals import Estimate, SensorFrame
 
 ROOT = Path(__file__).parents[3]
 LOOP = ROOT / "examples" / "merlet2023-loop.mcap"

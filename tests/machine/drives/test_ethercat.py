@@ -15,7 +15,13 @@ import numpy as np
 import pytest
 
 from cablewright.control.guide import TimedPath
-from cablewright.errors import CablewrightError, EnvironmentFault, InputError
+from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
+from cablewright.foundation.signals import Command, Condition, Encoders, PrintState, SensorFrame, WinchMode
+from cablewright.live.estimators import estimator
+from cablewright.live.prints import loop
+from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.limits import planned
+from cablewright.live.prints.loop import Printer, Step
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.ethercat.ethercat_drives import EthercatDrives
 from cablewright.machine.interface import RESET
@@ -24,12 +30,6 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import load
-from cablewright.signals import Command, Condition, Encoders, PrintState, SensorFrame, WinchMode
-from cablewright.studies.estimators import estimator
-from cablewright.studies.prints import loop
-from cablewright.studies.prints.attendant import Attendant
-from cablewright.studies.prints.limits import planned
-from cablewright.studies.prints.loop import Printer, Step
 from ring_of_drives import FAR, HERE, SLOW, Drives, missing, ring_of_drives, twin
 from virtual_drives import RING, RING_BEGIN
 

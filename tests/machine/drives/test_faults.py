@@ -7,12 +7,21 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.signals import (
+    ORDER_LIFE,
+    Condition,
+    Drives,
+    DriveState,
+    Encoders,
+    SensorFrame,
+    Tensions,
+    WinchMode,
+)
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.interface import RESET
-from cablewright.signals import ORDER_LIFE, Condition, Drives, DriveState, Encoders, SensorFrame, Tensions, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, moving
 
 
@@ -185,7 +194,7 @@ def test_winches_are_enabled_together_or_not_at_all() -> None:
     mixed.machine.open()
     mixed.step()
     modes = (WinchMode.OFF, *(WinchMode.VELOCITY,) * 3)
-    from cablewright.signals import Command
+    from cablewright.foundation.signals import Command
 
     mixed.machine.step(Command(mixed.port.now(), np.zeros(4), modes=modes))
     assert all(drive.brake_closed for drive in mixed.rig.drives)

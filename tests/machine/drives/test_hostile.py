@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Condition, WinchMode
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.interface import RESET
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes
-from cablewright.signals import Condition, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 
 

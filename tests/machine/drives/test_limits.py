@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.drives.limits import require_limits
 from cablewright.robot import load
 from virtual_drives import virtual_twin

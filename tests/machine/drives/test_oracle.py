@@ -11,7 +11,7 @@ import canopen
 import pytest
 from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
 
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.axis import Axis
 from cablewright.machine.drives.can_port import CanPort

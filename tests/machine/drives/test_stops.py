@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
+from cablewright.foundation.signals import Condition, WinchMode
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import BusError, CanFrame
 from cablewright.machine.drives.canopen_drives import CanopenDrives
 from cablewright.machine.drives.cia402 import PowerState
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.interface import RESET
-from cablewright.signals import Condition, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cablewright.foundation.signals import WinchMode
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.interface import RESET
-from cablewright.signals import WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked
 
 MODES = (WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY, WinchMode.TENSION)

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import pytest
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import WinchMode
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.drive_machine import DriveMachine
 from cablewright.machine.drives.settings import WinchDriveSettings
-from cablewright.signals import WinchMode
 from virtual_drives import SPEEDS, Bench, bench, moving, virtual_twin
 
 LINE, BIT = "south-east", 19

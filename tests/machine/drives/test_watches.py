@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cablewright.foundation.signals import Command, Inputs, WinchMode
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.bus import CanFrame
 from cablewright.machine.drives.objects import Mode
-from cablewright.signals import Command, Inputs, WinchMode
 from virtual_drives import SPEEDS, Bench, bench, braked, moving
 
 

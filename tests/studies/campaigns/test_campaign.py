@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.live.prints.plan import PrintOptions
+from cablewright.live.prints.print_job import print_job
 from cablewright.machine.simulated.settings import load_twin
 from cablewright.printing.job import Job
 from cablewright.robot import load
+from cablewright.running.executors.processes import Processes
 from cablewright.studies.campaigns.campaign import campaign
 from cablewright.studies.campaigns.one_print import REMEDIES
 from cablewright.studies.campaigns.result import Campaign, MachinePrint
-from cablewright.studies.executors.processes import Processes
-from cablewright.studies.prints.plan import PrintOptions
-from cablewright.studies.prints.print_job import print_job
 
 ROBOT = load("merlet2023")
 RING = Job.model_validate({

@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from cablewright.analyses.modes import modes
-from cablewright.errors import AnswerError, EnvironmentFault, InputError, UnknownName
+from cablewright.foundation.errors import AnswerError, EnvironmentFault, InputError, UnknownName
 from cablewright.printing.job import Job
 from cablewright.robot import load
 from cablewright.robot.files import loads
+from cablewright.running.executors.processes import Processes
 from cablewright.solvers.limits import winch_torques
 from cablewright.studies.checks.check import check
 from cablewright.studies.design.measures import MEASURES, Prices, measured
 from cablewright.studies.design.optimisers import BAD, OPTIMISERS, Budget, scores
 from cablewright.studies.design.problem import DesignConstraint, DesignProblem, Variable, places_of
 from cablewright.studies.design.search import design
-from cablewright.studies.executors.processes import Processes
 from cablewright.studies.trade import TradeSettings, trade
 
 HOUSE, BEAM = load("house-printer"), load("jung2020")

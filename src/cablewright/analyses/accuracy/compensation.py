@@ -8,8 +8,8 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import UnknownName
 from cablewright.kernels.layout import Code
 from cablewright.models.fidelity import CableLaw, Fidelity, SheaveLaw
 from cablewright.models.statics import Equilibrium, Model

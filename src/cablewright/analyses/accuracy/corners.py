@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 ALL_VERTICES = 12  # largest number of parameters for which all corners are evaluated
 JITTER = 1e-9  # relative perturbation that makes parallel generators distinct

@@ -20,17 +20,17 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cablewright.analyses.accuracy.spread import SpreadProblem, drawn, sampled
-from cablewright.arrays import Array, Indices
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.paging import blocks
+from cablewright.foundation.results import Figure
+from cablewright.foundation.units import spell_length
 from cablewright.kernels.layout import LENGTH
 from cablewright.models.rows import Rows, joined
 from cablewright.models.statics import Equilibrium
-from cablewright.paging import blocks
 from cablewright.printing.path import Samples
-from cablewright.results import Figure
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.linearise import Linearisation
 from cablewright.solvers.parameters import at_nozzle, departures, response
-from cablewright.units import spell_length
 
 CELLS: Final = 12
 DRAWS: Final = 4000

@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from cablewright.analyses.accuracy.compensation import Compensation, Reached
 from cablewright.analyses.accuracy.corners import ALL_VERTICES
 from cablewright.analyses.accuracy.spread import FirstOrder, Method, MonteCarlo, Spread, SpreadProblem, Vertices
-from cablewright.arrays import Array, Mask
-from cablewright.errors import AnswerError, InputError, Status, UnknownName
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, InputError, Status, UnknownName
+from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
+from cablewright.foundation.progress import Progress, silent
+from cablewright.foundation.results import Figure, Result
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import Room, blocks, let_go, room_for, write_rows
-from cablewright.progress import Progress, silent
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.arguments import as_poses, given_numbers

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.spread import SpreadProblem, sampled, settled
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.solvers.parameters import nozzle_response
 
 if TYPE_CHECKING:

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.corners import ALL_VERTICES, extreme_signs, signs_of_box, vertex_count
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress, silent
 from cablewright.models.parameters import varied
 from cablewright.models.rotation import angle_between, turn_between
 from cablewright.models.rows import rows_of
 from cablewright.models.statics import Equilibrium
-from cablewright.progress import Progress, silent
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.forward import solve_again
 from cablewright.solvers.parameters import at_nozzle, departures, response

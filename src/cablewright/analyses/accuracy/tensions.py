@@ -12,8 +12,8 @@ from itertools import product
 import numpy as np
 
 from cablewright.analyses.accuracy.spread import Method, SpreadProblem
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.models.statics import Equilibrium
 from cablewright.models.support import Capability, require
 from cablewright.robot.uncertainty import Range

@@ -17,7 +17,7 @@ from scipy.sparse.linalg import splu
 
 from cablewright.analyses.bracket.hexahedra import HexMesh, Index, levels
 from cablewright.analyses.bracket.nested_dissection import dissected
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.robot.bracket import Material
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
 
 if TYPE_CHECKING:
     from skfem import Basis, MeshHex2

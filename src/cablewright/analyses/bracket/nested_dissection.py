@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Mask
+from cablewright.foundation.arrays import Mask
 
 Index = NDArray[np.int64]
 

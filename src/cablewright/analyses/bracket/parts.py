@@ -16,8 +16,8 @@ import numpy as np
 
 from cablewright.analyses.bracket.elasticity import Elastic, von_mises
 from cablewright.analyses.bracket.hexahedra import Bore, HexMesh, Index, build, levels, ticks
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
 from cablewright.robot.bracket import Bracket
 
 BASE_CASES = ("fx", "fy", "fz", "mx", "my")

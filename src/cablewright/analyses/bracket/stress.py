@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.loads import UNIVERSAL_JOINT, Loads, facings, frames, joints, loads_at
 from cablewright.analyses.bracket.parts import BracketPart, base, cheek
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
-from cablewright.results import Figure, Result
 from cablewright.robot import Bracket, Robot
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse

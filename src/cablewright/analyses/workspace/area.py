@@ -12,11 +12,11 @@ import numpy as np
 
 from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
 from cablewright.analyses.workspace.refinement import FIRST, MIN_CELLS, RefinementSettings, SearchBox, refine
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.statics import Model
-from cablewright.progress import Progress
-from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 
 THICKNESS = MIN_CELLS / FIRST  # of the longest side: the plate is as thick as the fewest cells are wide

@@ -14,9 +14,9 @@ from scipy.ndimage import distance_transform_edt
 from cablewright.analyses.workspace.criterion import BLOCK, Criterion
 from cablewright.analyses.workspace.marching import surface_between
 from cablewright.analyses.workspace.workspace import NodeCount
-from cablewright.arrays import Array
-from cablewright.errors import InputError
-from cablewright.triangle_mesh import TriangleMesh
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.triangle_mesh import TriangleMesh
 
 Point = tuple[float, float, float]
 

@@ -12,14 +12,14 @@ from scipy.ndimage import binary_erosion
 from cablewright.analyses.modes import FREEDOMS, Modes, modes
 from cablewright.analyses.workspace.criterion import Options, criterion_figures
 from cablewright.analyses.workspace.workspace import NodeCount, count_nodes
-from cablewright.arrays import Array, Mask
-from cablewright.choices import TensionChoice
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.choices import TensionChoice
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.progress import Progress
-from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 
 GRID = 21

@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike
 
 from cablewright.analyses.feasibility import broken_limits
 from cablewright.analyses.workspace.refinement import SearchBox
-from cablewright.arrays import Array, Mask
-from cablewright.choices import CriterionName, PointName
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.choices import CriterionName, PointName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.results import Figure
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.progress import Progress
-from cablewright.results import Figure
 from cablewright.robot import Plane, RigidPlatform, Robot
 from cablewright.robot.plane import OFF_PLANE
 from cablewright.solvers.arguments import as_rows, require_a_load

@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.triangle_mesh import TriangleMesh
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.triangle_mesh import TriangleMesh
 
 Keys = NDArray[np.int64]
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.analyses.workspace.marching import BITS, CORNERS, FACES, crossings, index_of, key_of
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
-from cablewright.triangle_mesh import TriangleMesh
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.triangle_mesh import TriangleMesh
 
 Keys = NDArray[np.int64]
 Margin = Callable[[Array, str], Array]  # (N,) at places (N, 3), m, and the name of the stage; at least 0 is inside

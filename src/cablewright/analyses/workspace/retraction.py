@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 
 from cablewright.analyses.workspace.criterion import RetractionLaw, box_of, criterion_figures
 from cablewright.analyses.workspace.workspace import Workspace, workspace
-from cablewright.arrays import Array, Mask
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
-from cablewright.progress import Progress
-from cablewright.results import Figure, Pictured
 from cablewright.robot import Robot
 
 STEPS = (3, 200)

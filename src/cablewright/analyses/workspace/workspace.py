@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 
 from cablewright.analyses.workspace.criterion import Criterion, Options, criterion_figures
 from cablewright.analyses.workspace.refinement import RefinementSettings, SearchBox, checked_grid, refine
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.results import Figure, Pictured, Result
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.statics import Model
-from cablewright.progress import Progress
-from cablewright.results import Figure, Pictured, Result
 from cablewright.robot import Robot
-from cablewright.triangle_mesh import TriangleMesh
 
 GRID = 41  # default number of nodes along a side
 SECTIONS = 21  # number of heights at which a workspace reports its area
@@ -223,7 +223,7 @@ def workspace(
     ``nozzle`` (default) or ``origin``, the platform's. *orientations* (K, 3) are rotation vectors of at most pi, rad
     (default: unrotated): the criterion has to hold under each, the total-orientation workspace; without any, the
     workspace is empty. *retraction* is the platform's retraction length, m, or a `RetractionLaw`. *margins*: who
-    computes the criterion, such as `SharedMargin` of `studies/executors/shared_margin.py`; by default this program.
+    computes the criterion, such as `SharedMargin` of `running/executors/shared_margin.py`; by default this program.
 
     The surface is refined until the volume's error is at most *tolerance* of the volume (default: 0.002), or to *grid*
     nodes along the longest side. The result has not converged if that takes more than some 20 million evaluations.

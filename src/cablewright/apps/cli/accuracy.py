@@ -15,8 +15,8 @@ from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, Limits, Retraction, RobotOptions, Seed
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, pose_of, run_path, tension_range
-from cablewright.choices import CompensationName, MethodName
-from cablewright.errors import InputError
+from cablewright.foundation.choices import CompensationName, MethodName
+from cablewright.foundation.errors import InputError
 
 if TYPE_CHECKING:
     from cablewright.analyses.accuracy.spread import Method
@@ -92,7 +92,7 @@ class PlaceOptions:
 
     def of(self, machine: cw.Robot) -> cw.Places:
         """The places of a helix, a plane or the workspace of a robot. Raises `InputError`."""
-        from cablewright.studies import places
+        from cablewright.live import places
 
         if self.helix is not None:
             radius, pitch, low, high = numbers(self.helix, "--helix", 4) or []
@@ -190,7 +190,8 @@ def accuracy_command(
     beside that folder has what is done, until it is there: the same command resumes. The answer is no (exit 1) if the
     robot can be held at none of the places.
     """
-    from cablewright.studies import accuracy, store
+    from cablewright.running import store
+    from cablewright.studies import accuracy
 
     machine = robot.loaded(places.retraction)
     is_pose = places.shape == "at"
@@ -235,7 +236,7 @@ def _working(executor: ExecutorOptions, folder: Path | None) -> Iterator[ManyOpt
 def _write(found: cw.AccuracyAtPose | cw.AccuracyStudy, part: Path, robot: str, options: dict[str, Any]) -> None:
     """Write manifest, tables and report into the run folder."""
     from cablewright.apps.report import accuracy as report
-    from cablewright.studies import store
+    from cablewright.running import store
     from cablewright.studies.accuracy_tables import write_places
 
     inputs = {"robot": store.robot_hash(robot)}

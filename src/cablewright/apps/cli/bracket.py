@@ -13,8 +13,8 @@ from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import Limits, OutputOptions, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress, refused
 from cablewright.apps.cli.parsing import check_suffix, pose_of, tension_range
-from cablewright.errors import EnvironmentFault, InputError
-from cablewright.file_output import write_whole
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.file_output import write_whole
 from cablewright.models.fidelity import CableLaw
 
 

@@ -48,7 +48,7 @@ def check_command(
     """
     from cablewright.apps.report import check as report
     from cablewright.printing.layers import layer_table
-    from cablewright.studies import store
+    from cablewright.running import store
     from cablewright.studies.checks.tables import write_check
 
     machine, path, tensions = robot.loaded(), cw.load_job(job), tension_range(tension_limits)

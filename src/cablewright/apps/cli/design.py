@@ -12,8 +12,8 @@ from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, ExecutorOptions, RobotName, Seed
 from cablewright.apps.cli.output import answer, tell
 from cablewright.apps.cli.parsing import named_number, run_path
-from cablewright.choices import CriterionName, InertiaName, OptimiserName
-from cablewright.errors import InputError
+from cablewright.foundation.choices import CriterionName, InertiaName, OptimiserName
+from cablewright.foundation.errors import InputError
 
 RESULTS = "results.jsonl"
 
@@ -157,7 +157,7 @@ def design_command(
 def _written(found: cw.Designed, folder: Path, robot: str, job: Path | None) -> dict[str, object]:
     """Write the robots and the report; return their files."""
     from cablewright.apps.report.result import result_page
-    from cablewright.file_output import write_whole
+    from cablewright.foundation.file_output import write_whole
     from cablewright.robot import library_text
     from cablewright.robot.write_back import update
 

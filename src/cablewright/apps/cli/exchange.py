@@ -13,8 +13,8 @@ from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, Pose, RobotName
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, pose_of
-from cablewright.choices import CableName, ReadFormatName, WireXVersion, WrittenFormatName
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.choices import CableName, ReadFormatName, WireXVersion, WrittenFormatName
+from cablewright.foundation.errors import AnswerError, InputError
 
 if TYPE_CHECKING:
     from cablewright.exchange.klipper_motion import Stepper
@@ -49,7 +49,7 @@ def import_command(
     from cablewright.exchange.formats import ImportOptions, read_robot
     from cablewright.exchange.result import Imported
     from cablewright.exchange.robot_toml import robot_toml
-    from cablewright.file_output import write_whole
+    from cablewright.foundation.file_output import write_whole
 
     if out.suffix != ".toml":
         raise cw.InputError(f"--out = {str(out)!r}: must end in .toml")
@@ -96,7 +96,7 @@ class MotionOptions:
         """Write the files of a firmware into the folder *out*. Raises `InputError`."""
         from cablewright.exchange.firmware import firmware
         from cablewright.exchange.result import Exported
-        from cablewright.file_output import whole_folder, write_whole
+        from cablewright.foundation.file_output import whole_folder, write_whole
 
         machine = None if self.machine is None else cw.load_machine(self.machine)
         if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
@@ -156,7 +156,7 @@ def export_command(
     from cablewright.exchange.result import Exported
     from cablewright.exchange.ros.bag import ros_bag
     from cablewright.exchange.wirex_output import wirex
-    from cablewright.file_output import write_whole
+    from cablewright.foundation.file_output import write_whole
 
     is_firmware = target in FIRMWARE
     if is_firmware and job is None:
@@ -196,8 +196,8 @@ def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile
     from cablewright.exchange.shapes import shapes
     from cablewright.exchange.translation import ExportedFile
     from cablewright.exchange.urdf import urdf
+    from cablewright.live.rest_pose import rest_pose
     from cablewright.solvers.inverse import solve_inverse
-    from cablewright.studies.rest_pose import rest_pose
 
     model = cw.Model.of(robot, cable="rigid")
     if at is None:

@@ -13,8 +13,8 @@ from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import BeadSize, Clearance, LawOptions, OutputOptions, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import bead_size, pose_of
-from cablewright.errors import InputError
-from cablewright.file_output import cannot_write
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.file_output import cannot_write
 
 
 @command(

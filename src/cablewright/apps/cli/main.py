@@ -17,7 +17,7 @@ import typer
 from typer.core import TyperCommand
 from typer.exceptions import TyperException
 
-from cablewright.errors import AnswerError, CablewrightError, InputError, one_line
+from cablewright.foundation.errors import AnswerError, CablewrightError, InputError, one_line
 
 COMMANDS = {
     "Model": {

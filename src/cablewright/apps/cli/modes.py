@@ -11,7 +11,7 @@ from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import Geometric, OrientedRegionOptions, OutputOptions, Pose, RobotOptions, Tensions
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import pose_of
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 
 OF_BOUNDARY = ("criterion", "box", "point", "orientations", "retraction_law")
 

@@ -13,7 +13,7 @@ import cablewright as cw
 from cablewright.apps.cli.command import options
 from cablewright.apps.cli.output import progress, tell
 from cablewright.apps.cli.parsing import check_suffix, numbers, rotations, tension_range
-from cablewright.choices import (
+from cablewright.foundation.choices import (
     CountName,
     CriterionName,
     EstimatorName,
@@ -22,13 +22,13 @@ from cablewright.choices import (
     SeverityName,
     TensionChoice,
 )
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress
 from cablewright.models.fidelity import CableLaw, SheaveLaw
-from cablewright.progress import Progress
 
 if TYPE_CHECKING:
-    from cablewright.results import Pictured
-    from cablewright.studies.executors.executor import Executor
+    from cablewright.foundation.results import Pictured
+    from cablewright.running.executors.executor import Executor
 
 RobotName = Annotated[
     str,
@@ -299,7 +299,7 @@ class OutputOptions:
             found.plot(drawn)
         if self.report is not None:
             from cablewright.apps.report.result import result_page
-            from cablewright.file_output import write_whole
+            from cablewright.foundation.file_output import write_whole
 
             write_whole(self.report, result_page(found, title, drawn=when).encode("utf-8"))
         return {"plot": drawn} | ({} if self.report is None else {"report": self.report})
@@ -333,7 +333,7 @@ class ExecutorOptions:
 
         Raises `InputError`, `EnvironmentFault`.
         """
-        from cablewright.studies.executors.choice import chosen
+        from cablewright.running.executors.choice import chosen
 
         try:
             with chosen(self.workers, self.cluster) as executor, progress(*kernels) as show:

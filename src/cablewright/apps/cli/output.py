@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from cablewright.errors import AnswerError, printable
-from cablewright.progress import Progress
-from cablewright.results import Result, plain
+from cablewright.foundation.errors import AnswerError, printable
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.results import Result, plain
 
 if TYPE_CHECKING:
     from cablewright.apps.figures import Sheet

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import cablewright as cw
 from cablewright.apps.cli.output import tell
-from cablewright.errors import EnvironmentFault, InputError, UnknownName
+from cablewright.foundation.errors import EnvironmentFault, InputError, UnknownName
 
 if TYPE_CHECKING:
+    from cablewright.foundation.units import Dimension
     from cablewright.printing.beads import Bead
-    from cablewright.units import Dimension
 
 _TOO_FAR = 50.0  # times the size of a robot: in mm most places are farther than that
 FREE = "free"
@@ -81,7 +81,7 @@ def _require_metres(
 
     A nearer one is noted with the units, and their sizes, m, that bring it *inside*.
     """
-    from cablewright.units import spell_length
+    from cablewright.foundation.units import spell_length
 
     size, largest = _size(robot), max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     where = f"{option} = {largest:g}: is in m, and {robot.name!r} is {spell_length(size)} large: are these"
@@ -128,9 +128,9 @@ def quantity(text: str, option: str, dimension: Dimension) -> float:
 
 def bead_size(text: str | None) -> Bead | None:
     """The width and height of --bead; a number without a unit is in m. Raises `InputError`."""
+    from cablewright.foundation.units import LENGTH
+    from cablewright.foundation.validation import validated
     from cablewright.printing.beads import Bead
-    from cablewright.units import LENGTH
-    from cablewright.validation import validated
 
     if text is None:
         return None
@@ -198,7 +198,7 @@ def _line_name(robot: cw.Robot, given: str) -> str:
 
 def run_path(out: Path | None, kind: str, *names: str, suffix: str = "") -> Path:
     """The file or folder of --out, or else one in runs/ that is called by the *kind* of run, *names* and *suffix*."""
-    from cablewright.studies.store import folder_name
+    from cablewright.running.store import folder_name
 
     return out or Path("runs") / f"{folder_name(kind, *names)}{suffix}"
 

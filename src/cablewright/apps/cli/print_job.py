@@ -24,8 +24,8 @@ from cablewright.apps.cli.options import (
 )
 from cablewright.apps.cli.output import answer, progress, tell
 from cablewright.apps.cli.parsing import quantity, run_path
-from cablewright.choices import HeightRule, LawName
-from cablewright.errors import InputError
+from cablewright.foundation.choices import HeightRule, LawName
+from cablewright.foundation.errors import InputError
 
 
 @options()
@@ -93,9 +93,9 @@ class RunOptions:
 
 @command(
     "print merlet2023 examples/blind-machines.toml --layers 1 --plant quasi-static --out runs/example",
-    "studies.prints.print_job:PrintedJob",
-    "studies.prints.result:StateUse",
-    "studies.prints.print_job:LearntLine",
+    "live.prints.print_job:PrintedJob",
+    "live.prints.result:StateUse",
+    "live.prints.print_job:LearntLine",
 )
 def print_job_command(
     *,
@@ -128,7 +128,7 @@ def print_job_command(
     stops before the end of the job.
     """
     from cablewright.apps.report import print as report
-    from cablewright.units import DURATION, LENGTH
+    from cablewright.foundation.units import DURATION, LENGTH
 
     if run.resume and run.restart:
         raise InputError("print: --resume or --restart, not both")
@@ -174,8 +174,8 @@ def _print_on_drives(
     from cablewright.apps.cli.drives.machine_file import load_real
     from cablewright.apps.cli.drives.terminal import typed_orders
     from cablewright.apps.report import print as report
-    from cablewright.studies.drives.printing import print_on_drives
-    from cablewright.studies.store import job_hashes, robot_hash
+    from cablewright.live.drives.printing import print_on_drives
+    from cablewright.running.store import job_hashes, robot_hash
 
     described, path = cw.load(robot), cw.load_job(job)
     folder = run_path(run.out, "print", described.name, job.stem)

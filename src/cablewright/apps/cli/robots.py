@@ -17,9 +17,9 @@ from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer, tell_compiling
 from cablewright.apps.cli.parsing import numbers
-from cablewright.choices import CableName, FileKind, LayoutName
-from cablewright.errors import EnvironmentFault, InputError, suggestion
-from cablewright.results import Figure, Result
+from cablewright.foundation.choices import CableName, FileKind, LayoutName
+from cablewright.foundation.errors import EnvironmentFault, InputError, suggestion
+from cablewright.foundation.results import Figure, Result
 
 
 @command(

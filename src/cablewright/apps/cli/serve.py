@@ -12,10 +12,10 @@ from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import MachineName, RobotName, Seed
 from cablewright.apps.cli.output import tell
 from cablewright.apps.cli.parsing import numbers, run_path
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import EnvironmentFault, InputError
 
 if TYPE_CHECKING:
-    from cablewright.studies.serve.station import Station
+    from cablewright.live.serve.station import Station
 
 
 @command("serve house-printer")
@@ -93,10 +93,10 @@ def _station(
     """The machine that is operated, from the *given* place (3,), m, on. Raises `InputError`."""
     import numpy as np
 
+    from cablewright.live.serve.station import DriveStation, SimulatedStation, resting_place
     from cablewright.machine.settings import require_robot
     from cablewright.machine.simulated.settings import whole_machine
     from cablewright.models.support import Capability, require
-    from cablewright.studies.serve.station import DriveStation, SimulatedStation, resting_place
 
     require_robot(owner, robot.name)
     require(robot, Capability.SERVE)

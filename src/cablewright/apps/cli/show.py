@@ -13,12 +13,12 @@ from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import AsJson, Pose, Retraction, RobotOptions
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import check_suffix, pose_of, run_path
-from cablewright.errors import InputError
-from cablewright.results import Figure, Result
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Result
 
 if TYPE_CHECKING:
     from cablewright.apps.web.scene import SceneDescription
-    from cablewright.progress import Progress
+    from cablewright.foundation.progress import Progress
 
 
 @command("show jung2020", "apps.cli.show:Shown")
@@ -43,7 +43,7 @@ def show_command(
     statics of the robot file have them; nothing is judged, `check` does that.
     """
     from cablewright.apps.report.show import show_page
-    from cablewright.file_output import write_whole
+    from cablewright.foundation.file_output import write_whole
 
     check_suffix(out, "--out", ".html")
     check_suffix(png, "--png", ".png")
@@ -71,7 +71,7 @@ def _scene_of(robot: cw.Robot, name: str, what: Path, report: Progress) -> Scene
     """The scene of a job, a run or a log; *name*: what the command line calls the robot. Raises `InputError`."""
     if what.is_dir() and (what / "samples.parquet").is_file():
         from cablewright.apps.web.check_scene import check_folder_scene
-        from cablewright.studies.store import read_manifest, robot_hash
+        from cablewright.running.store import read_manifest, robot_hash
 
         inputs = (read_manifest(what) or {}).get("inputs")
         if not isinstance(inputs, dict) or inputs.get("robot") != robot_hash(name):

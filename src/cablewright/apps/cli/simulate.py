@@ -15,9 +15,9 @@ from cablewright.apps.cli.options import AsJson, MachineName, OutputOptions, Pla
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import check_suffix, lasers, numbers
 from cablewright.apps.cli.robots import LibraryFile
-from cablewright.choices import ReplayName
-from cablewright.errors import InputError
-from cablewright.results import Figure, Result
+from cablewright.foundation.choices import ReplayName
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Result
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.settings import FaultPlan
@@ -120,8 +120,8 @@ class FaultOptions:
 
     def of(self, settings: cw.TwinSettings) -> cw.TwinSettings:
         """The machine with these faults besides its own. Raises `InputError`."""
+        from cablewright.foundation.validation import validated
         from cablewright.machine.simulated.settings import Link
-        from cablewright.validation import validated
 
         wifi = settings.simulation.wifi
         gaps = (*wifi.gaps, *(tuple(numbers(text, "--wifi-gap", 2) or []) for text in self.wifi_gap or ()))
@@ -130,7 +130,7 @@ class FaultOptions:
         return settings.with_simulation(faults=faults, wifi=wifi)
 
 
-@command("simulate merlet2023 --loop 28 --duration 20 --plant quasi-static", "studies.simulate:Simulation")
+@command("simulate merlet2023 --loop 28 --duration 20 --plant quasi-static", "live.simulate:Simulation")
 def simulate_command(
     *,
     robot: RobotName,
@@ -157,7 +157,7 @@ def simulate_command(
     So the log shows a machine that moves as intended, for estimators to be tested on. A robot without a machine of its
     name gets that of merlet2023.
     """
-    from cablewright.studies.simulate import machine_of
+    from cablewright.live.simulate import machine_of
 
     check_suffix(out, "--out", ".mcap")
     path.require()
@@ -198,8 +198,8 @@ def _began(epoch: str | None) -> datetime | None:
 
 def _fault(text: str) -> FaultPlan:
     """One --fault. Raises `InputError`."""
+    from cablewright.foundation.validation import validated
     from cablewright.machine.simulated.settings import FaultPlan
-    from cablewright.validation import validated
 
     parts = text.split(",")
     if len(parts) not in (3, 4, 5):
@@ -214,7 +214,7 @@ def _fault(text: str) -> FaultPlan:
     return validated(FaultPlan, table, f"--fault {text}")
 
 
-@command("replay examples/merlet2023-loop.mcap --estimator both", "studies.replay:Replay", "studies.replay:Replays")
+@command("replay examples/merlet2023-loop.mcap --estimator both", "live.replay:Replay", "live.replay:Replays")
 def replay_command(
     *,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A machine's MCAP log, or the run folder of a print.")],
@@ -237,7 +237,7 @@ def replay_command(
 
     A log without the truth gives no errors. The answer is no (exit 1) if no step has a valid estimate.
     """
-    from cablewright.studies.replay import Replays
+    from cablewright.live.replay import Replays
 
     names = ("paper", "filter") if estimator == "both" else (estimator,)
     measured = lasers(laser)

@@ -24,9 +24,9 @@ from cablewright.apps.cli.options import (
 )
 from cablewright.apps.cli.output import answer, compiling, progress, tell
 from cablewright.apps.cli.parsing import lengths_of, numbers, pose_of, run_path, slack_excess
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Result
 from cablewright.models.fidelity import CableLaw
-from cablewright.results import Result
 
 
 @command("inverse merlet2023 --at 0,0,1", "studies.one_pose:SolvedPose", "studies.one_pose:SlackSets")

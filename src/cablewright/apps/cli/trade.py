@@ -20,8 +20,8 @@ from cablewright.apps.cli.options import (
 )
 from cablewright.apps.cli.output import answer
 from cablewright.apps.cli.parsing import numbers, run_path
-from cablewright.choices import InertiaName
-from cablewright.errors import InputError
+from cablewright.foundation.choices import InertiaName
+from cablewright.foundation.errors import InputError
 
 MAX_VALUES = 10_000  # values of one parameter
 

@@ -21,8 +21,8 @@ from cablewright.apps.cli.options import (
 )
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import check_suffix, numbers, run_path
-from cablewright.errors import InputError
-from cablewright.file_output import write_whole
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.file_output import write_whole
 
 
 @command(
@@ -92,8 +92,8 @@ def _working(executor: ExecutorOptions, name: str) -> Iterator[dict[str, Any]]:
         with progress() as show:
             yield {"progress": show}
         return
-    from cablewright.studies.executors.kept import kept_in
-    from cablewright.studies.executors.shared_margin import SharedMargin
+    from cablewright.running.executors.kept import kept_in
+    from cablewright.running.executors.shared_margin import SharedMargin
 
     file = run_path(None, "workspace", name, suffix=".results.jsonl")
     with executor.working(file) as (works, show), kept_in(file) as kept:

@@ -17,7 +17,7 @@ from cablewright.analyses.accuracy.nozzle_error import Accuracy
 from cablewright.apps import style
 from cablewright.apps.quantities import enlargement
 from cablewright.apps.space_axes import add_faces, add_lines, bounds, frame_points, heights, machine, space
-from cablewright.arrays import Array, Indices
+from cablewright.foundation.arrays import Array, Indices
 from cablewright.studies.accuracy import AccuracyStudy
 
 _MAX_PIECES: Final = 4000

@@ -14,7 +14,7 @@ from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.stress import Design
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_faces, add_lines, bounds, space
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.studies.bracket import BracketStress
 
 _MILLI: Final = 1e3

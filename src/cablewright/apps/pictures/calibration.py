@@ -10,8 +10,8 @@ from matplotlib.ticker import MaxNLocator
 
 from cablewright.apps import style
 from cablewright.apps.quantities import enlargement
-from cablewright.arrays import Array
 from cablewright.calibration.judgement.result import Calibration
+from cablewright.foundation.arrays import Array
 
 _COLOURS: Final = (style.BLUE, style.ORANGE, style.GREEN, style.INK)
 _MARKS: Final = "osD^vP"

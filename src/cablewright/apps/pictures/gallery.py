@@ -9,8 +9,8 @@ from typing import Final
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.file_output import write_whole
-from cablewright.results import Pictured
+from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.results import Pictured
 
 PICTURES: Final = {
     "Calibration": ("calibration", "residuals_picture"),

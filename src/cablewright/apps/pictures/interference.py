@@ -12,7 +12,7 @@ from cablewright.analyses.interference import Contact, Interference
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
 from cablewright.apps.space_axes import add_faces, add_lines, add_point, machine
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.collision.clearance import BEADS
 from cablewright.models.rotation import placed
 from cablewright.models.solids import Obstacle

@@ -13,7 +13,7 @@ from cablewright.analyses.feasibility import LIMITS
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
 from cablewright.apps.report.digest import Digest, grouped
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.robot import Line
 from cablewright.studies.checks.path_statics import extreme, median
 from cablewright.studies.checks.result import LARGEST, SMALLEST

@@ -14,7 +14,7 @@ from cablewright.analyses.modes import FREEDOMS, Modes
 from cablewright.analyses.workspace.boundary_modes import Boundary
 from cablewright.apps import style
 from cablewright.apps.space_axes import add_lines, bounds, machine, space
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform
 

@@ -18,8 +18,8 @@ from cablewright.apps.quantities import quantity
 from cablewright.apps.report.digest import Band, Digest
 from cablewright.apps.report.thinning import Pieces, coarse_corners, worst_of_each_place
 from cablewright.apps.space_axes import as_seen, box_edges, towards_eye
-from cablewright.arrays import Array
-from cablewright.paging import blocks, let_go, taken
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.paging import blocks, let_go, taken
 from cablewright.robot import Robot
 
 View = Callable[[Array], Array]

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from cablewright.apps import style
 from cablewright.apps.pictures.simulation import platform_angle
-from cablewright.arrays import Array, Indices
-from cablewright.signals import PrintState
-from cablewright.studies.prints.result import PathFollowing, PrintRecord
-from cablewright.studies.running_statistics import Histogram
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.signals import PrintState
+from cablewright.live.prints.result import PathFollowing, PrintRecord
+from cablewright.running.running_statistics import Histogram
 
 _MAX_LAYERS: Final = 4  # whose errors are drawn over the distance
 _CORE: Final = 0.002  # share of the steps that may lie beyond the end of a scale

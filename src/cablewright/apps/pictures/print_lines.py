@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 
 from cablewright.apps import style
 from cablewright.apps.pictures.simulation import line_angle
-from cablewright.arrays import Array, Indices
-from cablewright.signals import PrintState
-from cablewright.studies.prints.result import PrintRecord
-from cablewright.studies.prints.steps_table import in_state
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.signals import PrintState
+from cablewright.live.prints.result import PrintRecord
+from cablewright.live.prints.steps_table import in_state
 
 _MAX_LINES: Final = 12  # that a picture has room for
 

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
 from cablewright.apps import style
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.live.prints.result import PrintRecord
+from cablewright.live.prints.structure import CrossSection
 from cablewright.printing.heightfield import HeightField
-from cablewright.studies.prints.result import PrintRecord
-from cablewright.studies.prints.structure import CrossSection
 
 _MARGIN: Final = 0.5  # m that are drawn around the path
 

@@ -13,7 +13,7 @@ from cablewright.analyses.accuracy.region import PLANES, Region
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
 from cablewright.apps.space_axes import add_faces, add_lines, bounds, space, towards_eye
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 _VIEWS: Final = {"xy": "from above", "xz": "from the front", "yz": "from the side"}
 _NEAR: Final = 1.5  # of the region's radius: a commanded place farther off would shrink the region to a dot

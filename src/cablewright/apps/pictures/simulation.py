@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.arrays import Array
-from cablewright.studies.error_statistics import SLACK
-from cablewright.studies.replay import Replay, Replays
-from cablewright.studies.simulate import Simulation
+from cablewright.foundation.arrays import Array
+from cablewright.live.error_statistics import SLACK
+from cablewright.live.replay import Replay, Replays
+from cablewright.live.simulate import Simulation
 
 
 def simulation_picture(simulated: Simulation) -> Figure:

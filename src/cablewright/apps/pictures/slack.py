@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.slack import excess_lengths
 

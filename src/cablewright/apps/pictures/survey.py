@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.arrays import Array
 from cablewright.calibration.survey.result import Survey
+from cablewright.foundation.arrays import Array
 from cablewright.studies.walls import Walls
 
 _MAGNIFIED: Final = 100.0  # times that the ellipses are enlarged

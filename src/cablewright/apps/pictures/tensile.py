@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cablewright.apps import style
-from cablewright.arrays import Array
 from cablewright.calibration.tensile.creep import CreepResult
 from cablewright.calibration.tensile.modulus import PAPER_SPREAD, TensileResult
 from cablewright.calibration.tensile.recording import TensileTest
+from cablewright.foundation.arrays import Array
 
 _MAX_POINTS: Final = 20_000  # of a curve: the picture cannot show more
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from cablewright.apps import style
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.robot import Robot
 from cablewright.robot.design_variables import Change
 from cablewright.studies.campaigns.result import Campaign

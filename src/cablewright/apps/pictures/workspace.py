@@ -20,7 +20,7 @@ from cablewright.analyses.workspace.workspace import Workspace
 from cablewright.apps import style
 from cablewright.apps.quantities import quantity
 from cablewright.apps.space_axes import add_point, add_surface, machine
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.studies.accuracy import AccuracyStudy
 
 _HEIGHTS: Final = 201  # of which the largest slice is shown

@@ -22,7 +22,7 @@ from cablewright.apps.report.page import Html, cards, element, notice, picture, 
 from cablewright.apps.report.provenance import assumptions, list_of, robot_rows
 from cablewright.apps.report.result import part_table
 from cablewright.apps.web.robot_scene import place_scene, study_scene
-from cablewright.errors import Status
+from cablewright.foundation.errors import Status
 from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 

@@ -13,7 +13,7 @@ from skfem.element import ElementHexS2
 
 from cablewright.analyses.bracket.elasticity import von_mises
 from cablewright.analyses.bracket.stress import Comparison, Design
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 _APART: Final = 1.5  # of the baseplate's width
 

@@ -20,8 +20,8 @@ from cablewright.apps.report.page import Html, cards, element, notice, picture, 
 from cablewright.apps.report.provenance import assumptions, inputs_table, list_of
 from cablewright.apps.report.result import along_table, part_table
 from cablewright.apps.web.check_scene import check_scene
-from cablewright.errors import Status
-from cablewright.paging import let_go
+from cablewright.foundation.errors import Status
+from cablewright.foundation.paging import let_go
 from cablewright.printing.layers import LayerTable
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.path_statics import extreme

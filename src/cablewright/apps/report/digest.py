@@ -10,9 +10,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Indices
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.paging import let_go, taken
 from cablewright.models.rotation import placed
-from cablewright.paging import let_go, taken
 from cablewright.printing.layers import LayerTable
 from cablewright.studies.checks.path_statics import largest_at, median
 from cablewright.studies.checks.result import LARGEST, SMALLEST, Check

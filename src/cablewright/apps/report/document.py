@@ -12,7 +12,7 @@ from cablewright.apps.glossary import GLOSSARY, Term
 from cablewright.apps.report.page import Html, element, join, page, section
 from cablewright.apps.web.scene import SceneDescription
 from cablewright.apps.web.still import svg
-from cablewright.file_output import write_whole
+from cablewright.foundation.file_output import write_whole
 
 HELP: Final = (
     "Drag to turn, with shift or the right button to move; click it and roll the wheel to zoom; hover over a line or "

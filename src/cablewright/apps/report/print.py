@@ -36,10 +36,10 @@ from cablewright.apps.report.print_tables import (
 from cablewright.apps.report.provenance import list_of
 from cablewright.apps.report.result import key_figures
 from cablewright.apps.web.print_scene import print_scene, structure_mesh
-from cablewright.arrays import Array
-from cablewright.file_output import write_whole
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.file_output import write_whole
+from cablewright.live.prints.result import PrintRecord
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
-from cablewright.studies.prints.result import PrintRecord
 
 Pictures = dict[str, bytes]
 

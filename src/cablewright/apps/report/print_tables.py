@@ -12,10 +12,10 @@ from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.page import Html, element
 from cablewright.apps.report.provenance import program
 from cablewright.apps.report.result import sheet_table
-from cablewright.arrays import Array
-from cablewright.results import Figure
-from cablewright.studies.prints.result import LineUse, PathFollowing, PrintRecord, StateUse
-from cablewright.studies.prints.structure import PrintedStructure
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.results import Figure
+from cablewright.live.prints.result import LineUse, PathFollowing, PrintRecord, StateUse
+from cablewright.live.prints.structure import PrintedStructure
 
 _MAX_FAULTS: Final = 40
 _OF_THE_PAPER: Final = "merlet2023"

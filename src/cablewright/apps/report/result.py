@@ -11,7 +11,7 @@ from cablewright.apps.report.document import document, verdict, view
 from cablewright.apps.report.page import Html, cards, element, notice, picture, section, table
 from cablewright.apps.report.provenance import list_of, program
 from cablewright.apps.web.robot_scene import scene_of
-from cablewright.results import Pictured, Result
+from cablewright.foundation.results import Pictured, Result
 
 
 def key_figures(

@@ -7,8 +7,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Indices
-from cablewright.paging import BLOCK, blocks, let_go
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.paging import BLOCK, blocks, let_go
 from cablewright.printing.path import Samples
 
 _Rows = NDArray[np.integer[Any]]

@@ -26,8 +26,8 @@ from cablewright.apps.serve.live import Live
 from cablewright.apps.serve.operators import Client
 from cablewright.apps.serve.served import Served
 from cablewright.apps.serve.uploads import PARTS, TooLarge, Uploads
-from cablewright.errors import EnvironmentFault, InputError
-from cablewright.studies.serve.messages import LoadMessage
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.live.serve.messages import LoadMessage
 
 _ENTER: Final = 1024  # bytes of the message with a token
 _SMALL: Final = 4096  # bytes of any other

@@ -11,9 +11,9 @@ from typing import Final
 
 from cablewright.apps.serve.uploads import FAILED, Uploads
 from cablewright.apps.serve.worker import TIME
-from cablewright.errors import CablewrightError, one_line
-from cablewright.file_output import write_whole
-from cablewright.studies.serve.jobs import JobCheck, write_check
+from cablewright.foundation.errors import CablewrightError, one_line
+from cablewright.foundation.file_output import write_whole
+from cablewright.live.serve.jobs import JobCheck, write_check
 
 WAITING: Final = 10
 """Checks that may wait."""

@@ -15,11 +15,11 @@ from pydantic_core import from_json, to_json
 from cablewright.apps.serve.operators import Operators
 from cablewright.apps.serve.shapes import Shapes, live_scene
 from cablewright.apps.serve.worker import SCENE
-from cablewright.errors import CablewrightError
+from cablewright.foundation.errors import CablewrightError
+from cablewright.live.serve.control import JOBS
+from cablewright.live.serve.link import ServerLink
+from cablewright.live.serve.telling import unpacked_state
 from cablewright.machine.log.head import LogHead, read_head
-from cablewright.studies.serve.control import JOBS
-from cablewright.studies.serve.link import ServerLink
-from cablewright.studies.serve.telling import unpacked_state
 
 EVERY: Final = 0.04
 """Between two states that a page gets, s."""

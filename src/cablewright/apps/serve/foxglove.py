@@ -14,11 +14,11 @@ from pydantic_core import from_json, to_json
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from cablewright.apps.serve.feed import Feed
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Estimate, Progress
 from cablewright.machine.log.log import SCHEMAS
 from cablewright.machine.log.messages import decode
 from cablewright.machine.log.views import VIEWS, Views
-from cablewright.signals import Estimate, Progress
 
 PROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Names of the protocol, the newer one first."""

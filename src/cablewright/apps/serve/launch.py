@@ -24,13 +24,13 @@ from filelock import FileLock, Timeout
 
 from cablewright.apps.serve.access import Access, new_token
 from cablewright.apps.serve.worker import write_station
-from cablewright.errors import EnvironmentFault, InputError
-from cablewright.file_output import cannot_write
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.file_output import cannot_write
+from cablewright.live.prints.run import alone_in, make_folder
+from cablewright.live.serve.control import Control
+from cablewright.live.serve.link import ControlLink
+from cablewright.live.serve.station import Station
 from cablewright.machine.settings import MachineSettings
-from cablewright.studies.prints.run import alone_in, make_folder
-from cablewright.studies.serve.control import Control
-from cablewright.studies.serve.link import ControlLink
-from cablewright.studies.serve.station import Station
 
 _LOOK: Final = 0.5  # s between looks at the server
 _AGAIN: Final = 1.0  # s at least between two starts of it

@@ -15,8 +15,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from cablewright.apps.serve.operators import OLD_STATE, Client
 from cablewright.apps.serve.served import Served
 from cablewright.control.orders import CALMING
-from cablewright.signals import ORDER_LIFE, OrderKind
-from cablewright.studies.serve.messages import OrderMessage
+from cablewright.foundation.signals import ORDER_LIFE, OrderKind
+from cablewright.live.serve.messages import OrderMessage
 
 ALL_MAY: Final = (OrderKind.EMERGENCY,)
 """Orders that need no lease."""

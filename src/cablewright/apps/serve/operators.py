@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cablewright.apps.serve.access import Bucket
-from cablewright.errors import printable
-from cablewright.signals import ORDER_LIFE
+from cablewright.foundation.errors import printable
+from cablewright.foundation.signals import ORDER_LIFE
 
 SILENCE: Final = 5.0
 """Time without a message after which a page operates no more, s."""

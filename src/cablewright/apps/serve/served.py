@@ -12,9 +12,9 @@ from typing import Final
 from cablewright.apps.serve.access import Access
 from cablewright.apps.serve.feed import Feed
 from cablewright.apps.serve.operators import Operators
-from cablewright.signals import OrderKind
-from cablewright.studies.serve.link import ServerLink
-from cablewright.studies.serve.messages import OrderMessage
+from cablewright.foundation.signals import OrderKind
+from cablewright.live.serve.link import ServerLink
+from cablewright.live.serve.messages import OrderMessage
 
 _ANSWER: Final = 2.0  # s to wait for the control's answer
 _ALIKE: Final = 0.05  # s in which one stop stands for all

@@ -22,7 +22,7 @@ from cablewright.apps.serve.checks import Checks
 from cablewright.apps.serve.feed import Feed
 from cablewright.apps.serve.operators import Operators
 from cablewright.apps.serve.uploads import Uploads
-from cablewright.studies.serve.link import ServerLink
+from cablewright.live.serve.link import ServerLink
 
 _NICE = 5
 _MAX_MESSAGE = 4096  # bytes of a socket's message

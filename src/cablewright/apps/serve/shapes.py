@@ -13,13 +13,13 @@ from cablewright.apps.web.motion_scene import drum_of, walls_of
 from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.robot_scene import one_state
 from cablewright.apps.web.scene import STEPS, SceneDescription
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.live.logged_lines import hanging_lines
+from cablewright.live.rest_pose import rest_pose
 from cablewright.machine.log.head import LogHead
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.studies.logged_lines import hanging_lines
-from cablewright.studies.rest_pose import rest_pose
 
 POINTS: Final = 14
 """Points of a line."""

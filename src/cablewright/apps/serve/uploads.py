@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from cablewright.apps.serve.operators import person
-from cablewright.errors import InputError
-from cablewright.file_output import write_whole
-from cablewright.studies.serve.control import JOBS, RUN, RUNS
-from cablewright.studies.serve.jobs import ABOUT, GCODE, JOB, MAX_BYTES, folder_of, read_check
-from cablewright.studies.store import read_manifest
-from cablewright.toml_input import read_bytes
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.toml_input import read_bytes
+from cablewright.live.serve.control import JOBS, RUN, RUNS
+from cablewright.live.serve.jobs import ABOUT, GCODE, JOB, MAX_BYTES, folder_of, read_check
+from cablewright.running.store import read_manifest
 
 MAX_JOBS: Final = 60
 """Jobs that are kept at a time."""

@@ -14,9 +14,9 @@ from shutil import rmtree
 from typing import Any, Final
 
 from cablewright.apps.serve.uploads import REPORT, Uploads
-from cablewright.errors import CablewrightError
-from cablewright.file_output import whole_folder, write_whole
-from cablewright.studies.serve.jobs import JobCheck, load_served, subject_of, write_check
+from cablewright.foundation.errors import CablewrightError
+from cablewright.foundation.file_output import whole_folder, write_whole
+from cablewright.live.serve.jobs import JobCheck, load_served, subject_of, write_check
 
 STATION: Final = "station.json"
 """File in the served folder with the robot and what its owner knows of the machine."""
@@ -101,8 +101,8 @@ def report_run(folder: Path, name: str) -> None:
     """Write the report of a run. Raises `CablewrightError`."""
     from cablewright.apps.report import print as report
     from cablewright.control.guide import TimedPath
-    from cablewright.studies.prints.record import finish
-    from cablewright.studies.prints.run import alone_in
+    from cablewright.live.prints.record import finish
+    from cablewright.live.prints.run import alone_in
 
     uploads = Uploads(folder)
     run, number = uploads.run_folder(name), uploads.job_of_run(name)

@@ -13,14 +13,14 @@ import pyarrow.parquet
 from cablewright.apps.quantities import quantity
 from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.paging import RowExtremes, let_go
+from cablewright.foundation.progress import Progress, silent
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
-from cablewright.paging import RowExtremes, let_go
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
-from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.studies.checks.path_statics import largest_at
 from cablewright.studies.checks.result import Check

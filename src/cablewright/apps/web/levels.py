@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Indices, Mask
+from cablewright.foundation.arrays import Array, Indices, Mask
 
 Packed = dict[str, Any]
 """``type`` (u8, u16, u32 or f32), ``shape``, ``delta``: whether rows are differences from the row before, ``data``."""

@@ -12,14 +12,14 @@ import numpy as np
 from cablewright.apps.web.motion_scene import Gone, MotionSteps, motion_scene
 from cablewright.apps.web.path_scene import chosen
 from cablewright.apps.web.scene import SceneDescription
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress, silent
+from cablewright.foundation.signals import Estimate, Inertial, LineAngles, PrintState, Scan
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry, read_log
 from cablewright.machine.log.scan_points import seen_points
 from cablewright.models.rotation import matrix_of
-from cablewright.progress import Progress, silent
-from cablewright.signals import Estimate, Inertial, LineAngles, PrintState, Scan
 
 _UNUSED: Final = frozenset({Scan, Inertial, LineAngles})
 _MOST_STEPS: Final = 5_000_000

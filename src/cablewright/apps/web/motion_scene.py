@@ -14,11 +14,11 @@ from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.path_scene import PathScene, Quantity
 from cablewright.apps.web.scene import SceneBody, SceneDescription
 from cablewright.apps.web.states import States
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.live.logged_lines import hanging_lines
 from cablewright.machine.log.head import LogHead
 from cablewright.models.statics import Model
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.studies.logged_lines import hanging_lines
 
 _MOTION: Final = (
     "The machine moves: its lines are drawn as they hang by the logged lengths between exit point and platform, and "

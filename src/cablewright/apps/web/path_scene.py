@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from cablewright.apps.web.levels import LEFT_OUT, PIECE, levels, packed
 from cablewright.apps.web.states import States
-from cablewright.arrays import Array, Indices, Mask
-from cablewright.errors import Status
+from cablewright.foundation.arrays import Array, Indices, Mask
+from cablewright.foundation.errors import Status
+from cablewright.foundation.paging import RowExtremes, blocks, let_go, taken
 from cablewright.models.statics import Model
-from cablewright.paging import RowExtremes, blocks, let_go, taken
 from cablewright.solvers.inverse import solve_inverse
 
 LIFTED, LAID, TRAVEL = 0, 1, 2  # what the piece that ends at a vertex is

@@ -15,7 +15,7 @@ from cablewright.apps.space_axes import add_faces, add_lines, machine
 from cablewright.apps.web.colours import RAMPS
 from cablewright.apps.web.path_scene import LAID, Quantity
 from cablewright.apps.web.scene import SceneDescription, platform_of, route
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.rotation import placed
 
 _MOST: Final = 20_000  # pieces of a path

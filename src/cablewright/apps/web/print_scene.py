@@ -9,13 +9,13 @@ import numpy as np
 from cablewright.apps.web.motion_scene import Gone, MotionSteps, motion_scene
 from cablewright.apps.web.path_scene import chosen
 from cablewright.apps.web.scene import SceneBody, SceneDescription
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import PrintState
+from cablewright.foundation.triangle_mesh import TriangleMesh
+from cablewright.live.prints.result import PrintRecord
+from cablewright.live.prints.steps_table import in_state
 from cablewright.models.rotation import matrices
 from cablewright.printing.heightfield import HeightField
-from cablewright.signals import PrintState
-from cablewright.studies.prints.result import PrintRecord
-from cablewright.studies.prints.steps_table import in_state
-from cablewright.triangle_mesh import TriangleMesh
 
 _PLATE: Final = 0.01  # m that a mesh of the structure goes below the floor, so that bare floor is a body too
 _MOST_FACES: Final = 60_000  # of the structure in the view

@@ -17,15 +17,15 @@ from cablewright.apps.web.log_scene import log_scene
 from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneBody, SceneDescription
 from cablewright.apps.web.states import States
+from cablewright.foundation.results import Pictured
+from cablewright.live.replay import Replay, Replays
+from cablewright.live.rest_pose import RestPose, rest_pose
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.results import Pictured
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.accuracy import AccuracyStudy
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose
 from cablewright.studies.interference import JobInterference
-from cablewright.studies.replay import Replay, Replays
-from cablewright.studies.rest_pose import RestPose, rest_pose
 
 
 def robot_scene(robot: Robot | Model, title: str = "") -> SceneDescription:

@@ -17,9 +17,9 @@ from cablewright.apps.web.colours import RAMPS
 from cablewright.apps.web.levels import Packed, packed
 from cablewright.apps.web.path_scene import PathScene
 from cablewright.apps.web.states import States
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.robot import Robot
-from cablewright.triangle_mesh import TriangleMesh
 
 SCHEMA: Final = 1
 """Version of the description."""

@@ -15,7 +15,6 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.drift.record import CalibrationRecord, load_record
 from cablewright.calibration.judgement.model_doubt import STRETCH_NAME, believed_of_sensors, stretch_of
 from cablewright.calibration.judgement.sigmas import kind_of
@@ -35,11 +34,12 @@ from cablewright.calibration.poses.problem import CalibrationProblem, Derivative
 from cablewright.calibration.poses.starts import best_fit, equilibria_at, straight_plan, unmirrored
 from cablewright.calibration.poses.sufficient_data import check_lengths, surplus_per_pose
 from cablewright.calibration.sensors.load_cells import require_tensions
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.rotation import yawed
 from cablewright.models.statics import Model
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.parameters import KINDS
 

@@ -17,20 +17,20 @@ import numpy as np
 import tomlkit
 from pydantic import Field, Strict, model_validator
 
-from cablewright.arrays import Array
 from cablewright.calibration.judgement.result import Calibration
 from cablewright.calibration.judgement.suspects import Evidence, Explanation, Suspect, beside
 from cablewright.calibration.plan import SIGMAS, CalibrationPlan, Group, Sigmas
 from cablewright.calibration.poses.observability import azimuth_offsets, motions, open_freedoms
 from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
 from cablewright.calibration.unknowns import Unknown, unknowns_of
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.toml_input import load_model
+from cablewright.foundation.validation import Description, FileDescription, refusal
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.rotation import wrap_angles
 from cablewright.robot import Robot
 from cablewright.robot.parameters import nominal
-from cablewright.toml_input import load_model
-from cablewright.validation import Description, FileDescription, refusal
 
 _MAX_UNKNOWNS: Final = 250
 _AGREES: Final = 1e-8  # m: numbers in a robot's file are rounded to a nanometre

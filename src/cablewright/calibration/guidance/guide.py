@@ -12,7 +12,6 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.calibrate import ROUGH, calibrate
 from cablewright.calibration.drift.drift import with_new_home
 from cablewright.calibration.guidance.selection import PoseSearch, nearest_order
@@ -26,11 +25,12 @@ from cablewright.calibration.poses.simulation import random_poses
 from cablewright.calibration.poses.sufficient_data import check_lengths, min_poses
 from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.calibration.unknowns import coordinates_of, exit_rows
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress, silent
+from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
-from cablewright.progress import Progress, silent
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 

@@ -9,7 +9,6 @@ from typing import ClassVar, Final, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan, plan_of
 from cablewright.calibration.poses.observability import projected
@@ -17,11 +16,12 @@ from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import random_poses
 from cablewright.calibration.poses.sufficient_data import min_poses
 from cablewright.calibration.unknowns import exit_rows, require_covered
-from cablewright.choices import PoseCriterion
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import PoseCriterion
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.statics import Model
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 

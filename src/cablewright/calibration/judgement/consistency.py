@@ -16,12 +16,12 @@ from typing import Final
 import numpy as np
 from scipy import special
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.judgement.sigmas import idle, kind_fits, kind_of
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.fit import PoseFit, fit, framed
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
+from cablewright.foundation.arrays import Array, Mask
 
 ENOUGH: Final = 5  # redundant lengths with which they test their sigma
 _KINDS: Final = {"level": "the level", "priors": "the priors", "distances": "the distances"}

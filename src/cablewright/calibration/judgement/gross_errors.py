@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.judgement.robust_fit import robust_fit, spread_of, unexplained
 from cablewright.calibration.judgement.sigmas import evened
 from cablewright.calibration.poses.fit import PoseFit, fitted_poses, refit
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.measurement_kinds import KINDS
-from cablewright.progress import Progress, silent
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.progress import Progress, silent
 
 FALSE_ALARM: Final = 0.003
 """Probability that a calibration without gross errors rejects anything."""

@@ -14,12 +14,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.plan import Sigmas
 from cablewright.calibration.poses.fit import PoseFit
 from cablewright.calibration.poses.observability import Information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
+from cablewright.foundation.arrays import Array
 from cablewright.models.creep import hour_compliance
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Model

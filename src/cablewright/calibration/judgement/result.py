@@ -9,7 +9,6 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.judgement.gross_errors import Rejected
 from cablewright.calibration.judgement.model_doubt import ModelDoubt, model_doubt
 from cablewright.calibration.judgement.suspects import CHANGE_PARTS, Explanation
@@ -25,7 +24,8 @@ from cablewright.calibration.poses.observability import (
 )
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.unknowns import Unknown, exit_rows, with_values
-from cablewright.results import Figure, Pictured
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.robot import Robot
 
 _MIN_SIGMA: Final = 1e-6  # m, of the encoders in suggestions

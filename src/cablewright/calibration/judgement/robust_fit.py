@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from cablewright.arrays import Array
 from cablewright.calibration.poses.fit import QUICK, PoseFit, fit, fitted_poses
 from cablewright.calibration.poses.observability import information, projected
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.poses.sufficient_data import gauge_size
-from cablewright.progress import Progress
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.progress import Progress
 
 _ROUNDS: Final = 12  # max, of re-weighting
 _SETTLED: Final = 0.02  # change of the weights that ends them

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.poses.fit import PoseFit, refit
 from cablewright.calibration.poses.observability import information
 from cablewright.calibration.poses.problem import SURVEY, CalibrationProblem
 from cablewright.calibration.sensors.measurement_kinds import KINDS, SIGMA_OF
+from cablewright.foundation.arrays import Array, Mask
 
 _CARRIES: Final = 1e-3  # min leverage of a measured coordinate: below, others know it 30 times better
 _ROUNDS: Final = 8

@@ -15,8 +15,8 @@ from typing import Final
 import numpy as np
 from scipy import special
 
-from cablewright.arrays import Array
-from cablewright.results import Figure
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.results import Figure
 from cablewright.robot.parameters import KINDS_OF
 
 READING: Final = "reading of the "

@@ -13,7 +13,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from scipy import special
 
-from cablewright.arrays import Array
 from cablewright.calibration.judgement.consistency import others_of, predicted_halves, together
 from cablewright.calibration.judgement.permuted_lines import better_arrangement, motion, stray
 from cablewright.calibration.judgement.result import Calibration
@@ -26,6 +25,7 @@ from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.exit_points import across_rows
 from cablewright.calibration.sensors.measurement_kinds import SIGMA_OF
 from cablewright.calibration.unknowns import exit_rows
+from cablewright.foundation.arrays import Array
 
 _NO_FIT: Final = 0.01  # max rms over the frame's diagonal; above, the equations are not those of the machine
 _TOO_LARGE: Final = 10.0  # max rms over the given sigma

@@ -8,11 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.unknowns import Unknown, line_index
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
 from cablewright.models.parameters import lines_of
 from cablewright.robot import Robot
 from cablewright.robot.mount import MOST

@@ -14,11 +14,11 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives, StraightProblem
-from cablewright.errors import AnswerError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError
 from cablewright.kernels.fitting import straight_line
 from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule
 from cablewright.kernels.layout import Code

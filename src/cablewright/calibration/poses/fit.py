@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.poses.observability import (
     Information,
     azimuth_offsets,
@@ -21,6 +20,7 @@ from cablewright.calibration.poses.observability import (
 )
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.unknowns import coordinates_of
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.rotation import matrices, yawed
 from cablewright.robot import Robot

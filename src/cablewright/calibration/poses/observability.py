@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.poses.problem import CalibrationProblem, Derivatives
 from cablewright.calibration.sensors.exit_points import tilt_rows
 from cablewright.calibration.unknowns import Unknown, coordinates_of, exit_rows
+from cablewright.foundation.arrays import Array, Mask
 from cablewright.models.plane import basis
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES

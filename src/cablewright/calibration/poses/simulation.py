@@ -7,17 +7,17 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.measurements import MAX_POSES, Measured
 from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines, problem_of
 from cablewright.calibration.poses.fit import yaw_between
 from cablewright.calibration.unknowns import require_covered
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.plane import within
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 

@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.plan import CalibrationPlan
 from cablewright.calibration.poses.elastic import ElasticProblem, given_by_lines
 from cablewright.calibration.poses.fit import (
@@ -31,14 +30,15 @@ from cablewright.calibration.poses.observability import (
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.sufficient_data import surplus_per_pose
 from cablewright.calibration.unknowns import coordinates_of, free_directions, with_values
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.progress import Progress, silent
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.parameters import lines_of
 from cablewright.models.plane import basis, within
 from cablewright.models.rotation import wrap_angle
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.measurements import SENSORS, Measured
 from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.sensors.load_cells import require_tensions
 from cablewright.calibration.sensors.positions import check_plane
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.robot import Eyelet, Robot
 
 _APART = 1e-3  # m: poses with smaller differences in all lengths count as one

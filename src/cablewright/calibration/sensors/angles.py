@@ -9,7 +9,7 @@ import numpy as np
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import Sigmas
 from cablewright.calibration.sensors.measurement_kinds import SensorRows
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import Robot, Swivel
 from cablewright.robot.direction import unit_vector

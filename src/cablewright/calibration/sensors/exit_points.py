@@ -8,12 +8,12 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.plan import INNER, CalibrationPlan
 from cablewright.calibration.sensors.measurement_kinds import SensorRows
 from cablewright.calibration.unknowns import Unknown, by_exits, line_index
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.robot import Robot
 from cablewright.robot.parameter_values import AXES

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.sensors.measurement_kinds import SensorRows
 from cablewright.calibration.unknowns import free_directions
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.fitting import calibration_residuals as rows
 
 

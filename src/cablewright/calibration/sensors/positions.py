@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.measurements import Measured
 from cablewright.calibration.sensors.measurement_kinds import SensorRows
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.plane import basis
 from cablewright.models.rotation import turn_between

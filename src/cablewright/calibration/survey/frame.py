@@ -9,11 +9,11 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.survey.markers import Markers
 from cablewright.calibration.survey.plan import MarkedFeature, SurveyPlan
 from cablewright.calibration.survey.shape_fits import Linear, directions
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 
 _FACING: Final = {"north": (0.0, 1.0), "east": (1.0, 0.0), "south": (0.0, -1.0), "west": (-1.0, 0.0)}
 """Outward normals (x, y) of the four walls by name."""

@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from cablewright.csv_input import shown
-from cablewright.errors import InputError
+from cablewright.foundation.csv_input import shown
+from cablewright.foundation.errors import InputError
 
 POINT: Final = 11
 ANGLES: Final = frozenset({21, 22})  # horizontal circle, zenith angle

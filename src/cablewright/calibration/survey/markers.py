@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 from scipy.linalg import block_diag
 
-from cablewright.arrays import Array
 from cablewright.calibration.survey.plan import SCHEME, Instrument, MarkedFeature, SurveyPlan, feature_of
 from cablewright.calibration.survey.shots import FARTHEST, Shot, Shots
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 
 MAX_MARKERS: Final = 600  # their covariance is a full matrix
 _MAX_EXTENT: Final = 500.0  # m, of all markers; a larger number is in the wrong unit

@@ -14,10 +14,10 @@ from typing import Annotated, Final, Literal, NamedTuple, Self, get_args
 
 from pydantic import Field, model_validator
 
-from cablewright.errors import InputError, UnknownName
-from cablewright.toml_input import load_model
-from cablewright.units import Angle, Length, NonNegative, Positive, Vec3
-from cablewright.validation import Description, FileDescription, refusal
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.toml_input import load_model
+from cablewright.foundation.units import Angle, Length, NonNegative, Positive, Vec3
+from cablewright.foundation.validation import Description, FileDescription, refusal
 
 MAX_POINTS: Final = 5000
 

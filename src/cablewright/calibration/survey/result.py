@@ -9,16 +9,16 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.survey.frame import SurveyFrame
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Pictured, figures_dict
+from cablewright.foundation.units import Vec3
+from cablewright.foundation.validation import validated
 from cablewright.models.support import Capability, require
-from cablewright.results import Figure, Pictured, figures_dict
 from cablewright.robot.line import Line
 from cablewright.robot.robot import Robot
 from cablewright.robot.sheave import Eyelet
-from cablewright.units import Vec3
-from cablewright.validation import validated
 
 _SUSPECT: Final = 3.5  # sigmas
 EXIT: Final = (

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 _ROUNDS: Final = 30
 _SETTLED: Final = 1e-13  # relative

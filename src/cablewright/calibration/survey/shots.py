@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from cablewright.calibration.survey.gsi import Block, looks_like_gsi, read_blocks
-from cablewright.csv_input import (
+from cablewright.foundation.csv_input import (
     Column,
     bare,
     cells_of,
@@ -23,8 +23,8 @@ from cablewright.csv_input import (
     text_lines,
     units_wanted,
 )
-from cablewright.errors import InputError
-from cablewright.units import ANGLE, LENGTH, Dimension
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import ANGLE, LENGTH, Dimension
 
 Vector = tuple[float, float, float]
 

@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.calibration.survey import shape_fits
 from cablewright.calibration.survey.frame import SurveyFrame, frame_of
 from cablewright.calibration.survey.markers import Markers, markers_of
@@ -20,10 +19,11 @@ from cablewright.calibration.survey.plan import MarkedFeature, Placing, SurveyPl
 from cablewright.calibration.survey.result import Exit, MarkerResidual, SheaveAxis, Survey, SurveyedWall
 from cablewright.calibration.survey.shape_fits import Linear, ShapeFit
 from cablewright.calibration.survey.shots import Shots, read_shots
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.units import spell_length
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
-from cablewright.units import spell_length
 
 _MAX_AZIMUTH_SIGMA: Final = math.radians(1.0)  # of a wall's normal
 _MAX_CENTRE_SIGMA: Final = 0.02  # m, of a circle's centre

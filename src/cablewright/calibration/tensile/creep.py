@@ -11,14 +11,14 @@ from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.tensile.modulus import require_cable
 from cablewright.calibration.tensile.pace_fit import ClimateOfTest, climate_of, derivatives, pace_notes, search
 from cablewright.calibration.tensile.recording import TensileTest, read_test
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress, silent
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.creep import HOUR, LOG_BEGIN, RETARDATIONS, histories, log_response, voigt_response
-from cablewright.progress import Progress, silent
-from cablewright.results import Figure, Pictured
 from cablewright.robot.cable import MAX_RETARDATIONS
 
 _TIMES: Final = (60.0, 600.0, HOUR, 10.0 * HOUR, 24.0 * HOUR, 240.0 * HOUR)  # s, of the table as far as the test lasts

@@ -14,11 +14,11 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.tensile.recording import MIN_POINTS, TensileTest, read_test
-from cablewright.errors import InputError
-from cablewright.results import Figure, Pictured
-from cablewright.units import AREA, FORCE
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.results import Figure, Pictured
+from cablewright.foundation.units import AREA, FORCE
 
 PAPER_SPREAD: Final = 0.3
 """By how much a modulus varies about the nominal one in Paty et al. 2021, Eq. 23."""

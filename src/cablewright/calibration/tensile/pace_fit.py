@@ -14,10 +14,10 @@ from typing import Final
 import numpy as np
 from scipy.optimize import least_squares
 
-from cablewright.arrays import Array, Mask
 from cablewright.calibration.tensile.recording import TensileTest
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.progress import Progress, silent
 from cablewright.models.creep_pace import COLDEST, HOTTEST, ZERO_CELSIUS, by_temperature
-from cablewright.progress import Progress, silent
 
 _WARMER: Final = 2.0  # K, by which the temperature changes under load, at least
 _DAMPER: Final = 0.05  # likewise, of relative humidity

@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
-from cablewright.csv_input import (
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.csv_input import (
     Column,
     cells_of,
     find_column,
@@ -23,8 +23,8 @@ from cablewright.csv_input import (
     separator_of,
     text_lines,
 )
-from cablewright.errors import InputError
-from cablewright.units import DURATION, FORCE, LENGTH, RELATIVE_HUMIDITY, TEMPERATURE_DIFFERENCE, Dimension
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.units import DURATION, FORCE, LENGTH, RELATIVE_HUMIDITY, TEMPERATURE_DIFFERENCE, Dimension
 
 MAX_BYTES: Final = 64 << 20
 MAX_ROWS: Final = 2_000_000

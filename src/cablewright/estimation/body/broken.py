@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
 from cablewright.robot import Robot

@@ -10,12 +10,12 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.body import diagnosis, measurement
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
 from cablewright.estimation.body.unknowns import load, wind
 from cablewright.estimation.body.updates.update import Slopes
+from cablewright.foundation.arrays import Array
 
 _ROUNDS: Final = 8
 _SAME: Final = 3e-5  # m: by less than this no length moves any more

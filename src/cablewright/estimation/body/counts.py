@@ -8,11 +8,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Encoders
 from cablewright.models.coil import Coil
-from cablewright.signals import Encoders
 
 _FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
 _LEAST: Final = 0.05  # rad: ... and by this much of a drum at least

@@ -12,12 +12,12 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.felt_air import FeltAir
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Climate
 from cablewright.models.creep import CreepMemory, hour_compliance, memory_of, scaled_creep, usual_creep
 from cablewright.robot import Robot
 from cablewright.robot.cable import Creep
-from cablewright.signals import Climate
 
 ASSUMED: Final = 2e-4
 """Standard deviation of a strain after an hour under the mean tension at home that nobody describes, assumed: what

@@ -14,13 +14,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.body import broken
 from cablewright.estimation.body.broken import Hanging
 from cablewright.estimation.body.measurement import Measurement
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, Contradiction
 from cablewright.estimation.body.updates.update import HeldBody
+from cablewright.foundation.arrays import Array
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.taut import taut_of_body
 

@@ -14,15 +14,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.estimation.body import counts, diagnosis, measurement
 from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
 from cablewright.estimation.body.updates.update import Slopes
 from cablewright.estimation.reading_checks import accepted
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import BeamLength, Climate, Encoders, Estimate, SensorFrame, frozen, per_line
 from cablewright.models.rotation import motion_between
-from cablewright.signals import BeamLength, Climate, Encoders, Estimate, SensorFrame, frozen, per_line
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
 _CALM: Final = 0.02  # m/s^2: of the platform's acceleration that the lengths do not show

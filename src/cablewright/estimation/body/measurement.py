@@ -12,12 +12,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState
 from cablewright.estimation.body.unknowns import length_gradients
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.update import HeldBody, Slopes, UpdatePart
+from cablewright.foundation.arrays import Array
 from cablewright.models.packed_views import LineNumbers
 from cablewright.solvers.linearise import linearise_where_regular, tension_changes
 from cablewright.solvers.taut import mount_share

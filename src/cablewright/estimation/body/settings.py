@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from cablewright.errors import InputError, require_positive
 from cablewright.estimation.body.updates.update import Update
+from cablewright.foundation.errors import InputError, require_positive
 from cablewright.models.coil import Coil
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import Status
 from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.unknowns import BodyLayout, prior
 from cablewright.estimation.body.updates.update import Update
 from cablewright.estimation.fault_monitor import FaultMonitor
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import Status
 from cablewright.kernels.layout import Packed
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Model

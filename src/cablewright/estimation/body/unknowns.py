@@ -16,10 +16,10 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.body.creep import UNSURE
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.updates.update import Update
+from cablewright.foundation.arrays import Array
 
 _COMPLIANCE: Final = 1e-6  # m/N, of a mount that nobody describes, assumed: what the severity `typical` has
 _SAME_CABLE: Final = 0.9  # assumed: correlation of how far the creep of two lines, of one kind of cable, is off ...

@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import AnswerError, Status
 from cablewright.estimation.slackness import SlacknessSettings, SlacknessState, catenary_excess, parabolic_excess
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, Status
 from cablewright.models.statics import Equilibrium
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.inverse import solve_inverse

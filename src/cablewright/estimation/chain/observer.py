@@ -14,8 +14,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import Status
 from cablewright.estimation import slackness, tilt
 from cablewright.estimation.chain import drum_radius, lengths
 from cablewright.estimation.chain.state import Located, ObserverSettings, ObserverState
@@ -39,7 +37,9 @@ from cablewright.estimation.reading_checks import (
     report_line_sensors,
 )
 from cablewright.estimation.time_buffer import TimeBuffer
-from cablewright.signals import Distance, Encoders, Estimate, Inertial, Scan, SensorFrame, frozen
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import Status
+from cablewright.foundation.signals import Distance, Encoders, Estimate, Inertial, Scan, SensorFrame, frozen
 from cablewright.solvers.continuation import TrackerSettings
 from cablewright.solvers.taut import taut_at
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.chain.drum_radius import RadiusSettings, RadiusState
 from cablewright.estimation.height import HeightEstimate
 from cablewright.estimation.known_machine import KnownMachine
@@ -15,7 +14,8 @@ from cablewright.estimation.lidar.localisation import WallPose, WallState
 from cablewright.estimation.lidar.room import Laser
 from cablewright.estimation.reading_checks import ClockedState
 from cablewright.estimation.tilt import TiltState
-from cablewright.signals import Distance
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Distance
 from cablewright.solvers.continuation import Tracker
 
 

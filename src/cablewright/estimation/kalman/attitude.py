@@ -7,7 +7,6 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
@@ -18,8 +17,9 @@ from cablewright.estimation.kalman.state import (
     passes_gate,
 )
 from cablewright.estimation.reading_checks import accept_imu
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Inertial
 from cablewright.kernels.covariance import add_multiples
-from cablewright.signals import Inertial
 
 _READINGS: Final = 10  # of the accelerometer, for one update
 _INTERVAL: Final = 0.1  # s between updates

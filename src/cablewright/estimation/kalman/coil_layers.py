@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.models.coil import TURN, Coil
 
 _STEP: Final = 0.02  # m, of the table

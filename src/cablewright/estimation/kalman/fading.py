@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from cablewright.arrays import Array
 from cablewright.estimation.kalman.state import FilterState, diagonal
+from cablewright.foundation.arrays import Array
 
 _SURVEY_TIME: Final = 1000.0  # s over which what was learnt of surveyed numbers fades
 _INTERVAL: Final = 1.0  # s between two times at which it does

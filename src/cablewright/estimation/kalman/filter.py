@@ -14,7 +14,6 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation import slackness
 from cablewright.estimation.kalman import attitude, lidar_update, line_update, vertical_update
 from cablewright.estimation.kalman.fading import fade_clock, fade_survey
@@ -44,9 +43,10 @@ from cablewright.estimation.reading_checks import (
 from cablewright.estimation.slackness import SlacknessState
 from cablewright.estimation.tilt import rotation_vector
 from cablewright.estimation.time_buffer import TimeBuffer
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Distance, Encoders, Estimate, Inertial, SensorFrame, frozen
 from cablewright.kernels.covariance import add_multiples
 from cablewright.models.packed_views import PlatformNumbers
-from cablewright.signals import Distance, Encoders, Estimate, Inertial, SensorFrame, frozen
 
 _POSITION_SIGMA: Final = 0.01  # m, of the first position
 _WALL_RANGE: Final = 5.0  # m, typical, of a wall from a lidar

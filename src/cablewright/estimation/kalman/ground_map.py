@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
 
 FLOOR: Final = 5e-3
 """Height, m, up to which ground that nothing was laid on is floor."""

@@ -7,7 +7,6 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.estimation.height import HeightSettings
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, apply_update, passes_gate
 from cablewright.estimation.kalman.vertical_turn import (
@@ -19,6 +18,7 @@ from cablewright.estimation.kalman.vertical_turn import (
     mean_height,
     places_of,
 )
+from cablewright.foundation.arrays import Array, Mask
 
 _MIN_GROUND: Final = 40  # points on ground that was seen before
 _GROUND_BAND: Final = 0.02  # m from the median, of points on such ground: cells are coarse, and some lie on flanks

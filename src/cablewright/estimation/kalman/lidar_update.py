@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.kalman.state import (
     FilterSettings,
     FilterState,
@@ -23,8 +22,9 @@ from cablewright.estimation.kalman.state import (
 from cablewright.estimation.lidar import localisation
 from cablewright.estimation.lidar.constraints import contradicting_walls, find_constraints
 from cablewright.estimation.lidar.wall_lines import LidarTurn, scanned
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Scan
 from cablewright.models.rotation import wrap_angle
-from cablewright.signals import Scan
 
 _SETTLING_TIME: Final = 4.0  # s from the start in which ...
 _SETTLING_FACTOR: Final = 4.0  # ... the variance of a lidar's measurements is so many times as large

@@ -14,7 +14,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.fading import fade
 from cablewright.estimation.kalman.sag import Balanced, Sag, balanced, each_alone, share_at
@@ -26,6 +25,7 @@ from cablewright.estimation.kalman.state import (
     inflate_shaken,
     judge,
 )
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.covariance import add_multiples
 from cablewright.solvers.taut import stretches, taut_at
 

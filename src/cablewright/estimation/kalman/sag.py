@@ -12,8 +12,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.slackness import SlacknessSettings
+from cablewright.foundation.arrays import Array
 from cablewright.solvers.taut import Taut, stretches
 
 _FORCES: Final = np.geomspace(0.2, 2e4, 160)  # N: of the tables by which an excess gives the force

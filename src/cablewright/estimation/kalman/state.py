@@ -9,14 +9,14 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
 from cablewright.estimation.kalman.coil_layers import CoilLayers
 from cablewright.estimation.kalman.consistency import LARGE, Consistency
 from cablewright.estimation.kalman.ground_map import GroundMap
 from cablewright.estimation.kalman.sag import Sag
 from cablewright.estimation.known_machine import KnownMachine
 from cablewright.estimation.reading_checks import ClockedState
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 
 _LONG_GAP: Final = 0.15  # s, of a step and a half
 _SHAKEN_SIGMA: Final = 0.01  # m

@@ -7,11 +7,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.estimation.height import HeightSettings, tilted
 from cablewright.estimation.kalman.lidar_update import noise_factor
 from cablewright.estimation.kalman.state import FilterSettings, FilterState, MotionSince, moving_velocity
-from cablewright.signals import Scan
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.signals import Scan
 
 CONE: Final = 70.0
 """Degrees from the drum's axis, within which ground is seen."""

@@ -11,7 +11,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Mask
 from cablewright.estimation.height import FLOOR_MAJORITY, HeightSettings, floor_points, height_over_structure
 from cablewright.estimation.kalman.ground_update import remember_ground, update_by_ground
 from cablewright.estimation.kalman.lidar_update import gated_update, noise_factor
@@ -35,7 +34,8 @@ from cablewright.estimation.kalman.vertical_turn import (
     range_sigma,
     turn_of,
 )
-from cablewright.signals import Scan
+from cablewright.foundation.arrays import Mask
+from cablewright.foundation.signals import Scan
 
 _RINGS: Final = {
     "aside": (35.0, CONE),

@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array, Indices, Mask
 from cablewright.estimation.lidar.room import Laser, RoomMap
 from cablewright.estimation.lidar.wall_lines import LidarTurn
+from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.kernels.fitting.scan_lines import explain
 from cablewright.models.rotation import wrap_angle, wrap_angles
 

@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.lidar.scan import Points
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.fitting.scan_lines import axis
 
 _FARTHEST: Final = 0.5  # m, of a device's own parts

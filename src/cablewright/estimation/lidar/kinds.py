@@ -11,9 +11,9 @@ from typing import Final, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
 from cablewright.estimation.lidar.scan import Points
 from cablewright.estimation.lidar.wall_lines import WallLine
+from cablewright.foundation.arrays import Array, Mask
 
 Kind = Literal["behind", "rough", "thing", "corner", "stray"]
 

@@ -11,8 +11,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array, Indices, Mask
 from cablewright.estimation.lidar.scan import Clustering, Points, find_clusters
+from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.kernels.fitting.scan_lines import (
     ALONG,
     COLUMNS,

@@ -13,8 +13,6 @@ from typing import Final, Literal
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import InputError
 from cablewright.estimation.lidar.constraints import (
     Candidate,
     Candidates,
@@ -27,6 +25,8 @@ from cablewright.estimation.lidar.constraints import (
 from cablewright.estimation.lidar.room import Laser, RoomMap
 from cablewright.estimation.lidar.scan import LidarModel
 from cablewright.estimation.lidar.wall_lines import LidarTurn, LineSearch
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import InputError
 from cablewright.models.rotation import wrap_angle, wrap_angles
 
 WallStatus = Literal["ok", "ambiguous", "parallel", "no-wall"]

@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.lidar.scan import Points
+from cablewright.foundation.arrays import Array
 
 _MEDIAN_OF_NORMAL: Final = 0.6745  # of the size of a normal number, in sigmas
 _THIRDS: Final = math.sqrt(20.0)  # standard deviation of third differences, in that of one value

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting.scan_lines import SUMS, cut
 
 Index = NDArray[np.int64]

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 
-from cablewright.csv_input import shown
-from cablewright.errors import InputError
+from cablewright.foundation.csv_input import shown
+from cablewright.foundation.errors import InputError
 
 BEGINS: Final = re.compile(rb"\s*(?:---\s|[A-Za-z_]\w*:(?:\s|$))")
 """How such a dump begins."""

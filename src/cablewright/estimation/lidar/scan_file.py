@@ -15,12 +15,12 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.csv_input import Column, cells_of, find_column, separator_of, shown, text_lines
-from cablewright.errors import InputError
 from cablewright.estimation.lidar.scan_dump import BEGINS, read_dumps
-from cablewright.toml_input import read_bytes
-from cablewright.units import ANGLE, LENGTH
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.csv_input import Column, cells_of, find_column, separator_of, shown, text_lines
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.toml_input import read_bytes
+from cablewright.foundation.units import ANGLE, LENGTH
 
 MAX_BYTES: Final = 8 << 20
 MAX_POINTS: Final = 100_000

@@ -14,7 +14,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array
 from cablewright.estimation.lidar.line_fits import Rules, fit_lines
 from cablewright.estimation.lidar.scan import (
     Clustering,
@@ -26,9 +25,10 @@ from cablewright.estimation.lidar.scan import (
     level_mount,
     levelled,
 )
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Scan
 from cablewright.kernels.fitting.scan_lines import COLUMNS, draw
 from cablewright.models.rotation import wrap_angle
-from cablewright.signals import Scan
 
 _MAX_LINES = 24
 _SHARES: Final = (np.arange(9) + 0.5) / 9.0  # of a line's rays

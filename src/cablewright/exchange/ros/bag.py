@@ -12,11 +12,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from cablewright.errors import EnvironmentFault, InputError
 from cablewright.exchange.ros.messages import LEFT_OUT, RosMessages
-from cablewright.file_output import whole_folder
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.file_output import whole_folder
+from cablewright.foundation.progress import Progress, silent
 from cablewright.machine.log.log import read_log
-from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 
 _VERSION: Final = 9  # of the metadata: ROS 2 Jazzy

@@ -11,15 +11,26 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import (
+    READINGS,
+    SOURCES,
+    Encoders,
+    Estimate,
+    Inertial,
+    Reading,
+    Scan,
+    Source,
+    Truth,
+    per_line,
+)
 from cablewright.machine.log.fields import XYZ
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import Entry
 from cablewright.machine.log.views import Views, quaternion
 from cablewright.machine.sensors import SENSORS
 from cablewright.models.rotation import matrix_of
-from cablewright.signals import READINGS, SOURCES, Encoders, Estimate, Inertial, Reading, Scan, Source, Truth, per_line
 
 Fields = Mapping[str, Any]
 

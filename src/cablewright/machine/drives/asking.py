@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.foundation.errors import EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.axis import Axis
 from cablewright.machine.drives.cia402 import DISABLE_OPERATION, ENERGISED, PowerState, state_of

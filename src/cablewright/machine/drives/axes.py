@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.drives.axis import Axis
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.drives.settings import WinchDriveSettings

@@ -6,7 +6,7 @@ import time
 from contextlib import suppress
 from typing import Any
 
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives.bus import BusError, CanFrame
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from cablewright.errors import CablewrightError, EnvironmentFault, InputError
+from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.asking import begin_speed_limits, bring_off, read_back
 from cablewright.machine.drives.axes import axes_of, require_drives

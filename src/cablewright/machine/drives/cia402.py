@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum, IntEnum
 from typing import Final
 
-from cablewright.signals import DriveState
+from cablewright.foundation.signals import DriveState
 
 
 class PowerState(Enum):
@@ -44,7 +44,7 @@ def state_of(statusword: int) -> PowerState:
 
 
 def shown(state: PowerState) -> DriveState:
-    """The state as `cablewright.signals.Drives` has it."""
+    """The state as `cablewright.foundation.signals.Drives` has it."""
     if state in IN_FAULT:
         return DriveState.FAULT
     if state in (PowerState.ENABLED, PowerState.QUICK_STOP):

@@ -13,20 +13,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.errors import CablewrightError, InputError
-from cablewright.machine.drives.axis import STANDS, Axis, Setpoint
-from cablewright.machine.drives.cia402 import IN_FAULT, PowerState, Wish, shown
-from cablewright.machine.drives.objects import Mode
-from cablewright.machine.drives.off_watch import OffWatch
-from cablewright.machine.drives.protocol import WinchDrives
-from cablewright.machine.drives.settings import WinchDriveSettings
-from cablewright.machine.drives.strays import StrayWatch, slipping
-from cablewright.machine.interface import RESET, Abilities, check_command
-from cablewright.machine.sensors.barrier import BARRIER
-from cablewright.machine.sensors.encoders import ENCODERS
-from cablewright.machine.sensors.tensions import MOTOR_TORQUES
-from cablewright.machine.settings import MachineSettings
-from cablewright.signals import (
+from cablewright.foundation.errors import CablewrightError, InputError
+from cablewright.foundation.signals import (
     ORDER_LIFE,
     Barrier,
     Command,
@@ -41,6 +29,18 @@ from cablewright.signals import (
     WinchMode,
     frozen,
 )
+from cablewright.machine.drives.axis import STANDS, Axis, Setpoint
+from cablewright.machine.drives.cia402 import IN_FAULT, PowerState, Wish, shown
+from cablewright.machine.drives.objects import Mode
+from cablewright.machine.drives.off_watch import OffWatch
+from cablewright.machine.drives.protocol import WinchDrives
+from cablewright.machine.drives.settings import WinchDriveSettings
+from cablewright.machine.drives.strays import StrayWatch, slipping
+from cablewright.machine.interface import RESET, Abilities, check_command
+from cablewright.machine.sensors.barrier import BARRIER
+from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.sensors.tensions import MOTOR_TORQUES
+from cablewright.machine.settings import MachineSettings
 
 _STOP_IT: Final = "it has to stop by its own watch over this computer; press the emergency stop"
 

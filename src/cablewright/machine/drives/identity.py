@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.objects import Mode, supports
 from cablewright.machine.drives.transfers import Transfer, Transfers

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.drives.scale import scales_of
 from cablewright.machine.settings import MachineSettings
 from cablewright.robot import Robot

@@ -11,7 +11,7 @@ import socket
 import time
 from typing import Final
 
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives.bus import BusError, CanFrame
 
 _HOME: Final = "127.0.0.1"

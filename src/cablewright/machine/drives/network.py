@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.asking import require_agreed
 from cablewright.machine.drives.axis import Axis, Setpoint

@@ -6,9 +6,9 @@ from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from cablewright.foundation.units import Duration, Force, Length, Positive, Speed, Torque
+from cablewright.foundation.validation import Description, refusal
 from cablewright.machine.quantities import Factor
-from cablewright.units import Duration, Force, Length, Positive, Speed, Torque
-from cablewright.validation import Description, refusal
 
 MAX_NODES: Final = 32
 _MARGIN: Final = 0.2  # s

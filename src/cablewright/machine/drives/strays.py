@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.machine.drives.axis import Axis, Setpoint
 from cablewright.machine.drives.objects import Mode
 from cablewright.machine.drives.settings import WinchDriveSettings

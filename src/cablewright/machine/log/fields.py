@@ -10,8 +10,17 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.signals import Condition, DriveState, Fault, Notice, OrderKind, PrintState, WinchMode, frozen
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import (
+    Condition,
+    DriveState,
+    Fault,
+    Notice,
+    OrderKind,
+    PrintState,
+    WinchMode,
+    frozen,
+)
 
 _MAX_NUMBERS: Final = 100_000  # in one array of a message
 _MAX_TEXT: Final = 300  # letters

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.validation import Description
 from cablewright.machine import carriers, settings
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.lidars import LidarSettings
-from cablewright.validation import Description
 
 _TABLES: Final[Mapping[str, type[Description]]] = {
     "drum": carriers.Drum,

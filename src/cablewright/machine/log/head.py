@@ -11,14 +11,14 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import AfterValidator, AwareDatetime, Field, TypeAdapter, ValidationError
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.validation import shown
 from cablewright.machine.log.first_schema import from_first_schema
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import SimulationSettings
 from cablewright.machine.simulated.severities import severity_of
 from cablewright.machine.simulated.severity_tables import MEANINGS
 from cablewright.robot import RigidPlatform, Robot
-from cablewright.validation import shown
 
 NEWEST_SCHEMA: Final = 2
 _BEGIN: Final = datetime(1970, 1, 1, tzinfo=UTC)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from cablewright.file_output import cannot_write, whole_file
+from cablewright.foundation.file_output import cannot_write, whole_file
 from cablewright.machine.log.log import SCHEMAS, begin_log
 from cablewright.machine.log.segments import JOINED_NAME, Segments, log_files
 

@@ -13,15 +13,9 @@ from typing import IO, Final, Self, TypeVar
 
 from mcap.writer import CompressionType, IndexType, Writer
 
-from cablewright.errors import EnvironmentFault, InputError
-from cablewright.file_output import cannot_write, open_no_link
-from cablewright.machine.log.head import LogHead, read_head, written_head
-from cablewright.machine.log.mcap_file import HEAD, RawMessage
-from cablewright.machine.log.messages import decode, encode, encode_frame
-from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
-from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
-from cablewright.machine.log.views import VIEWS, Views
-from cablewright.signals import (
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.file_output import cannot_write, open_no_link
+from cablewright.foundation.signals import (
     Command,
     Condition,
     Estimate,
@@ -34,6 +28,12 @@ from cablewright.signals import (
     Truth,
     per_line,
 )
+from cablewright.machine.log.head import LogHead, read_head, written_head
+from cablewright.machine.log.mcap_file import HEAD, RawMessage
+from cablewright.machine.log.messages import decode, encode, encode_frame
+from cablewright.machine.log.segments import CLOSING_TOPIC, Segments, log_files
+from cablewright.machine.log.topics import TOPICS, TOPICS_OF, Signal
+from cablewright.machine.log.views import VIEWS, Views
 
 SCHEMAS: Final = {each.topic: (each.schema, each.content) for each in TOPICS} | VIEWS
 """Name and JSON schema of the messages of each topic that a log may have."""

@@ -17,7 +17,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata
 from mcap.stream_reader import CRCValidationError, StreamReader
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 
 MAX_RECORD: Final = 64 << 20
 """Limit of a record, of an uncompressed chunk, and of the messages of one step, bytes."""

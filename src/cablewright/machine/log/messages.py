@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic_core import from_json, to_json
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import SOURCES, Encoders, Inertial, Reading, Scan, SensorFrame, frozen
 from cablewright.machine.log.fields import NOTICES, XYZ, XYZW, read_object
 from cablewright.machine.log.topics import TOPICS, Signal, Topic
-from cablewright.signals import SOURCES, Encoders, Inertial, Reading, Scan, SensorFrame, frozen
 
 _BY_NAME: Final = {each.topic: each for each in TOPICS}
 _BY_SIGNAL: Final = {each.signal: each for each in TOPICS if not each.source}

@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Scan
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.models.rotation import matrix_of
-from cablewright.signals import Scan
 
 MOST: Final = 200
 """Points of one scan."""

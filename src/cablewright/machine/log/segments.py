@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.log.head import VERSIONS, epoch_of
 from cablewright.machine.log.mcap_file import MAX_RECORD, LogFile, RawMessage
 

@@ -12,7 +12,23 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Annotated, Any, Final, NamedTuple, get_type_hints
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import (
+    OR_NAN,
+    READINGS,
+    Command,
+    DriveState,
+    Encoders,
+    Estimate,
+    Inertial,
+    Order,
+    Progress,
+    Reading,
+    Scan,
+    SensorFrame,
+    Source,
+    Truth,
+)
 from cablewright.machine.log.fields import (
     ARGUMENTS,
     CLOSED,
@@ -42,22 +58,6 @@ from cablewright.machine.log.fields import (
     FieldKind,
     array_schema,
     object_schema,
-)
-from cablewright.signals import (
-    OR_NAN,
-    READINGS,
-    Command,
-    DriveState,
-    Encoders,
-    Estimate,
-    Inertial,
-    Order,
-    Progress,
-    Reading,
-    Scan,
-    SensorFrame,
-    Source,
-    Truth,
 )
 
 Signal = Reading | Command | Order | Truth | Estimate | Progress

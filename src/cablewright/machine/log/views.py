@@ -12,12 +12,12 @@ from typing import Any, Final
 import numpy as np
 from pydantic_core import to_json
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Estimate, PrintState, Progress, Truth
 from cablewright.machine.log.fields import FLAG, NUMBER, TEXT, WHOLE_NUMBER, XYZ, XYZW, array_schema, object_schema
 from cablewright.machine.log.head import LogHead
 from cablewright.models.rotation import matrices, placed
 from cablewright.robot import RigidPlatform
-from cablewright.signals import Estimate, PrintState, Progress, Truth
 
 EVERY: Final = 0.1
 """Time between two messages of a topic, s."""

@@ -6,7 +6,7 @@ all units of the kind. Each sensor has a module here: modules are found, not lis
 
 from typing import Any, Final
 
-from cablewright.discovery import declared
+from cablewright.foundation.discovery import declared
 from cablewright.machine.sensors.sensor import Sensor
 
 SENSORS: Final[tuple[Sensor[Any], ...]] = tuple(

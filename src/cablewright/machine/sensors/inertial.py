@@ -5,9 +5,9 @@ from typing import Annotated, ClassVar, Final
 
 from pydantic import Field
 
+from cablewright.foundation.units import Angle, NonNegative, Vec3
 from cablewright.machine.quantities import Rate, Size
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
-from cablewright.units import Angle, NonNegative, Vec3
 
 
 class InertialSensor(SensorSheet):

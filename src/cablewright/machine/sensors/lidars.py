@@ -5,10 +5,10 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
+from cablewright.foundation.units import Angle, NonNegative, Vec3
+from cablewright.foundation.validation import Description, refusal
 from cablewright.machine.quantities import Span, Time, Width, require_pairs_rise
 from cablewright.machine.sensors.sensor import moved_flaws
-from cablewright.units import Angle, NonNegative, Vec3
-from cablewright.validation import Description, refusal
 
 MAX_RAYS: Final = 20_000
 

@@ -5,9 +5,9 @@ from typing import Annotated, ClassVar, Final
 
 from pydantic import Field
 
+from cablewright.foundation.units import Angle, NonNegative
 from cablewright.machine.quantities import Rate, Width
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet, moved_flaws
-from cablewright.units import Angle, NonNegative
 
 
 class LineSensor(SensorSheet):

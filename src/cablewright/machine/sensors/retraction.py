@@ -4,10 +4,10 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
+from cablewright.foundation.units import Force, Mass, NonNegative, Positive, Vec3
+from cablewright.foundation.validation import refusal
 from cablewright.machine.quantities import Delay, Rate, Span, Width
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
-from cablewright.units import Force, Mass, NonNegative, Positive, Vec3
-from cablewright.validation import refusal
 
 
 class RetractionDrive(SensorSheet):

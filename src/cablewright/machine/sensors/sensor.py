@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from cablewright.signals import SOURCES
-from cablewright.validation import Description
+from cablewright.foundation.signals import SOURCES
+from cablewright.foundation.validation import Description
 
 _SheetT = TypeVar("_SheetT", bound="SensorSheet")
 

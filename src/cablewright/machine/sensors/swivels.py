@@ -4,9 +4,9 @@ from typing import Annotated, Final
 
 from pydantic import Field
 
+from cablewright.foundation.units import Angle, NonNegative
 from cablewright.machine.quantities import Rate
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
-from cablewright.units import Angle, NonNegative
 
 
 class SwivelSensor(SensorSheet):

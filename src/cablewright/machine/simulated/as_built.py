@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.simulated.as_built_parts import RADII, drawn
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.robot import KINDS, Line, Robot

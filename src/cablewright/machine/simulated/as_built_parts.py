@@ -11,13 +11,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import SOURCES
 from cablewright.kernels.rotation import matrix
 from cablewright.machine.sensors.inertial import INERTIAL
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.settings import RoomSettings, WallFace
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
-from cablewright.signals import SOURCES
 
 _WALLS, _PLACE, _TURN, _MASS, _ZEROS, _ALONG, _GAINS = range(1, 8)
 CLOCK: Final = 8

@@ -5,9 +5,9 @@ from __future__ import annotations
 import bisect
 from itertools import accumulate
 
+from cablewright.foundation.signals import Reading
 from cablewright.machine.simulated.as_built_parts import CLOCK, drawn
 from cablewright.machine.simulated.settings import SimulationSettings
-from cablewright.signals import Reading
 
 
 class DrumClock:

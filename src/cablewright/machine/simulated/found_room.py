@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.machine.settings import RoomSettings
 from cablewright.machine.simulated.as_built_parts import ROOM, drawn
 from cablewright.machine.simulated.people import WIDTH, Visits

@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import SOURCES, Scan
 from cablewright.kernels.plant.lidar_rays import turn_lidar
 from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.simulated.found_room import FoundRoom, detours
@@ -16,7 +17,6 @@ from cablewright.machine.simulated.rig import RigState
 from cablewright.machine.simulated.sensors.timed_sensor import steps_per_interval
 from cablewright.machine.simulated.settings import LidarFlaws
 from cablewright.machine.simulated.surroundings import Ground
-from cablewright.signals import SOURCES, Scan
 
 _FIRST: Final = -math.pi  # rad, of a turn's first ray
 

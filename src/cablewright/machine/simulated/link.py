@@ -9,13 +9,13 @@ from typing import Annotated, Any, Final
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.saving import Coded
+from cablewright.foundation.signals import Reading
 from cablewright.machine.log.messages import decode, encode
 from cablewright.machine.simulated.as_built_parts import GAPS
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.spells import Spells
-from cablewright.saving import Coded
-from cablewright.signals import Reading
 
 _MESSAGES: Final = TypeAdapter(
     list[tuple[Annotated[float, Field(strict=True, allow_inf_nan=False)], Annotated[str, Field(strict=True)], str]]

@@ -6,9 +6,9 @@ import math
 from itertools import product
 from typing import Final
 
+from cablewright.foundation.units import FORCE, LENGTH, TORQUE, three_digits
 from cablewright.models.support import Capability, require
 from cablewright.robot import PointPlatform, RigidPlatform, Robot
-from cablewright.units import FORCE, LENGTH, TORQUE, three_digits
 
 SPEED: Final = 1.0  # m/s of a cable whose winch has no limit
 RESERVE: Final = 1.25  # cable on the winch, over the longest line in the frame

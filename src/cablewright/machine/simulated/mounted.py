@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import SOURCES
 from cablewright.machine.settings import WinchSettings
 from cablewright.machine.simulated.as_built_parts import angle_zeros, mounting, tension_gains
 from cablewright.machine.simulated.settings import Tolerances
 from cablewright.robot import Robot
-from cablewright.signals import SOURCES
 
 
 @dataclass(frozen=True, eq=False)

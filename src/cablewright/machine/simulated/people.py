@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.machine.simulated.as_built_parts import VISITS, WALKS, drawn
 from cablewright.machine.simulated.spells import Spell, Spells
 

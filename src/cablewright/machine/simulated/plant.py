@@ -6,8 +6,9 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Condition, Notice
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
 from cablewright.kernels.layout import Code, Packed
@@ -20,7 +21,6 @@ from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
 from cablewright.models.packed_views import LineStates
 from cablewright.models.support import Capability, Coverage, support
-from cablewright.signals import Condition, Notice
 from cablewright.solvers.continuation import TrackerSettings
 
 MAX_SUBSTEPS: Final = 1000

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Condition, Notice, Truth, WinchMode, frozen
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
@@ -31,7 +32,6 @@ from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNum
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.robot import RigidPlatform, Robot
-from cablewright.signals import Condition, Notice, Truth, WinchMode, frozen
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 

@@ -14,8 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self, TypeVar,
 
 from pydantic import Field, create_model, model_validator
 
-from cablewright.choices import SeverityName
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.choices import SeverityName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.signals import READINGS, per_line
+from cablewright.foundation.units import Angle, Duration, Length, NonNegative, Positive
+from cablewright.foundation.validation import Description, refusal, validated
 from cablewright.machine.files import machine_table
 from cablewright.machine.quantities import Delay, Factor, Share, Size, Span, Time, Times, Width, require_pairs_rise
 from cablewright.machine.sensors import SENSORS
@@ -36,9 +39,6 @@ from cablewright.machine.simulated.unmodelled.laws import (
     WinchGears,
     Wind,
 )
-from cablewright.signals import READINGS, per_line
-from cablewright.units import Angle, Duration, Length, NonNegative, Positive
-from cablewright.validation import Description, refusal, validated
 
 MAX_FAULTS: Final = 1000
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any, Final
 
-from cablewright.choices import SeverityName
-from cablewright.errors import UnknownName
+from cablewright.foundation.choices import SeverityName
+from cablewright.foundation.errors import UnknownName
 from cablewright.machine.settings import ClockSettings
 from cablewright.machine.simulated.settings import SimulationSettings, TwinSettings
 from cablewright.machine.simulated.severity_tables import OWN, PARTS, SEVERITIES

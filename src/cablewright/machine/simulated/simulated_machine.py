@@ -12,9 +12,22 @@ from typing import Any, Final, Protocol, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cablewright.arrays import Array
-from cablewright.choices import PlantName
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import PlantName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.saving import Coded, Snapshot, load, save
+from cablewright.foundation.signals import (
+    SOURCES,
+    Barrier,
+    Command,
+    Condition,
+    Notice,
+    Reading,
+    SensorFrame,
+    Truth,
+    WinchMode,
+    per_line,
+)
 from cablewright.machine.interface import RESET, Abilities, check_command
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.settings import MachineSettings
@@ -37,19 +50,6 @@ from cablewright.machine.simulated.settings import (
     check_faults,
 )
 from cablewright.robot import Robot
-from cablewright.saving import Coded, Snapshot, load, save
-from cablewright.signals import (
-    SOURCES,
-    Barrier,
-    Command,
-    Condition,
-    Notice,
-    Reading,
-    SensorFrame,
-    Truth,
-    WinchMode,
-    per_line,
-)
 
 PLANTS: Final = get_args(PlantName)
 _SHIFTS: Final = {(each.sensor.source, kind): shift for each in SIMULATED for kind, shift in each.faults.items()}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.saving import Sparse
 from cablewright.kernels.plant.lidar_rays import ray_to_floor
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.printing.deposition import Powder, extrude, pour
 from cablewright.printing.heightfield import HeightField
 from cablewright.robot import Robot
-from cablewright.saving import Sparse
 
 
 class Ground:

@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.plant import winding
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import WinchSettings

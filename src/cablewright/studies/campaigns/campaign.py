@@ -9,19 +9,19 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.progress import Progress
+from cablewright.live.prints.plan import PrintOptions, twin_of
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.printing.job import Job, load_job
-from cablewright.progress import Progress
 from cablewright.robot import Robot, load
+from cablewright.running.executors.executor import Executor, Serial
+from cablewright.running.executors.kept import kept_in
+from cablewright.running.executors.study import evaluate, require_all
+from cablewright.running.executors.task import Task
+from cablewright.running.store import file_hash
 from cablewright.studies.campaigns.one_print import CampaignPrint, printed
 from cablewright.studies.campaigns.result import Campaign, MachinePrint, Sensitivity, machine_print, succeeds
-from cablewright.studies.executors.executor import Executor, Serial
-from cablewright.studies.executors.kept import kept_in
-from cablewright.studies.executors.study import evaluate, require_all
-from cablewright.studies.executors.task import Task
-from cablewright.studies.prints.plan import PrintOptions, twin_of
-from cablewright.studies.store import file_hash
 
 MAX_MACHINES: Final = 100_000
 DEFAULT_TRIED: Final = 10

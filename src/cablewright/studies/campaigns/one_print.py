@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
+from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.loop import run
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.live.prints.run import begin_print
 from cablewright.machine.simulated.settings import Tolerances, TwinSettings
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
+from cablewright.running.store import file_hash
 from cablewright.studies.campaigns.true_errors import TrueErrors
-from cablewright.studies.prints.attendant import attendant_of
-from cablewright.studies.prints.loop import run
-from cablewright.studies.prints.plan import PrintOptions, plan_print, twin_of
-from cablewright.studies.prints.run import begin_print
-from cablewright.studies.store import file_hash
 
 REMEDIES: Final[Mapping[str, str]] = {
     "anchor": "survey the exit points",

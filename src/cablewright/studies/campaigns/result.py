@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.results import Figure, Pictured
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.studies.campaigns.one_print import REMEDIES, CampaignPrint
 
 CONFIDENCE: Final = 0.95

@@ -6,14 +6,14 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.foundation.signals import PrintState
+from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.path_errors import PathErrors
+from cablewright.live.prints.plan import MachineTwin
+from cablewright.live.prints.steps_table import StepsTable, in_state
+from cablewright.live.prints.whole_errors import WholeErrorSums
 from cablewright.machine.log.log import Entry
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.signals import PrintState
-from cablewright.studies.prints.loop import Printer, Step
-from cablewright.studies.prints.path_errors import PathErrors
-from cablewright.studies.prints.plan import MachineTwin
-from cablewright.studies.prints.steps_table import StepsTable, in_state
-from cablewright.studies.prints.whole_errors import WholeErrorSums
 
 _BLOCK: Final = 256  # steps
 

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from cablewright.analyses.feasibility import INTERPOLATION, LENGTH_JUMP, TENSION_JUMP, Finding, at_most
-from cablewright.arrays import Array, Indices
+from cablewright.foundation.arrays import Array, Indices
+from cablewright.foundation.paging import blocks, let_go
 from cablewright.models.job_poses import INTERPOLATED
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.paging import blocks, let_go
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.path_statics import PathStatics, extreme

@@ -13,20 +13,21 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
-from cablewright.arrays import Array
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.paging import Room, in_room
+from cablewright.foundation.progress import Progress, silent
 from cablewright.models.job_poses import along, path_box, sampled
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.paging import Room, in_room
 from cablewright.printing.beads import Bead
 from cablewright.printing.job import Job, load_job
 from cablewright.printing.schedule import Schedule
 from cablewright.printing.toolpath import Toolpath
-from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
+from cablewright.running.memory import require_for_samples
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.own_figures import error_finding
@@ -34,7 +35,6 @@ from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
 from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
-from cablewright.studies.memory import require_for_samples
 
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a path whose arrays are in files."""

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
 from cablewright.analyses.feasibility import LineQuantities, plane_forces
 from cablewright.analyses.inertia_forces import InertiaEffects
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.paging import blocks, let_go
 from cablewright.models.statics import Equilibrium
 from cablewright.models.stiffness import as_elastic
-from cablewright.paging import blocks, let_go
 from cablewright.robot import Robot
 from cablewright.solvers.limits import rise_on_drums
 

@@ -17,21 +17,21 @@ from cablewright.analyses.accuracy.expected_error import ErrorCause, ExpectedErr
 from cablewright.analyses.feasibility import EXPECTED_ERROR, INTERPOLATION, Finding
 from cablewright.analyses.interference import Contact
 from cablewright.analyses.job_distances import Clearances
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.paging import blocks, let_go
+from cablewright.foundation.results import Figure, Result
+from cablewright.foundation.units import spell_length
 from cablewright.models.statics import Model
-from cablewright.paging import blocks, let_go
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
-from cablewright.results import Figure, Result
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched, units_inside
 from cablewright.solvers.preferred import preferred_note, preferred_tensions
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.checks.sample_errors import SampleErrors
-from cablewright.units import spell_length
 
 SMALLEST: Final = partial(extremes, np.fmin)
 LARGEST: Final = partial(extremes, np.fmax)

@@ -7,10 +7,10 @@ from typing import Self
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
 from cablewright.models.rotation import angle_between
 from cablewright.models.statics import Model
-from cablewright.paging import MEMORY, Room, blocks, let_go
 from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.studies.checks.path_statics import PathStatics

@@ -12,12 +12,12 @@ import pyarrow.csv
 import pyarrow.parquet
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.paging import blocks, let_go
 from cablewright.models.coil import TURN
 from cablewright.models.drum import drum_of
-from cablewright.paging import blocks, let_go
+from cablewright.running.store import GROUP, by_axis, file_hash, job_hashes, robot_hash, write_manifest
 from cablewright.studies.checks.result import Check
-from cablewright.studies.store import GROUP, by_axis, file_hash, job_hashes, robot_hash, write_manifest
 
 
 def write_check(

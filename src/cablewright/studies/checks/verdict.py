@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, MOVED_ERROR, OF_CHECKS, Finding
+from cablewright.foundation.units import spell_length
 from cablewright.robot.uncertainty import ASSUMED
 from cablewright.studies.checks.path_statics import extreme
 from cablewright.studies.checks.result import Check
-from cablewright.units import spell_length
 
 
 def verdict(found: Check, nowhere: int) -> str:

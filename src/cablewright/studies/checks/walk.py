@@ -12,14 +12,14 @@ from cablewright.analyses.accuracy.expected_error import ExpectedErrorSearch
 from cablewright.analyses.feasibility import Finding, judge
 from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
 from cablewright.analyses.job_distances import Clearances, JobDistances
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
+from cablewright.foundation.progress import Progress
 from cablewright.models.statics import Model
-from cablewright.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw, accelerations, corner_speeds
-from cablewright.progress import Progress
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import BLOCK, solve_inverse

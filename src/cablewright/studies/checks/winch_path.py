@@ -9,14 +9,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array, Mask
-from cablewright.errors import AnswerError, InputError
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.progress import Progress, silent
 from cablewright.models.drum import WinchDrum
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES, Samples
-from cablewright.progress import Progress, silent
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 

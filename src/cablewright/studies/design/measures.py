@@ -14,11 +14,11 @@ from cablewright.analyses.accuracy.spread import drawn
 from cablewright.analyses.feasibility import LIMITS, TENSION_LIMITS, LineQuantities
 from cablewright.analyses.interference import distances
 from cablewright.analyses.modes import modes
-from cablewright.arrays import Array
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.results import Figure
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.results import Figure
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import assumed_uncertainty
 from cablewright.solvers.inverse import solve_inverse

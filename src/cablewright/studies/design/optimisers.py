@@ -13,8 +13,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import EnvironmentFault, InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import EnvironmentFault, InputError
 
 BAD: Final = 1e30
 """Worse than any objective: where the score of candidates that break constraints begins."""

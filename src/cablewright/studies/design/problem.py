@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.models.job_poses import poses_at
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples

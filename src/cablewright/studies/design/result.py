@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.results import Figure, Pictured
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.results import Figure, Pictured
 from cablewright.robot import Robot
 from cablewright.studies.design.measures import MEASURES
 from cablewright.studies.design.problem import DesignProblem

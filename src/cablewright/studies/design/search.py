@@ -9,20 +9,20 @@ from typing import Any, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import AnswerError, InputError, UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError, UnknownName
+from cablewright.foundation.progress import Progress, silent
 from cablewright.models.job_poses import sampled
 from cablewright.printing.job import Job, load_job
-from cablewright.progress import Progress, silent
 from cablewright.robot import Robot, load
+from cablewright.running.executors.executor import Executor, Serial
+from cablewright.running.executors.kept import KeptResults, kept_in
+from cablewright.running.executors.study import evaluate
+from cablewright.running.executors.task import Outcome, Task
 from cablewright.studies.design.measures import MEASURES, Prices, measured
 from cablewright.studies.design.optimisers import OPTIMISERS, Budget
 from cablewright.studies.design.problem import DesignConstraint, DesignProblem, Variable, default_workspace, places_of
 from cablewright.studies.design.result import Designed, Tried
-from cablewright.studies.executors.executor import Executor, Serial
-from cablewright.studies.executors.kept import KeptResults, kept_in
-from cablewright.studies.executors.study import evaluate
-from cablewright.studies.executors.task import Outcome, Task
 from cablewright.studies.trade import TradeSettings
 
 EVALUATIONS: Final = 400

@@ -15,10 +15,10 @@ from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, Limits, RobotName, Seed
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import quantity, tension_range
-from cablewright.errors import InputError
-from cablewright.file_output import write_whole
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.units import LENGTH
 from cablewright.models.fidelity import CableLaw
-from cablewright.units import LENGTH
 
 
 @options("Check")
@@ -102,7 +102,7 @@ class FitOptions:
     def planned(self) -> cw.CalibrationPlan:
         """The plan of --plan, or the TOML file beside the data; --datum takes the place of theirs."""
         from cablewright.calibration.plan import load_plan
-        from cablewright.toml_input import read_table
+        from cablewright.foundation.toml_input import read_table
 
         file, beside = self.plan, self.data.with_suffix(".toml")
         if file is None and beside != self.data and beside.is_file() and "lines" not in read_table(beside)[0]:

@@ -12,8 +12,8 @@ from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import AsJson, CalibrationPlanFile, Limits, RobotName, Seed
 from cablewright.apps.cli.output import answer
 from cablewright.apps.cli.parsing import tension_range
-from cablewright.choices import PoseCriterion
-from cablewright.file_output import write_whole
+from cablewright.foundation.choices import PoseCriterion
+from cablewright.foundation.file_output import write_whole
 
 
 @command("poses wang2021 --count 14 --candidates 100", "calibration.guidance.selection:CalibrationPoses")

@@ -13,8 +13,8 @@ from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import OutputOptions
 from cablewright.apps.cli.output import answer, tell
 from cablewright.apps.cli.parsing import interval, lasers, numbers
-from cablewright.errors import InputError
-from cablewright.file_output import write_whole
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.file_output import write_whole
 
 
 @command("survey examples/survey.gsi --plan examples/survey.toml", "calibration.survey.result:Survey")

@@ -13,10 +13,10 @@ from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import OutputOptions
 from cablewright.apps.cli.output import answer, progress
 from cablewright.apps.cli.parsing import numbers, quantity
-from cablewright.errors import InputError, UnknownName
+from cablewright.foundation.errors import InputError, UnknownName
 
 if TYPE_CHECKING:
-    from cablewright.units import Dimension
+    from cablewright.foundation.units import Dimension
 
 
 InitialLength = Annotated[
@@ -51,7 +51,7 @@ class SpecimenOptions:
 
     def section_and_load(self) -> tuple[float, float]:
         """Section, m^2, and breaking load, N. Raises `InputError`."""
-        from cablewright.units import AREA, FORCE, LENGTH
+        from cablewright.foundation.units import AREA, FORCE, LENGTH
 
         if self.section is not None and self.diameter is not None:
             raise InputError(f"--diameter = {self.diameter!r}: give either this or --section, not both")
@@ -110,7 +110,7 @@ def modulus_command(
 
     How far the modulus varies over all branches, the hysteresis and the permanent set are given beside it.
     """
-    from cablewright.units import LENGTH
+    from cablewright.foundation.units import LENGTH
 
     length = _quantity(initial_length, "--initial-length", LENGTH)
     assert length is not None
@@ -153,7 +153,7 @@ def creep_command(
     The law is that of Voigt elements and logarithmic creep; what it creeps by after which time is given with sigmas.
     Where the climate changes under load, so is how much faster it creeps when warmer or damper.
     """
-    from cablewright.units import DURATION, LENGTH
+    from cablewright.foundation.units import DURATION, LENGTH
 
     length = quantity(initial_length, "--initial-length", LENGTH)
     texts = [] if retardations == "none" else retardations.split(",")

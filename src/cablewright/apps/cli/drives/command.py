@@ -15,10 +15,10 @@ from cablewright.apps.cli.drives.terminal import Button, button
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer, tell
 from cablewright.apps.cli.parsing import numbers
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 
 if TYPE_CHECKING:
-    from cablewright.studies.drives.actions import OpenPort
+    from cablewright.live.drives.actions import OpenPort
 
 Action = Literal["scan", "show", "write", "enable", "release", "jog", "tension", "home"]
 
@@ -46,7 +46,7 @@ class ActionOptions:
         """The answer of the *action*. Raises `InputError`."""
         import numpy as np
 
-        from cablewright.studies.drives import actions
+        from cablewright.live.drives import actions
 
         match action:
             case "scan":
@@ -70,7 +70,7 @@ class ActionOptions:
                     return self._jogged(robot, settings, state, held)
 
     def _jogged(self, robot: cw.Robot, settings: cw.MachineSettings, state: Path, held: Button) -> Any:
-        from cablewright.studies.drives import actions
+        from cablewright.live.drives import actions
 
         if (self.line is None) == (self.velocity is None):
             raise InputError("drives jog: expected either --line NAME or --velocity VX,VY,VZ")
@@ -82,9 +82,9 @@ class ActionOptions:
 
 @command(
     "drives scan merlet2023 --machine examples/virtual-drives.toml --try",
-    "studies.drives.answers:BusScan",
-    "studies.drives.answers:DriveValues",
-    "studies.drives.answers:DriveSession",
+    "live.drives.answers:BusScan",
+    "live.drives.answers:DriveValues",
+    "live.drives.answers:DriveSession",
 )
 def drives_command(
     *,
@@ -153,7 +153,7 @@ def _virtual_bus(action: Action, robot: cw.Robot, machine: str, at: str | None, 
 
 def _start(robot: cw.Robot, at: str | None) -> Any:
     """Where the platform of virtual drives begins, (3,) m."""
-    from cablewright.studies.drives.session import still_path
+    from cablewright.live.drives.session import still_path
 
     given = numbers(at, "--at", 3)
     return still_path(robot, None).track.at(0.0).position if given is None else given

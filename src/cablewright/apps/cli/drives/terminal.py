@@ -14,11 +14,11 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Final
 
 from cablewright.apps.cli.output import tell
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 
 if TYPE_CHECKING:
+    from cablewright.live.drives.printing import PersonOperator
     from cablewright.machine.drives.virtual.rig import VirtualRig
-    from cablewright.studies.drives.printing import PersonOperator
 
 _HELD: Final = 0.1  # s for which one key counts as held
 
@@ -115,7 +115,7 @@ class TypedLines:
 @contextmanager
 def typed_orders() -> Iterator[PersonOperator]:
     """An operator who obeys the lines of the standard input; its end stops the machine."""
-    from cablewright.studies.drives.printing import WORDS, PersonOperator
+    from cablewright.live.drives.printing import WORDS, PersonOperator
 
     lines = TypedLines()
     lines.begin()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from cablewright.discovery import modules_of
 from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.body.updates.update import Update
+from cablewright.foundation.discovery import modules_of
 
 modules_of(__name__, __path__)
 

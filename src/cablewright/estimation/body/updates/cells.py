@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Reading, Tensions
 from cablewright.models.rotation import matrix_of
-from cablewright.signals import Reading, Tensions
 
 if TYPE_CHECKING:
     from cablewright.estimation.body.settings import BodySettings

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 import numpy as np
 
-from cablewright.arrays import Array
 from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Reading, Swivels
 from cablewright.models.packed_views import LineNumbers
 from cablewright.models.rotation import matrix_of
-from cablewright.signals import Reading, Swivels
 
 if TYPE_CHECKING:
     from cablewright.estimation.body.settings import BodySettings

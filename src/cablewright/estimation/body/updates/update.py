@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.arrays import Array
-from cablewright.errors import require_positive
-from cablewright.signals import Reading
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import require_positive
+from cablewright.foundation.signals import Reading
 
 if TYPE_CHECKING:
     from cablewright.estimation.body.settings import BodySettings

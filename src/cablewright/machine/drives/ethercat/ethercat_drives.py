@@ -11,7 +11,7 @@ import time
 from collections.abc import Sequence
 from typing import Final
 
-from cablewright.errors import CablewrightError, EnvironmentFault, InputError
+from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.asking import begin_speed_limits, bring_off, read_back, require_agreed
 from cablewright.machine.drives.axes import axes_of, require_drives

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cablewright.errors import InputError
+from cablewright.foundation.errors import InputError
 from cablewright.machine.drives import objects as o
 from cablewright.machine.drives.objects import Object
 from cablewright.machine.drives.parameters import Mapped, ObjectParameter, mapping

@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 from typing import Any, Final
 
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives.ethercat.registers import FIRST_OBJECT, INPUT_START
 from cablewright.machine.drives.objects import Object
 from cablewright.machine.drives.transfers import TIMEOUT, Transfer, Transfers, text_of

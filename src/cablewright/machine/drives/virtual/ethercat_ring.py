@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Final, NamedTuple
 
-from cablewright.errors import EnvironmentFault
+from cablewright.foundation.errors import EnvironmentFault
 from cablewright.machine.drives.virtual.ethercat_slave import EthercatSlave
 from cablewright.machine.drives.virtual.rig import MADE_UP, VirtualRig
 from cablewright.machine.drives.virtual.slave_memory import STATION

@@ -13,7 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Command, WinchMode
 from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import BusError, CanFrame, Port
 from cablewright.machine.drives.objects import SYNC
@@ -21,7 +22,6 @@ from cablewright.machine.drives.virtual.virtual_drive import VirtualDrive
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import Robot
-from cablewright.signals import Command, WinchMode
 
 _TICKS: Final = 5  # of the drives, in a step of the plant
 MADE_UP: Final = 0.5

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.layout import EXIT_Z, PULLS, RADIUS, TAU, WEIGHT
 from cablewright.kernels.statics.line.upright import SLACK_TENSION
 from cablewright.machine.simulated.settings import FaultPlan

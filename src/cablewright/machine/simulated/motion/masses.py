@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
 from cablewright.kernels.plant import dynamics
 from cablewright.machine.carriers import Body, Drum
 from cablewright.machine.simulated.settings import TwinSettings

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Condition, Notice
 from cablewright.kernels.plant import beam, winding
 from cablewright.kernels.plant.machine_step import Drive
 from cablewright.machine.sensors.retraction import RetractionDrive
 from cablewright.robot import Robot
-from cablewright.signals import Condition, Notice
 
 OUTPUT = "retraction"
 """Name of the output of a command, m/s, and subject of notices."""

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.plant.dynamics import RATE, TURN, VELOCITY

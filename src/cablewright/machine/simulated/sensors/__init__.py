@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from cablewright.discovery import declared
+from cablewright.foundation.discovery import declared
 from cablewright.machine.simulated.sensors.timed_sensor import Simulated
 
 SIMULATED: Final[tuple[Simulated[Any, Any], ...]] = tuple(

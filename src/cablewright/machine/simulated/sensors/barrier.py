@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final, Self
 import numpy as np
 from pydantic import model_validator
 
+from cablewright.foundation.signals import Barrier
 from cablewright.machine.quantities import Times, require_pairs_rise
 from cablewright.machine.sensors.barrier import BARRIER, BarrierSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.signals import Barrier
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.rig import RigState

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cablewright.foundation.signals import Distance
 from cablewright.machine.sensors.distance import DISTANCE, DistanceSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.signals import Distance
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Encoders
 from cablewright.machine.sensors.encoders import ENCODERS, Encoder
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.signals import Encoders
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted

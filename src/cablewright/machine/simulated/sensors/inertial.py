@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Inertial
 from cablewright.machine.quantities import Size
 from cablewright.machine.sensors.inertial import INERTIAL, InertialSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.signals import Inertial
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted

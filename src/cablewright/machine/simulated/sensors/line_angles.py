@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from cablewright.foundation.signals import LineAngles
 from cablewright.machine.sensors.line_angles import LINE_ANGLES, LineSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.signals import LineAngles
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cablewright.foundation.signals import BeamLength
 from cablewright.machine.sensors.retraction import RETRACTION, RetractionDrive
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.signals import BeamLength
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.rig import RigState

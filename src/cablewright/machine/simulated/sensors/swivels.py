@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from cablewright.foundation.signals import Swivels
 from cablewright.machine.sensors.swivels import SWIVELS, SwivelSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
 from cablewright.robot import Swivel
-from cablewright.signals import Swivels
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Tensions
 from cablewright.machine.quantities import Share, Size
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES, TensionSensor
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.signals import Tensions
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted

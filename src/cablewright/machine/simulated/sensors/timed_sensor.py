@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
-from cablewright.arrays import Array
-from cablewright.errors import InputError
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.saving import Saved
+from cablewright.foundation.signals import Reading
+from cablewright.foundation.validation import Description
 from cablewright.machine.quantities import Share
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
-from cablewright.saving import Saved
-from cablewright.signals import Reading
-from cablewright.validation import Description
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted

@@ -12,13 +12,13 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array, Mask
+from cablewright.foundation.arrays import Array, Mask
+from cablewright.foundation.signals import Condition, Notice
 from cablewright.kernels.plant import winding
 from cablewright.machine.drives.strays import astray, slipping
 from cablewright.machine.simulated.as_built_parts import BRAKES, drawn
 from cablewright.machine.simulated.unmodelled.laws import WinchBrakes, of_lines
 from cablewright.machine.simulated.winches import Winches
-from cablewright.signals import Condition, Notice
 
 _GROWS: Final = 4.0  # in a step, of how much softer a line is taken for
 _MOST: Final = 0.02  # m that a line may be let out in a step, if its brake held nothing

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 THRESHOLDS: Final = np.array([0.2, 0.4, 0.6])  # assumed: of the reference load; each makes the same part of the loop
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 
 class DrumDrive:

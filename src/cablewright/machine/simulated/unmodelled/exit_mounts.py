@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array, Indices
+from cablewright.foundation.arrays import Array, Indices
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import exit_mounts
 from cablewright.kernels.statics.equilibrium import Work

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 _TAUT: Final = 1.001  # lengths per distance of a hose that is too short: longer ones hang
 _STEEP: Final = 1e-6  # of the length: least horizontal distance

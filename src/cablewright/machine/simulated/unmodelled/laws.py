@@ -8,12 +8,12 @@ from typing import Annotated, TypeVar
 import numpy as np
 from pydantic import Field
 
-from cablewright.arrays import Array
-from cablewright.errors import UnknownName
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import UnknownName
+from cablewright.foundation.units import Angle, Length, LinearDensity, NonNegative, Positive, Torque, Vec3
+from cablewright.foundation.validation import Description
 from cablewright.machine.quantities import Factor, Heavy, Share, Size, Time
 from cablewright.robot.mount import Compliance, compliance_matrix
-from cablewright.units import Angle, Length, LinearDensity, NonNegative, Positive, Torque, Vec3
-from cablewright.validation import Description
 
 _Value = TypeVar("_Value")
 

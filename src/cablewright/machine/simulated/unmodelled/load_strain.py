@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 
 
 class LoadStrain:

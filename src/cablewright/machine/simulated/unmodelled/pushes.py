@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.machine.simulated.as_built_parts import PUSHES, drawn
 from cablewright.machine.simulated.spells import Spells
 

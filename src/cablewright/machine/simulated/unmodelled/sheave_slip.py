@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.plant import sheave_slip
 from cablewright.models.packed_views import LineStates
 

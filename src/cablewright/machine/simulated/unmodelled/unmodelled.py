@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.arrays import Array
+from cablewright.foundation.arrays import Array
 from cablewright.kernels.layout import Packed
 from cablewright.machine.simulated.as_built_parts import CREEP, TEETH, WIND, drawn
 from cablewright.machine.simulated.settings import SimulationSettings

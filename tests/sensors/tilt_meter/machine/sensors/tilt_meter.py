@@ -2,9 +2,9 @@
 
 from typing import Final
 
+from cablewright.foundation.units import Angle, NonNegative
 from cablewright.machine.quantities import Rate
 from cablewright.machine.sensors.sensor import Sensor, SensorSheet
-from cablewright.units import Angle, NonNegative
 
 
 class TiltSheet(SensorSheet):

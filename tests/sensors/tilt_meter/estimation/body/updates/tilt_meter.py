@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-from cablewright.signals.tilt_meter import TiltMeter
+from cablewright.foundation.signals.tilt_meter import TiltMeter
 
-from cablewright.arrays import Array
 from cablewright.estimation.body.updates.tilt import UPWARD
 from cablewright.estimation.body.updates.update import OF_MEDIAN, HeldBody, Slopes, Update, UpdatePart, middle
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Reading
 from cablewright.models.rotation import matrix_of
-from cablewright.signals import Reading
 
 if TYPE_CHECKING:
     from cablewright.estimation.body.settings import BodySettings

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cablewright.foundation.signals.tilt_meter import TiltMeter
 from cablewright.machine.sensors.tilt_meter import TILT_METER, TiltSheet
-from cablewright.signals.tilt_meter import TiltMeter
 
+from cablewright.foundation.signals.frame import frozen
 from cablewright.machine.simulated.sensors.timed_sensor import SensorFlaws, Simulated, TimedSensor
-from cablewright.signals.frame import frozen
 
 if TYPE_CHECKING:
     from cablewright.machine.simulated.mounted import Mounted

@@ -1,0 +1,13 @@
+"""Whether somebody is near."""
+
+from dataclasses import dataclass
+
+from cablewright.foundation.signals.reading import Reading, Source
+
+
+@dataclass(frozen=True, eq=False)
+class Barrier(Reading, sources=[Source("barrier", stream=8, topic="/barrier")]):
+    """Reading of the light barrier around the machine."""
+
+    time: float  # s
+    broken: bool  # somebody interrupts the light

@@ -1,0 +1,30 @@
+"""What the winches' drives report."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Annotated
+
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals.reading import PerLine, Reading, Source
+
+
+class DriveState(StrEnum):
+    """State of a winch's drive."""
+
+    OFF = "off"
+    READY = "ready"
+    ENABLED = "enabled"
+    FAULT = "fault"
+
+
+@dataclass(frozen=True, eq=False)
+class Drives(Reading, sources=[Source("drives", stream=11, topic="/drives")]):
+    """What the winches' drives report. Angles are of the winch drums; paying cable out is positive."""
+
+    time: float  # s
+    states: Annotated[tuple[DriveState, ...], PerLine()]  # (m,)
+    positions: Annotated[Array, PerLine("rad")]  # (m,); NaN: not measured, as in the others
+    velocities: Annotated[Array, PerLine("rad/s")]  # (m,)
+    torques: Annotated[Array, PerLine("N m")]  # (m,)
+    following_errors: Annotated[Array, PerLine("rad")]  # (m,) commanded less measured
+    faults: Annotated[tuple[str, ...], PerLine()]  # (m,) text of each drive's fault; empty: none

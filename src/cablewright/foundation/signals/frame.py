@@ -1,0 +1,37 @@
+"""What a machine answers in one step."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals.notices import Notice
+from cablewright.foundation.signals.reading import Reading
+
+_Kind = TypeVar("_Kind")
+
+
+@dataclass(frozen=True, eq=False)
+class SensorFrame:
+    """All readings that arrived since the last frame, in the order of arrival.
+
+    A reading's own time is that of its measurement, possibly before the last frame. Readings may be missing: a silent
+    sensor, a lost message, a gap of the wireless link.
+    """
+
+    time: float  # s
+    readings: tuple[Reading, ...] = ()
+    notices: tuple[Notice, ...] = ()
+
+    def of(self, kind: type[_Kind]) -> tuple[_Kind, ...]:
+        """Return the readings of one kind: ``frame.of(Scan)``."""
+        return tuple(reading for reading in self.readings if isinstance(reading, kind))
+
+
+def frozen(values: ArrayLike) -> Array:
+    """Return a read-only copy as floats."""
+    copy = np.array(values, dtype=np.float64)
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,16 @@
+"""Inputs that concern the machine's safety."""
+
+from dataclasses import dataclass
+
+from cablewright.foundation.signals.reading import Reading, Source
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs(Reading, sources=[Source("inputs", stream=12, topic="/inputs")]):
+    """Inputs of the machine that concern its safety. The chain itself stops the machine; this only shows it."""
+
+    time: float  # s
+    chain_closed: bool  # the emergency-stop chain
+    torque_off: bool  # safe torque off is active
+    enabling: bool  # an enabling switch is pressed; true where there is none
+    brakes_closed: tuple[bool, ...]  # (m,) as the brakes' own contacts say; none without such contacts

@@ -1,0 +1,22 @@
+"""Tensions of the lines."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals.reading import PerLine, Reading, Source
+
+
+@dataclass(frozen=True, eq=False)
+class Tensions(
+    Reading,
+    sources=[
+        Source("load_cells", stream=9, topic="/tensions/load_cells"),
+        Source("motor_torques", stream=10, topic="/tensions/motor_torques"),
+    ],
+):
+    """Measured tensions of the lines, from ``load_cells`` or from ``motor_torques``."""
+
+    source: str
+    time: float  # s
+    tensions: Annotated[Array, PerLine("N")]  # (m,) at the sheaves; NaN: not measured

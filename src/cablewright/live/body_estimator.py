@@ -1,0 +1,109 @@
+"""The estimator of a rigid platform, from what a machine's owner knows."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, Final
+
+import numpy as np
+
+from cablewright.estimation.body import filter as of_body
+from cablewright.estimation.body.settings import BodySettings, Deviations
+from cablewright.estimation.body.state import resumed, start
+from cablewright.estimation.body.updates import UPDATES
+from cablewright.estimation.body.updates.cells import Cells
+from cablewright.estimation.body.updates.update import Update
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.saving import Saved
+from cablewright.foundation.signals import Estimate, SensorFrame
+from cablewright.live.estimator_settings import with_drum_mass
+from cablewright.machine.coils import coil_of
+from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.sensors.retraction import RETRACTION
+from cablewright.machine.settings import MachineSettings
+from cablewright.models.statics import Model
+from cablewright.robot import Robot
+
+_LEAST_UNEVEN: Final = 1e-4  # m
+
+
+def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> BodySettings:
+    """Return the settings for a machine; *sensors*: whether load cells and inertial unit are used, if it has them.
+
+    Raises `InputError` for a machine without encoders.
+    """
+    if settings.sensor(ENCODERS) is None:
+        raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
+    winch, retraction = settings.winch, settings.sensor(RETRACTION)
+    updates = _updates(settings) if sensors else {}
+    missed = [ENCODERS.source, *(source for source, update in updates.items() if update.MISSED)]
+    return BodySettings(
+        Model(with_drum_mass(robot, settings)),
+        winch.counts * winch.ratio / math.tau,
+        tuple(coil_of(line, winch) for line in robot.lines),
+        winch.held,
+        winch.max_speed,
+        _deviations(robot, settings),
+        tuple(updates.values()),
+        0.0 if retraction is None else retraction.deviation,
+        {source: max(0.5, 2.5 / settings.sheets[source].rate) for source in missed},
+    )
+
+
+def _updates(settings: MachineSettings) -> dict[str, Update]:
+    """What is told of each sensor that the estimator uses, by source: of several of a kind the first."""
+    sheets, found = settings.sheets, {}
+    for kind in UPDATES:
+        source = next((source.name for source in kind.READING.SOURCES if source.name in sheets), None)
+        if source is not None:
+            found[source] = kind.told(source, sheets[source])
+    return found
+
+
+def _deviations(robot: Robot, settings: MachineSettings) -> Deviations:
+    """What the owner knows of the machine's accuracy, and how unevenly cable lies on the drums."""
+    winch = settings.winch
+    radius = min(line.winch.drum_radius or math.inf for line in robot.lines)
+    length = min(winch.radius_turns * math.tau * radius, 10.0)
+    uneven = max(0.5 * winch.radius_deviation / radius * length, _LEAST_UNEVEN)
+    known = {} if settings.accuracy is None else settings.accuracy.model_dump()
+    return Deviations(uneven=uneven, uneven_length=length, **known)
+
+
+def cells_of(settings: MachineSettings) -> Cells | None:
+    """Return what is known of a machine's load cells or, without them, of its motors' torques; None without both."""
+    return next((each for each in _updates(settings).values() if isinstance(each, Cells)), None)
+
+
+class BodyEstimator:
+    """The estimator of a print of a rigid platform that begins at a pose (6,), m and rad."""
+
+    SAVED: ClassVar[Saved] = ("_state",)
+
+    def __init__(self, settings: BodySettings, pose: Array, retraction: float = math.nan) -> None:
+        """*retraction*: m, at the beginning; NaN: the robot's own. Raises `AnswerError` for a pose that is not held."""
+        self._settings, self._state = settings, start(settings, pose, retraction)
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        """As `Estimator`."""
+        return of_body.step(self._settings, self._state, frame)
+
+    @property
+    def tensions(self) -> Array | None:
+        """As `Estimator`."""
+        return np.asarray(self._state.tensions)
+
+    @property
+    def danger(self) -> str:
+        """Why the machine is to stop; empty: nothing."""
+        return self._state.judged.danger
+
+    @property
+    def searches(self) -> bool:
+        """Whether the cause of that is still looked for."""
+        return self._state.judged.search is not None
+
+    def after_load(self) -> None:
+        """Go on with what was loaded."""
+        resumed(self._settings, self._state)

@@ -1,0 +1,154 @@
+"""What the commands for drives answer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+from cablewright.foundation.results import Figure, Result
+from cablewright.foundation.signals import DriveState
+from cablewright.machine.drives.identity import Identity
+
+_IDENTITY: Final = (
+    Figure("node", "1", "Number of the node."),
+    Figure("line", "", "Line whose drive it is by the machine file; null: none."),
+    Figure("name", "", "Name that the device tells (0x1008)."),
+    Figure("profile", "1", "Its profile (0x1000); of drives it is 402."),
+    Figure("serial", "1", "Its serial number (0x1018)."),
+    Figure("rated_torque", "N m", "Rated torque of its motor (0x6076)."),
+    Figure("twice", "", "Whether two devices answer at that number."),
+)
+
+
+@dataclass(frozen=True)
+class Found:
+    """A node that answered, and the line that the machine file gives it."""
+
+    identity: Identity
+    line: str | None
+
+    def row(self) -> dict[str, object]:
+        """As a row of the table."""
+        own = self.identity
+        return {
+            "node": own.node,
+            "line": self.line,
+            "name": own.name,
+            "profile": own.profile,
+            "serial": own.serial,
+            "rated_torque": own.rated_torque,
+            "twice": own.twice,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BusScan(Result):
+    """Who answers on a bus."""
+
+    FIGURES: ClassVar = (
+        Figure("machine", "", "Name of the machine."),
+        Figure("missing", "", "Lines whose drive does not answer."),
+        Figure("nodes", "", "Nodes that answer.", lambda of: [each.row() for each in of.found], parts=_IDENTITY),
+    )
+
+    machine: str
+    found: tuple[Found, ...]
+    missing: tuple[str, ...]
+
+    @property
+    def refusal(self) -> str:
+        """Which drives are not there."""
+        return f"no drive answers for {', '.join(self.missing)}" if self.missing else ""
+
+
+@dataclass(frozen=True)
+class Value:
+    """One object of one drive."""
+
+    line: str
+    object: str
+    wanted: int
+    value: int | None
+    agrees: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DriveValues(Result):
+    """Objects of all drives, as they are and as they should be."""
+
+    FIGURES: ClassVar = (
+        Figure("machine", "", "Name of the machine."),
+        Figure("different", "1", "Number of objects that are not as they should be; `enable` writes them."),
+        Figure("values", "", "Objects of each drive.", parts=(
+            Figure("line", "", "Name of the line."),
+            Figure("object", "", "Index and name of the object."),
+            Figure("value", "1", "Its value, in units of the drive; null: the drive has no such object."),
+            Figure("wanted", "1", "Its value as it should be."),
+            Figure("agrees", "", "Whether both are the same where it counts, or the drive may lack it."),
+        )),
+    )  # fmt: skip
+
+    machine: str
+    values: tuple[Value, ...]
+
+    @property
+    def different(self) -> int:
+        """Number of objects that are not as they should be."""
+        return sum(not each.agrees for each in self.values)
+
+
+@dataclass(frozen=True)
+class DriveLine:
+    """A drive at the end of a session."""
+
+    line: str
+    state: DriveState
+    tension: float = math.nan
+    fault: str = ""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DriveSession(Result):
+    """A session with drives that has ended, with brakes closed."""
+
+    FIGURES: ClassVar = (
+        Figure("machine", "", "Name of the machine."),
+        Figure("action", "", "What was asked: write, enable, release, jog, tension or home."),
+        Figure("status", "", "done, or refused."),
+        Figure("reason", "", "Why it was not done; empty where it was.", detail=True),
+        Figure("position", "m", "Where the platform was found; null where nobody looked for it.",
+               only=lambda of: of.position is not None),
+        Figure("misfit", "m", "By how much the lengths do not fit together.", only=lambda of: of.position is not None),
+        Figure("notes", "", "What else was found, and what no test could see.", detail=True),
+        Figure("duration", "s", "Duration, by the machine's clock."),
+        Figure("bus", "", "Cycles, frames sent and received, answers missed, frames malformed, errors, cycles over "
+               "half a period late, share of the bus that is used.", detail=True),
+        Figure("drives", "", "Drives as they were last under torque, or at the end.", parts=(
+            Figure("line", "", "Name of the line."),
+            Figure("state", "", "State of its drive."),
+            Figure("tension", "N", "Tension by its torque."),
+            Figure("fault", "", "Text of its fault; empty: none."),
+        )),
+    )  # fmt: skip
+    HEADLINES: ClassVar = ("machine", "action", "status")
+
+    machine: str
+    action: str
+    reason: str
+    drives: tuple[DriveLine, ...]
+    bus: dict[str, float | int]
+    duration: float = 0.0
+    position: tuple[float, float, float] | None = None
+    misfit: float = math.nan
+    notes: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """``done`` or ``refused``."""
+        return "refused" if self.reason else "done"
+
+    @property
+    def refusal(self) -> str:
+        """Why it was not done."""
+        return self.reason

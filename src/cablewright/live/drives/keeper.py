@@ -1,0 +1,194 @@
+"""Lengths of a machine's lines by the counts of its winches: kept on disk, and trusted once homing has passed them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from cablewright.control.force_balance import CarriedWatch
+from cablewright.estimation import dead_reckoning
+from cablewright.estimation.dead_reckoning import ReckoningState
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.reading_times import ReadingTimes
+from cablewright.foundation.signals import Drives, DriveState, Encoders, Estimate, SensorFrame, Tensions, frozen
+from cablewright.foundation.toml_input import read_bytes
+from cablewright.live.estimators import reckoning_of
+from cablewright.machine.settings import MachineSettings
+from cablewright.machine.winch_counts import Remembering
+from cablewright.models.support import Capability, Coverage, support
+from cablewright.robot import Robot
+
+_MAX_FILE: Final = 1 << 20  # bytes
+
+_Number = Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)]
+
+
+class _File(BaseModel):
+    """What the file holds: lengths that were out at counts, and where the platform was then."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    schema_number: Annotated[int, Field(alias="schema", ge=2, le=2)]
+    robot: str
+    lines: tuple[str, ...]
+    epoch: Annotated[int, Field(ge=0, le=2**62)]
+    counts: tuple[Annotated[int, Field(ge=-(2**62), le=2**62)], ...]
+    lengths: tuple[_Number, ...]
+    position: tuple[_Number, _Number, _Number]
+
+
+class LengthKeeper:
+    """Lengths of the last homing, by counts. They hold in the epoch of those counts alone, see `Remembering`."""
+
+    def __init__(self, path: Path, robot: Robot, settings: MachineSettings) -> None:
+        """The file at *path*, which need not be there. Raises `InputError` for one that is damaged or of another."""
+        self.path, self.robot = path, robot
+        self.reckoning = reckoning_of(robot, settings)
+        self.tension_error = 0.1 if settings.drives is None else settings.drives.tension_error
+        self.machine: Remembering | None = None  # whose counts these are
+        self.found: ReckoningState | None = None  # since homing has passed the lengths, in this session
+        self.doubt = ""  # why they are not believed any more, until homing passes them again
+        self.laid: Callable[[], float] = lambda: 0.0
+        """Powder, kg, that has left the drum since it was filled: only a print knows it, by hand the drum is full."""
+        self._saved = self._read()
+
+    @property
+    def position(self) -> Array | None:
+        """Where the platform was at the last homing, m; None: it never was homed."""
+        return None if self._saved is None else np.array(self._saved.position)
+
+    def lengths(self, counts: NDArray[np.int64]) -> Array | None:
+        """Lengths (m,), m, at *counts* (m,); None where nothing valid is saved, or a drum cannot have turned so far."""
+        if self._saved is None or self.machine is None or self._saved.epoch != self.machine.epoch or self.doubt:
+            return None
+        reckoning = self.reckoning
+        turned = (counts - np.array(self._saved.counts)) / reckoning.counts_per_radian
+        found = []
+        for coil, out, angle in zip(reckoning.coils, self._saved.lengths, turned.tolist(), strict=True):
+            try:
+                begin = coil.angle(reckoning.total_length - out)
+                found.append(out + coil.length(begin) - coil.length(begin - angle))
+            except InputError:  # beyond the drum's turns
+                return None
+        return np.array(found)
+
+    def tensions(self, shown: Array, lengths: Array) -> Array:
+        """Tensions (m,), N, by those that drives *show* at the smallest radius, where *lengths* (m,), m, are out."""
+        reckoning, found = self.reckoning, shown.copy()
+        for i, (coil, out) in enumerate(zip(reckoning.coils, lengths.tolist(), strict=True)):
+            held = min(max(reckoning.total_length - out, 0.0), float(coil.wound[-1]))
+            found[i] *= float(coil.radii.min()) / coil.radius(coil.angle(held))
+        return found
+
+    def accept(self, lengths: Array, counts: NDArray[np.int64]) -> None:
+        """Take lengths (m,), m, that homing has passed at *counts*, and write them. Raises `AnswerError`."""
+        self.found, self.doubt = dead_reckoning.start_at(self.reckoning, lengths, counts), ""
+        lines = [line.name for line in self.robot.lines]
+        assert self.machine is not None
+        content = {"schema": 2, "robot": self.robot.name, "lines": lines, "epoch": self.machine.epoch}
+        content["counts"] = counts.tolist()
+        content |= {"lengths": lengths.tolist(), "position": self.found.tracker.pose.tolist()}
+        text = json.dumps(content)
+        self._saved = _File.model_validate_json(text)
+        write_whole(self.path, text.encode() + b"\n")
+
+    def _read(self) -> _File | None:
+        if not self.path.exists():
+            return None
+        try:
+            found = _File.model_validate_json(read_bytes(self.path, _MAX_FILE, "saved lengths"))
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False)[0]
+            where = ".".join(map(str, first["loc"])) or "the file"
+            raise InputError(f"{self.path}: {where}: {first['msg']}; remove it and home the machine anew") from None
+        lines = tuple(line.name for line in self.robot.lines)
+        m = len(lines)
+        if (found.robot, found.lines) != (self.robot.name, lines) or (len(found.counts), len(found.lengths)) != (m, m):
+            raise InputError(f"{self.path}: holds lengths of {found.robot!r}, lines {', '.join(found.lines)}")
+        return found
+
+
+class KeptEstimator:
+    """The estimator of a machine whose lengths are known since it was homed; before that no position is valid."""
+
+    def __init__(self, keeper: LengthKeeper, guess: Array) -> None:
+        """*guess* (3,), m: what is told as the position while it is not known."""
+        self._keeper, self._guess = keeper, guess
+        self._carried = CarriedWatch(keeper.reckoning.model, keeper.tension_error)
+        self._times = ReadingTimes()
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        """As `Estimator`."""
+        state = self._keeper.found
+        if state is not None:
+            estimate = dead_reckoning.step(self._keeper.reckoning, state, frame)
+            if not self._doubts(frame, estimate):
+                return estimate
+        m = len(self._keeper.robot.lines)
+        lengths = None
+        for reading in frame.of(Encoders):
+            lengths = self._keeper.lengths(reading.counts) if len(reading.counts) == m else None
+        unknown = frozen(np.full(m, np.nan))
+        return Estimate(
+            frame.time,
+            frozen(self._guess),
+            frozen(np.zeros(3)),
+            frozen(np.zeros(3)),
+            unknown if lengths is None else frozen(lengths),
+            unknown,
+            np.zeros(m, dtype=bool),
+            frozen([coil.radii[0] for coil in self._keeper.reckoning.coils]),
+            valid=False,
+        )
+
+    def _doubts(self, frame: SensorFrame, estimate: Estimate) -> bool:
+        """Whether the lines do not carry the platform where it is reckoned to be: it is homed anew then."""
+        keeper = self._keeper
+        pulls = [each for each in frame.of(Tensions) if self._times.is_new(each.source, each.time, frame.time)]
+        if not all(state is DriveState.ENABLED for each in frame.of(Drives) for state in each.states):
+            self._carried.forget()  # brakes carry it
+        elif (
+            pulls
+            and self._carried.is_due(frame.time)
+            and estimate.valid
+            and len(pulls[-1].tensions) == len(estimate.lengths)
+        ):
+            tensions = keeper.tensions(pulls[-1].tensions, estimate.lengths)
+            keeper.doubt = self._carried.judge(estimate.position, tensions, frame.time, keeper.laid())
+            if keeper.doubt:
+                keeper.found = None
+                self._carried.forget()
+        return bool(keeper.doubt)
+
+    @property
+    def tensions(self) -> Array | None:
+        """As `Estimator`."""
+        state = self._keeper.found
+        return None if state is None else state.tracker.tensions
+
+
+def warm(keeper: LengthKeeper, place: Array) -> None:
+    """Compile, or load, what estimation and homing call, before a machine waits for it. Raises `AnswerError`."""
+    from cablewright.control.length_check import check_lengths
+    from cablewright.solvers.continuation import Tracker, TrackerSettings
+
+    reckoning = keeper.reckoning
+    state = dead_reckoning.start(reckoning, place)
+    lengths, counts = state.start_lengths, np.zeros(len(state.start_lengths), dtype=np.int64)
+    begun = dead_reckoning.start_at(reckoning, lengths, counts)
+    for k in range(2):
+        dead_reckoning.step(reckoning, begun, SensorFrame(0.01 * (k + 1), (Encoders(0.01 * (k + 1), counts),)))
+    check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), place)
+    certifies = support(reckoning.model.robot, Capability.TRACKER).verdict is Coverage.WORKS
+    try:
+        Tracker(reckoning.model, lengths, TrackerSettings(certify=certifies)).step(lengths)
+    except AnswerError:
+        return  # said when it is asked for

@@ -1,0 +1,229 @@
+"""A job printed on a real machine, in a run folder, by the orders of a person."""
+
+from __future__ import annotations
+
+import gc
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from cablewright.control.guide import TimedPath
+from cablewright.control.procedure import Procedure
+from cablewright.foundation.choices import LawName
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.saving import Snapshot, write_snapshots
+from cablewright.foundation.signals import Command, Drives, Encoders, Estimate, Order, OrderKind, PrintState, Tensions
+from cablewright.live.drives.session import RealMachine, taking_up
+from cablewright.live.prints import loop
+from cablewright.live.prints.loop import Operator, Printer
+from cablewright.live.prints.print_job import PrintedJob
+from cablewright.live.prints.record import finish
+from cablewright.live.prints.recorder import (
+    CHECKPOINT_INTERVAL,
+    FolderRecorder,
+    Timing,
+    checkpoint_of,
+    read_checkpoint,
+)
+from cablewright.live.prints.run import CHECKPOINT, PrintRun, alone_in, clear_folder, make_folder, require_folder
+from cablewright.live.prints.snapshot_writer import SnapshotWriter
+from cablewright.machine.drives.bus import Port
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import read_log, write_log
+from cablewright.machine.log.segments import next_segment
+from cablewright.machine.settings import MachineSettings, extruding
+from cablewright.printing.job import Job
+from cablewright.robot import Robot
+from cablewright.running.store import MANIFEST, manifest_of
+from cablewright.running.user_key import signature
+
+_UNREAD: Final = (Command, Drives, Encoders, Estimate, Tensions)
+_GAP: Final = 1.0  # s at least between the steps of two runs
+
+WORDS: Final = {
+    each.value: each
+    for each in (
+        OrderKind.RESET,
+        OrderKind.ENABLE,
+        OrderKind.TAKE_UP,
+        OrderKind.HOME,
+        OrderKind.START,
+        OrderKind.PAUSE,
+        OrderKind.RESUME,
+        OrderKind.REFILLED,
+        OrderKind.STOP,
+        OrderKind.RELEASE,
+    )
+}
+"""Orders that a person types, by their words; ``quit`` ends the program, with all winches stopped and braked."""
+
+
+@dataclass(eq=False)
+class PersonOperator:
+    """An `Operator`: whoever types. ``typed`` returns the lines since the last call, ``over`` whether no more come.
+
+    ``age``: returns that of those lines, s, as they may have been typed while the control hung.
+    """
+
+    typed: Callable[[], list[str]]
+    over: Callable[[], bool]
+    say: Callable[[str], None]
+    age: Callable[[], float] = field(default=lambda: 0.0, kw_only=True)
+    _quits: bool = field(default=False, repr=False)
+    _shown: tuple[PrintState | None, str] = field(default=(None, ""), repr=False)
+
+    def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
+        """As `Operator`; what is no order is said, and nothing more."""
+        shown = printer.supervisor.state, printer.supervisor.reason
+        if shown != self._shown:
+            self._shown = shown
+            self.say(f"{shown[0]}{f': {shown[1]}' if shown[1] else ''}")
+        given = []
+        for line in self.typed():
+            word = " ".join(line.split())
+            if word == "quit":
+                self._quits = True
+            elif word in WORDS:
+                if WORDS[word] is OrderKind.REFILLED and shown[0] is PrintState.REFILLING:
+                    printer.refilled()
+                given.append(Order(WORDS[word], "terminal", now - self.age()))
+            elif word:
+                self.say(f"no order {word!r}; orders: {', '.join(WORDS)}, quit")
+        return tuple(given)
+
+    def is_over(self, printer: Printer) -> bool:
+        """As `Operator`: printed, or the person quits, or has gone."""
+        return printer.finished or self._quits or self.over()
+
+
+@dataclass(eq=False)
+class _Telling(FolderRecorder):
+    """A recorder that also tells why orders were refused, and why the position is doubted."""
+
+    say: Callable[[str], None] = lambda _line: None
+    doubt: Callable[[], str] = lambda: ""
+    _told: str = field(default="", repr=False)
+
+    def add(self, printer: Printer, step: loop.Step, *, last: bool) -> None:
+        """As `StepRecorder`."""
+        super().add(printer, step, last=last)
+        for order in step.orders:
+            if order.refusal:
+                self.say(f"refused: {order.refusal}")
+        if (doubt := self.doubt()) != self._told:
+            self._told = doubt
+            if doubt:
+                self.say(doubt)
+
+
+def print_on_drives(
+    robot: Robot,
+    job: Job,
+    folder: Path,
+    settings: MachineSettings,
+    state: Path,
+    operator: Operator,
+    *,
+    inputs: Mapping[str, str],
+    law: LawName = "model",
+    layers: int | None = None,
+    resume: bool = False,
+    restart: bool = False,
+    say: Callable[[str], None] = lambda _line: None,
+    progress: Progress | None = None,
+    port: Callable[[], Port] | None = None,
+) -> PrintedJob:
+    """Print a *job* on the real machine of *settings*, as *operator* orders; the print in *folder* can be resumed.
+
+    *state*: path without suffix of the machine's counts and lengths. *inputs* identify robot and job, see
+    `store.manifest_of`. Raises `InputError`, `AnswerError` and `EnvironmentFault` before anything moves.
+    """
+    if job.robot not in (None, robot.name):
+        raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
+    bead, differing = job.typical_bead()
+    owner = extruding(settings, bead, job.motion.print_speed)
+    machine = RealMachine.of(robot, owner, state, port)
+    path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.point_drum.valve)
+    options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
+    manifest = manifest_of("print", inputs, options)
+    option = "--restart" if restart else "--resume" if resume else ""
+    require_folder(folder, manifest, option)
+    assert owner.drives is not None
+    for note in (*owner.drives.valve_notes, *(() if owner.extrusion is None else differing)):
+        say(note)
+    signature(b"")  # a key that cannot be had is said before the work
+    procedures: dict[PrintState, Procedure] = {
+        PrintState.TENSIONING: taking_up(machine),
+        PrintState.HOMING: machine.homing(path.track.at(0.0).position),
+    }
+    saved, epoch, begin = _taken_up(folder) if resume and not restart else (None, datetime.now(UTC), 0.0)
+    printer = machine.printer(path, law, procedures, saved, begin)
+    machine.reckon_powder(printer)
+    if not option:
+        make_folder(folder)
+    with alone_in(folder):
+        require_folder(folder, manifest, option)
+        if restart:
+            clear_folder(folder)
+        write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
+        run = PrintRun(folder, machine.machine, printer, Timing(owner.period))
+        if saved is None:
+            write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
+        head = LogHead(robot, owner, owner.period, kind="real", epoch=epoch)
+        if printer.finished:
+            say("the print was finished before: there is nothing to resume")
+        else:
+            _run(run, head, operator, say, progress, lambda: machine.keeper.doubt)
+        if machine.bus_machine.left:
+            say(machine.bus_machine.left)
+        record, log = finish(folder, path.track, path.print_speed, None, progress)
+        return PrintedJob("encoders", run, record, log).written()
+
+
+def _run(
+    run: PrintRun,
+    head: LogHead,
+    operator: Operator,
+    say: Callable[[str], None],
+    progress: Progress | None,
+    doubt: Callable[[], str],
+) -> None:
+    log_path = next_segment(run.folder)
+    with (
+        write_log(log_path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
+        SnapshotWriter(run.folder / CHECKPOINT, signature) as writer,
+    ):
+        recorder = _Telling(log, writer, run.timing, progress, say=say, doubt=doubt)
+        gc.collect()
+        gc.freeze()
+        gc.disable()  # the loop collects between steps
+        try:
+            run.steps = loop.run(run.printer, operator, recorder)
+        finally:
+            gc.enable()
+            gc.unfreeze()
+
+
+def _taken_up(folder: Path) -> tuple[dict[str, Snapshot], datetime, float]:
+    """The progress of the print in *folder*, the UTC of its time 0, and the time now, s, after all that is logged.
+
+    Raises `InputError` where one of them is lost.
+    """
+    path = folder / CHECKPOINT
+    if not path.exists():
+        raise InputError(f"--resume: {folder}: the checkpoint is missing: put {CHECKPOINT} back, or --restart")
+    found = read_checkpoint(path)
+    last = 0.0
+    with read_log(folder) as log:
+        epoch = log.head.epoch
+        for entry in log.entries(without=_UNREAD):
+            last = max(last, entry.frame.time)
+    if epoch is None:
+        raise InputError(f"--resume: {folder}: the log tells no time of its beginning: it is not of a real machine")
+    return found, epoch, max((datetime.now(UTC) - epoch).total_seconds(), last + _GAP)

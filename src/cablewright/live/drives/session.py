@@ -1,0 +1,275 @@
+"""A session with the drives of a machine: the same loop as a print, with procedures instead of a path to be printed.
+
+Each order is that of the person who typed the command; whatever goes wrong after the winches were enabled ends it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from cablewright.control import manual
+from cablewright.control.guide import TimedPath
+from cablewright.control.homing import Homing, HomingSettings
+from cablewright.control.manual import ManualSettings
+from cablewright.control.procedure import Procedure
+from cablewright.control.take_up import PULLS, TakeUp, TakeUpSettings
+from cablewright.control.winch_jog import WinchJog, WinchJogSettings
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import LawName
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.saving import Snapshot
+from cablewright.foundation.signals import Order, OrderKind, PrintState
+from cablewright.live.drives.keeper import KeptEstimator, LengthKeeper, warm
+from cablewright.live.prints.limits import planned
+from cablewright.live.prints.loop import Printer, Step
+from cablewright.machine.drives.axes import require_drives
+from cablewright.machine.drives.bus import Port
+from cablewright.machine.drives.choice import drives_of
+from cablewright.machine.drives.drive_machine import DriveMachine
+from cablewright.machine.drives.limits import require_limits
+from cablewright.machine.drives.protocol import WinchDrives
+from cablewright.machine.drives.settings import ACKNOWLEDGED, LOOPBACK
+from cablewright.machine.settings import MachineSettings, require_robot
+from cablewright.machine.winch_counts import CountFile, Remembering
+from cablewright.models.support import Capability, require
+from cablewright.printing.job import Job, Motion
+from cablewright.printing.numeric_path import Helix
+from cablewright.robot import Robot
+from cablewright.solvers.inverse import solve_inverse
+
+_RESETS: Final = 3  # orders to reset before a session gives up
+_RESET_WAIT: Final = 0.5  # s between them
+_ORDER_PERIODS: Final = 3  # from an order to the drives
+_SMALL: Final = 0.01  # m, radius of the path of a session that prints nothing
+_SAMPLES: Final = 2000  # of a path, for its torques
+_OVER: Final = 1.2  # of a drive's own limit: where the guard stops
+
+
+@dataclass(eq=False)
+class RealMachine:
+    """A machine on drives, with what belongs to it on disk: its counts, and its lengths."""
+
+    robot: Robot
+    settings: MachineSettings
+    drives: WinchDrives
+    bus_machine: DriveMachine
+    machine: Remembering
+    keeper: LengthKeeper
+
+    @classmethod
+    def of(
+        cls, robot: Robot, settings: MachineSettings, state: Path, port: Callable[[], Port] | None = None
+    ) -> RealMachine:
+        """*state*: path without suffix of the two files. Raises `InputError` for files that do not fit each other."""
+        require_robot(settings, robot.name)
+        require(robot, Capability.HOMING)
+        known = require_drives(settings, robot)
+        if port is None and known.interface != LOOPBACK and known.acknowledged is None:
+            why = f"this version was {ACKNOWLEDGED}, and no performance level is claimed: read docs/drives.md first"
+            raise InputError(
+                f"machine {settings.name!r}: drives.acknowledged: is missing: {why}, then write {ACKNOWLEDGED!r}"
+            )
+        require_limits(robot, settings)
+        drives = drives_of(robot, settings, port)
+        bus_machine = DriveMachine(drives, settings)
+        lines = [line.name for line in robot.lines]
+        counted = Remembering(bus_machine, CountFile(state.with_name(state.name + ".counts.json"), robot.name, lines))
+        keeper = LengthKeeper(state.with_name(state.name + ".lengths.json"), robot, settings)
+        keeper.machine = counted
+        return cls(robot, settings, drives, bus_machine, counted, keeper)
+
+    @property
+    def take_up(self) -> TakeUpSettings:
+        """How slack is taken up."""
+        assert self.settings.drives is not None
+        names = tuple(line.name for line in self.robot.lines)
+        radius = max(axis.scale.radii[1] for axis in self.drives.axes)
+        return TakeUpSettings(names, self.settings.drives.tension, self.keeper.reckoning.counts_per_radian, radius)
+
+    def homing(self, guess: Array, place: Array | None = None) -> Homing:
+        """The procedure that homes it; *place* (3,), m: measured by a person."""
+        keeper = self.keeper
+        found = keeper.position
+        near = guess if found is None else found
+        scene = self.robot.scene
+        frame = np.array(scene.frame_min), np.array(scene.frame_max)
+        assert self.settings.drives is not None
+        return Homing(
+            HomingSettings(
+                keeper.reckoning.model,
+                self.take_up,
+                keeper.lengths,
+                keeper.accept,
+                near,
+                frame,
+                place,
+                keeper.tensions,
+                self.settings.drives.tension_error,
+                lambda: self.machine.power_lost,
+                lambda: keeper.laid(),
+            )
+        )
+
+    @property
+    def delay(self) -> float:
+        """Time from an order to the motion, s."""
+        return _ORDER_PERIODS * self.settings.period + self.settings.winch.lag
+
+    def by_hand(self, plan: ManualSettings) -> ManualSettings:
+        """Limits of motions by hand, with those of the drives."""
+        own = self.settings.drives
+        assert own is not None
+        return replace(plan, deceleration=own.jog_deceleration, max_run_out=own.jog_run_out, delay=self.delay)
+
+    def require_run_out(self, speed: float) -> None:
+        """Raise `InputError` for a jog of the platform at *speed*, m/s, from which it would not stop in time."""
+        own = self.settings.drives
+        assert own is not None
+        manual.require_run_out(speed, own.jog_deceleration, self.delay, own.jog_run_out)
+
+    def winch_jog(self, line: int, speed: float) -> WinchJog:
+        """The procedure that turns one winch by hand at *speed*, m/s of cable. Raises `InputError`."""
+        own, radius = self.settings.drives, self.drives.axes[line].scale.radii[1]
+        assert own is not None
+        most = own.jog_tension or own.tension
+        limits = -PULLS * own.tension, own.jog_deceleration, own.jog_run_out, self.delay
+        return WinchJog(WinchJogSettings(line, len(self.robot.lines), speed, most, radius, *limits))
+
+    def printer(
+        self,
+        path: TimedPath,
+        law: LawName,
+        procedures: dict[PrintState, Procedure],
+        saved: Mapping[str, Snapshot] | None = None,
+        begin: float = 0.0,
+    ) -> Printer:
+        """The loop on this machine, whose clock begins at *begin*, s.
+
+        Raises `InputError` for a path too fast for its drives, `AnswerError` for one out of reach.
+        """
+        settings, scales = self.settings, [axis.scale for axis in self.drives.axes]
+        self.bus_machine.begin = begin
+        plan = planned(self.robot, settings, path, settings.period, "encoders", law, None)
+        speed = min(scale.max_speed for scale in scales)
+        fastest, thin = max(path.print_speed, path.travel_speed), min(scale.radii[0] for scale in scales)
+        if fastest / thin > speed:
+            why = f"lines may run at {fastest:g} m/s, {fastest / thin:.3g} rad/s of a drum; its drive has {speed:.3g}"
+            raise InputError(f"the job is too fast for the drives: {why}")
+        self._require_torque(path)
+        torques = np.array([_OVER * scale.max_torque for scale in scales])
+        plan = replace(
+            plan,
+            velocity=replace(plan.velocity, max_drum_speed=speed),
+            guard=replace(plan.guard, max_torques=torques, max_drum_speed=_OVER * settings.winch.max_speed),
+            manual=self.by_hand(plan.manual),
+            procedures=procedures,
+        )
+        warm(self.keeper, path.track.at(0.0).position)
+        return Printer(
+            plan, self.machine, lambda place, _radii: KeptEstimator(self.keeper, place), now=begin, saved=saved
+        )
+
+    def reckon_powder(self, printer: Printer) -> None:
+        """From now on the drum has lost what *printer*, which prints, reckons; without a valve nothing leaves it."""
+        assert self.settings.drives is not None
+        if self.settings.drives.valve is not None and printer.plan.flow > 0.0:
+            self.keeper.laid = lambda: printer.load.poured
+
+    def _require_torque(self, path: TimedPath) -> None:
+        """Raise `InputError` where the drives cannot hold the platform on a path."""
+        places = path.track.positions
+        chosen = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(np.int64)]
+        pulls = solve_inverse(self.keeper.reckoning.model, chosen, path=True).tensions
+        for axis, most in zip(self.drives.axes, np.nanmax(pulls, axis=0).tolist(), strict=True):
+            torque = most * axis.scale.radii[1]
+            if torque > axis.scale.max_torque:
+                why = f"line {axis.name} needs {torque:.3g} N m of its drum; its drive has {axis.scale.max_torque:.3g}"
+                raise InputError(f"the job is too heavy for the drives: {why}")
+
+
+def still_path(robot: Robot, place: Array | None) -> TimedPath:
+    """A small path about *place* (3,), m, or the middle of the frame, that nobody is going to start."""
+    scene = robot.scene
+    middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
+    x, y, z = (middle if place is None else np.clip(place, scene.frame_min, scene.frame_max)).tolist()
+    job = Job(
+        name="session",
+        origin=(x, y, 0.0),
+        helix=Helix(radius=_SMALL, layers=1, layer_height=0.001, first_height=max(z, 0.002)),
+        motion=Motion(print_speed=0.01, travel_speed=0.01, acceleration=0.05),
+    )
+    return TimedPath.of(job, None, 0.0)
+
+
+@dataclass(eq=False)
+class SessionOperator:
+    """Resets and enables the winches, gives one order, and ends when that is done, or anything goes wrong.
+
+    ``order``: None only enables. ``hold``: s for which the winches are then held. ``ends``: asked in each step.
+    """
+
+    by: str
+    order: Order | None = None
+    hold: float = 0.0
+    ends: Callable[[], bool] = lambda: False
+    each: Callable[[Printer], None] = lambda _printer: None
+    reason: str = ""  # why it ended without success
+    enabled: bool = False  # whether it ever got so far
+    _resets: int = 0
+    _reset_time: float = field(default=-np.inf, repr=False)
+    _given: bool = False
+    _done_time: float = np.inf
+
+    def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
+        """As `Operator`."""
+        self.each(printer)
+        state = printer.supervisor.state
+        if state is PrintState.FAULT and not self.enabled:
+            if now - self._reset_time < _RESET_WAIT or self._resets >= _RESETS:
+                return ()
+            self._resets, self._reset_time = self._resets + 1, now
+            return (Order(OrderKind.RESET, self.by, now),)
+        if state is PrintState.OFF and not self.enabled:
+            return (Order(OrderKind.ENABLE, self.by, now),)
+        if state is PrintState.IDLE and not self._given:
+            self.enabled = self._given = True
+            if self.order is not None:
+                return (replace(self.order, by=self.by, time=now),)
+        return ()
+
+    def is_over(self, printer: Printer) -> bool:
+        """As `Operator`."""
+        state, now = printer.supervisor.state, printer.time
+        if state is PrintState.FAULT:
+            gone = self.enabled or (self._resets >= _RESETS and now - self._reset_time > _RESET_WAIT)
+            self.reason = printer.supervisor.reason if gone else ""
+            return gone
+        if self._given and state is PrintState.IDLE and now > printer.supervisor.state_start:
+            if self.order is not None and printer.supervisor.reason not in ("", "enabled"):
+                self.reason = printer.supervisor.reason
+                return True
+            self._done_time = min(self._done_time, now)
+        return now - self._done_time >= self.hold or self.ends()
+
+
+@dataclass(eq=False)
+class Watching:
+    """A recorder that keeps the last step, and refusals of orders."""
+
+    last: Step | None = None
+    refusals: list[str] = field(default_factory=list)
+
+    def add(self, _printer: Printer, step: Step, *, last: bool) -> None:  # noqa: ARG002
+        """As `StepRecorder`."""
+        self.last = step
+        self.refusals += [order.refusal for order in step.orders if order.refusal]
+
+
+def taking_up(machine: RealMachine) -> TakeUp:
+    """The procedure that takes up slack."""
+    return TakeUp(machine.take_up)

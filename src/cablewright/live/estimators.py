@@ -1,0 +1,219 @@
+"""The estimators of a print by name: each takes a sensor frame and returns an estimate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any, ClassVar, Final, Protocol, get_args, runtime_checkable
+
+import numpy as np
+
+from cablewright.estimation import dead_reckoning
+from cablewright.estimation.dead_reckoning import ReckoningSettings
+from cablewright.estimation.known_creep import KnownCreep
+from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors
+from cablewright.estimation.lidar.room import Laser
+from cablewright.estimation.started_filter import StartedSettings
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import EstimatorName
+from cablewright.foundation.errors import AnswerError, InputError, Status, UnknownName
+from cablewright.foundation.saving import Saved
+from cablewright.foundation.signals import Estimate, SensorFrame
+from cablewright.live.body_estimator import BodyEstimator, body_settings, cells_of
+from cablewright.live.estimator_settings import OBSERVERS, Observer, with_drum_mass
+from cablewright.machine.coils import coil_of
+from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.settings import MachineSettings
+from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
+from cablewright.robot import Robot
+from cablewright.solvers.continuation import Tracker, TrackerSettings
+
+ESTIMATORS: Final = get_args(EstimatorName)
+
+
+class Estimator(Protocol):
+    """Estimates a machine's state."""
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        """Return the estimate after one frame. Raises nothing, whatever the frame contains."""
+
+    @property
+    def tensions(self) -> Array | None:
+        """Tensions at the sheaves (m,), N, from the estimated lengths; None while these are unknown."""
+
+
+@runtime_checkable
+class Weighing(Protocol):
+    """An estimator that is told what the drum weighs."""
+
+    def weigh(self, mass: float) -> None:
+        """Take the drum with its powder to be of *mass*, kg, in the next step."""
+
+
+def estimator(
+    name: str,
+    robot: Robot,
+    settings: MachineSettings,
+    place: Array,
+    lasers: Sequence[Laser] = (),
+    radii: Array | None = None,
+    place_sigma: float | None = None,
+) -> Estimator:
+    """Return the estimator of that *name* for the machine that *robot* and *settings* describe.
+
+    *place* (n,), m and rad: the platform's initial pose, which ``encoders`` uses, and those of a rigid one.
+    *lasers*: distances to walls that an operator measured at the start. *radii* (m,), m: initial radii of the winch
+    drums; 0: unknown. *place_sigma*: m, of places that are to teach ``encoders`` lengths; None: they do not. Raises
+    `UnknownName`, and `InputError` for a machine without the sensors that it needs.
+    """
+    if name not in ESTIMATORS:
+        raise UnknownName("estimator", name, ESTIMATORS)
+    require(robot, Capability.ESTIMATION)
+    if robot.n == 6:
+        if name == "paper":
+            raise InputError(f"estimator = {name}: is one of a point platform; that of {robot.name!r} is rigid")
+        return BodyEstimator(body_settings(robot, settings, sensors=name == "filter"), place)
+    if name in OBSERVERS:
+        observer = OBSERVERS[name]
+        own = observer.settings(robot, settings, lasers)
+        if radii is not None:
+            own = _with_radii(own, radii)
+        state = observer.start(own)
+        if state.creep is not None:
+            return CreepingEstimator(_observed(observer, own, state), state.creep)
+        return _observed(observer, own, state)
+    reckoning = reckoning_of(robot, settings)
+    if place_sigma is not None:
+        winch = settings.winch
+        priors = LengthPriors(place_sigma, radius=winch.radius_deviation, turns=winch.radius_turns)
+        reckoning = replace(reckoning, priors=priors)
+    return DeadReckoning(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
+
+
+def reckoning_of(robot: Robot, settings: MachineSettings) -> ReckoningSettings:
+    """Return the settings of dead reckoning. Raises `InputError` for a machine without encoders."""
+    if settings.sensor(ENCODERS) is None:
+        raise InputError(f"machine {settings.name!r}: has no encoders, which the estimation needs")
+    winch = settings.winch
+    coils = tuple(coil_of(line, winch) for line in robot.lines)
+    counts_per_radian = winch.counts * winch.ratio / math.tau
+    return ReckoningSettings(
+        Model(with_drum_mass(robot, settings)), counts_per_radian, coils, winch.held, cells=cells_of(settings)
+    )
+
+
+class _SteppedEstimator:
+    """An estimator of settings, a state and a step function."""
+
+    def __init__(self, step: Callable[[Any, Any, SensorFrame], Estimate], settings: Any, state: Any) -> None:
+        self._step, self._settings, self._state = step, settings, state
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        return self._step(self._settings, self._state, frame)
+
+    @property
+    def tensions(self) -> Array | None:
+        return _tensions(self._state.tracker)
+
+
+def _observed(observer: Observer, settings: Any, state: Any) -> Estimator:
+    """Return the chain, or the filter with the tensions at its lengths."""
+    stepped = _SteppedEstimator(observer.step, settings, state)
+    if not isinstance(settings, StartedSettings):
+        return stepped
+    return _WithTensions(stepped, settings.chain.model, lambda mass: observer.weigh(settings, state, mass))
+
+
+class CreepingEstimator:
+    """An estimator by lidars. What its cables have crept, as described, is saved with a print; all else begins anew."""
+
+    SAVED: ClassVar[Saved] = ("_creep",)
+    danger, searches = "", False
+
+    def __init__(self, observed: Estimator, creep: KnownCreep) -> None:
+        """*creep* is what the *observed* one counts."""
+        self._observed, self._creep = observed, creep
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        """As `Estimator`."""
+        return self._observed.step(frame)
+
+    @property
+    def tensions(self) -> Array | None:
+        """As `Estimator`."""
+        return self._observed.tensions
+
+    def weigh(self, mass: float) -> None:
+        """As `Weighing`, where the observed one is."""
+        if isinstance(self._observed, Weighing):
+            self._observed.weigh(mass)
+
+
+class DeadReckoning(_SteppedEstimator):
+    """Encoders alone, which may be told where the platform is.
+
+    What cables have crept, and what places have taught of lengths, is saved with a print.
+    """
+
+    SAVED: ClassVar[Saved] = ("_state",)
+    danger, searches = "", False
+
+    def after_load(self) -> None:
+        """Go on with what was loaded. Raises `AnswerError` where there is no equilibrium."""
+        dead_reckoning.resumed(self._settings, self._state)
+
+    @property
+    def learnt(self) -> LearntLengths | None:
+        """What places have taught of lengths, where they do."""
+        found: LearntLengths | None = self._state.learnt
+        return found
+
+    def place_measured(self, place: Array, by_tensions: bool = False) -> None:
+        """Take the standing platform for at *place* (3,), m: learn from it, or begin anew.
+
+        *by_tensions*: see `dead_reckoning.placed`. Raises `AnswerError` where it cannot be there.
+        """
+        if self.learnt is not None:
+            dead_reckoning.taught(self._settings, self._state, place)
+            return
+        self._state = dead_reckoning.placed(self._settings, self._state, place, by_tensions=by_tensions)
+
+
+class _WithTensions:
+    """A filter, which has no equilibrium of its own: that of its estimated lengths is followed for the tensions."""
+
+    def __init__(self, filtered: _SteppedEstimator, model: Model, weigh: Callable[[float], None]) -> None:
+        self._filtered, self._model, self.weigh = filtered, model, weigh
+        self._tracker: Tracker | None = None
+
+    def step(self, frame: SensorFrame) -> Estimate:
+        estimate = self._filtered.step(frame)
+        if not (estimate.valid and (estimate.lengths > 0.0).all()):
+            self._tracker = None
+        elif self._tracker is None:
+            with suppress(AnswerError):  # no equilibrium, so no tensions
+                self._tracker = Tracker(self._model, estimate.lengths, TrackerSettings(certify=False))
+        elif self._tracker.step(estimate.lengths) is not Status.OK:
+            self._tracker = None
+        return estimate
+
+    @property
+    def tensions(self) -> Array | None:
+        return _tensions(self._tracker)
+
+
+def _tensions(tracker: Tracker | None) -> Array | None:
+    return None if tracker is None else tracker.tensions
+
+
+def _with_radii(settings: Any, radii: Array) -> Any:
+    """Return the *settings* of the chain or the filter with initial *radii* (m,), m; unchanged if any is unknown."""
+    if not (radii > 0.0).all():
+        return settings
+    if isinstance(settings, StartedSettings):
+        return replace(settings, chain=_with_radii(settings.chain, radii))
+    inside = np.clip(radii, settings.radius.min_radius, settings.radius.max_radius)
+    return replace(settings, radius=replace(settings.radius, nominal=tuple(inside.tolist())))

@@ -1,0 +1,201 @@
+"""What a rigid platform must be able to do along a path, checked before anything moves, and the tensions it keeps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.analyses.inertia_forces import tensions_by_acceleration
+from cablewright.control.beam import BeamSettings
+from cablewright.control.guide import TimedPath
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import LawName
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.machine.settings import MachineSettings
+from cablewright.models.rotation import matrices
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.printing.job import Job
+from cablewright.robot import RigidPlatform, Robot
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.linearise import Linearisation, linearise_where_regular
+
+_SAMPLES: Final = 400  # places of a path at which tensions and speeds are judged
+_MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
+_BELOW: Final = 0.05  # of the range of tensions, kept below the largest
+_TOUR_STEP: Final = 0.2  # m between places of a tour that are checked
+_STOPS: Final = 0.5  # share of the least tension under which a print stops
+
+
+def nozzle_of(robot: Robot) -> tuple[float, float, float] | None:
+    """Return the nozzle of a rigid platform, m, platform frame; None of a point platform."""
+    return robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else None
+
+
+def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) -> None:
+    """Raise `InputError` where robot, job and machine do not go together."""
+    turns = any(step.rotation is not None for step in job.schedule)
+    if robot.n == 3:
+        if turns:
+            raise InputError(f"job {job.name}: schedule sets a rotation; the platform of {robot.name} is a point")
+        return
+    if law != "model":
+        raise InputError(f"law = {law}: is one of a point platform; that of {robot.name!r} is rigid")
+    if owner.body is None:
+        raise InputError(f"machine {owner.name!r}: has no [body]; the platform of {robot.name!r} is rigid")
+    for step in job.schedule:
+        if step.retraction is not None:
+            try:
+                robot.retraction_to(step.retraction)
+            except InputError as reason:
+                raise InputError(f"job {job.name}: schedule at {step.z:g} m: {reason}") from None
+    if owner.retraction is None and any(step.retraction is not None for step in job.schedule):
+        raise InputError(f"machine {owner.name!r}: has no [retraction], which the job's schedule moves")
+
+
+def poses_at(path: TimedPath, places: Array) -> tuple[Array, Array | None]:
+    """Return poses (k, 6) and retraction lengths (k,), or None, with the nozzle at *places* (k, 3), m."""
+    assert path.attitude is not None
+    schedule, rotations = path.attitude.schedule, path.attitude.rotations(places[:, 2])
+    origins = places - matrices(rotations) @ path.attitude.nozzle
+    return np.concatenate([origins, rotations], axis=1), schedule.retractions(places[:, 2])
+
+
+def with_tour(path: TimedPath, owner: MachineSettings, estimator: str) -> TimedPath:
+    """Return the path with the tour of a machine whose *estimator* learns from it."""
+    if path.attitude is None or owner.body is None or estimator == "encoders":
+        return path
+    return replace(path, tour=np.array(owner.body.tour).reshape(-1, 3))
+
+
+def tour_places(path: TimedPath) -> Array:
+    """Return places (k, 3), m, along the tour, from where the path begins and back to there."""
+    begin = path.track.positions[:1]
+    corners = np.concatenate([begin, path.tour, begin])
+    parts = [
+        here + (there - here) * np.linspace(0.0, 1.0, 2 + int(np.linalg.norm(there - here) / _TOUR_STEP))[:, None]
+        for here, there in pairwise(corners)
+    ]
+    return np.concatenate(parts)
+
+
+def check_tour(model: Model, path: TimedPath) -> None:
+    """Raise `AnswerError` at the first place of the tour that is out of the frame or cannot be held."""
+    if not len(path.tour):
+        return
+    poses, retraction = poses_at(path, tour_places(path))
+    inside, held = _inside(model.robot, poses), solve_inverse(model, poses, path=True, retraction=retraction)
+    good = inside & held.ok
+    if good.all():
+        return
+    bad = int(np.argmin(good))
+    why = held[bad].sentence() if inside[bad] else "it is out of the frame"
+    place = ", ".join(f"{x:.3f}" for x in poses[bad, :3])
+    raise AnswerError(f"the machine's [body] tour cannot be held by {model.robot.name!r} at {place} m: {why}")
+
+
+def _inside(robot: Robot, poses: Array) -> NDArray[np.bool_]:
+    """Return which of the *poses* (k, 6) are in the frame (k,)."""
+    low, high = robot.scene.frame_min, robot.scene.frame_max
+    return np.asarray(((poses[:, :3] >= low) & (poses[:, :3] <= high)).all(axis=1))
+
+
+def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisation]:
+    """Return what holds the path, and its linearisation.
+
+    Raises `AnswerError` at the first place that is out of the frame, not held, or where the platform moves freely.
+    """
+    poses, retraction = poses_at(path, path.track.positions)
+    inside = _inside(model.robot, poses)
+    if not inside.all():
+        raise AnswerError(
+            f"the path leaves the frame of {model.robot.name!r} {_where(path, poses, int(inside.argmin()))}"
+        )
+    held = solve_inverse(model, poses, path=True, retraction=retraction)
+    if not held.ok.all():
+        bad = int(np.argmin(held.ok))
+        where = _where(path, poses, bad)
+        raise AnswerError(f"no tensions of {model.robot.name!r} hold the path {where}: {held[bad].sentence()}")
+    linear, codes = linearise_where_regular(held)
+    if codes.any():
+        bad = int(np.flatnonzero(codes)[0])
+        raise AnswerError(f"the platform can move without any line resisting {_where(path, held.pose, bad)}")
+    return held, linear
+
+
+def check_accelerations(path: TimedPath, held: Equilibrium, linear: Linearisation) -> None:
+    """Raise `AnswerError` where the path's acceleration needs tensions that lines cannot give."""
+    size = path.acceleration * tensions_by_acceleration(held, linear)
+    left = held.tensions - size
+    if not (left > 0.0).all():
+        bad, line = divmod(int(np.argmin(left)), left.shape[1])
+        raise AnswerError(
+            f"line {held.model.robot.lines[line].name} would fall slack under {path.acceleration:g} m/s^2 "
+            f"{_where(path, held.pose, bad)}: {held.tensions[bad, line]:.0f} N less {size[bad, line]:.0f} N"
+        )
+
+
+def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> None:
+    """Raise `InputError` for a path too fast for the winches or the retraction."""
+    fastest = max(path.print_speed, path.travel_speed)
+    radius = min(line.winch.drum_radius or math.inf for line in model.robot.lines)
+    if fastest / radius > settings.winch.max_speed:  # no line changes faster than the nozzle moves, unturned
+        why = f"{fastest / radius:.3g} rad/s of a drum; at most {settings.winch.max_speed:g} is possible"
+        raise InputError(f"the path is too fast for the winches: {fastest:g} m/s takes {why}")
+    assert path.attitude is not None
+    lengths = path.attitude.schedule.retractions(path.track.positions[:, 2])
+    if lengths is None or settings.retraction is None:
+        return
+    time = np.maximum(np.diff(path.arrival), 1e-9)
+    speeds = np.abs(np.diff(lengths)) / time
+    worst = int(np.argmax(speeds))
+    if speeds[worst] > settings.retraction.max_speed:
+        where = f"at {path.track.distance[worst]:.1f} m along the path"
+        most = settings.retraction.max_speed
+        raise InputError(f"the schedule retracts by {speeds[worst]:.3g} m/s {where}; at most {most:g} is possible")
+
+
+def chosen_places(path: TimedPath) -> Array:
+    """Return places (k, 3), m, of the tour and all along the path, at which tensions are judged."""
+    rows = np.linspace(0, len(path.track.positions) - 1, min(len(path.track.positions), _SAMPLES)).astype(np.int64)
+    places = path.track.positions[rows]
+    return np.concatenate([tour_places(path), places]) if len(path.tour) else places
+
+
+def with_margin(model: Model, path: TimedPath) -> Model:
+    """Return the model with the narrowest limits of tension, within its own, that the whole path and tour allow."""
+    robot = model.robot
+    if model.m <= model.n:
+        return model
+    poses, retraction = poses_at(path, chosen_places(path))
+    for share in _MARGINS:
+        lines = []
+        for line in robot.lines:
+            low, high = line.tension_limits
+            limits = (low + share * low, high - _BELOW * (high - low))
+            lines.append(line.model_copy(update={"tension_limits": limits}))
+        narrow = Model(robot.model_copy(update={"lines": tuple(lines)}), model.fidelity)
+        if solve_inverse(narrow, poses, path=True, retraction=retraction).ok.all():
+            return narrow
+    return model
+
+
+def least_tensions(robot: Robot) -> Array:
+    """Return the tensions (m,), N, under which a print stops."""
+    return np.array([_STOPS * line.tension_limits[0] for line in robot.lines])
+
+
+def beam_of(robot: Robot, settings: MachineSettings) -> BeamSettings | None:
+    """Return the settings of the retraction's drive; None without one."""
+    return None if settings.retraction is None else BeamSettings.of(robot, settings.retraction.max_speed)
+
+
+def _where(path: TimedPath, poses: Array, row: int) -> str:
+    x, y, z, *turn = poses[row].tolist()
+    turned = math.degrees(math.hypot(*turn))
+    by = f", turned by {turned:.1f} deg" if turned else ""
+    return f"at {x:.3f}, {y:.3f}, {z:.3f} m{by}, {path.track.distance[row]:.1f} m along it"

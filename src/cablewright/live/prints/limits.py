@@ -1,0 +1,175 @@
+"""Path, speeds and limits of a print, from what the machine's owner knows: checked before anything moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from cablewright.control import manual
+from cablewright.control.guard import UNCOUNTED, GuardSettings
+from cablewright.control.guide import TimedPath
+from cablewright.control.height import HeightControl
+from cablewright.control.manual import ManualSettings
+from cablewright.control.stop import StopSettings
+from cablewright.control.supervisor import SupervisorSettings
+from cablewright.control.velocity import VelocitySettings
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import HeightRule, LawName
+from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.live.estimator_settings import with_drum_mass
+from cablewright.live.prints import body_limits
+from cablewright.live.prints.body_swing import calmed, told
+from cablewright.live.prints.loop import PrintPlan
+from cablewright.machine.powder_load import PowderLoad
+from cablewright.machine.sensors.barrier import BARRIER
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
+from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES
+from cablewright.machine.settings import MachineSettings
+from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.support import Capability, require
+from cablewright.robot import Robot
+from cablewright.robot.plausibility import overstretched
+from cablewright.solvers.inverse import solve_inverse
+
+_SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
+_SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
+_BODY_GAIN: Final = 4.0  # 1/s, of a rigid platform's errors: its estimate is by the lengths, and does not swing
+_BEYOND: Final = 0.02  # m beyond the frame for a rigid platform, whose path may begin on the floor
+_DRUM_SPEED: Final = 1.2  # of a winch's own limit: where the machine stops
+_RAMP_TIMES: Final = (0.05, 0.5)  # s: shortest and longest ramp of a stop
+_LOAD_SHARE: Final = 0.5  # share of a line's breaking load at which the machine stops
+
+
+def planned(
+    robot: Robot,
+    settings: MachineSettings,
+    path: TimedPath,
+    period: float,
+    estimator: str,
+    law: LawName,
+    rule: HeightRule | None,
+) -> PrintPlan:
+    """Return the plan of a print along *path* in steps of *period*, s, with that *estimator* and control *law*.
+
+    *rule*: of the height; None chooses by the machine's sensors. Raises `AnswerError` where the path leaves the frame
+    or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
+    """
+    require(robot, Capability.PRINT)
+    model = Model(with_drum_mass(robot, settings))
+    notes: tuple[str, ...] = ()
+    if path.attitude is None:
+        held = _check_path(model, path)
+        narrow = model
+    else:
+        held, linear = body_limits.check_held(model, path)
+        body_limits.check_tour(model, path)
+        narrow = body_limits.with_margin(model, path)
+        wanted, path = path, calmed(model, narrow, path, settings)
+        notes = told(wanted, path)
+        body_limits.check_accelerations(path, held, linear)
+        body_limits.check_speeds(model, path, settings)
+    notes += overstretched(robot, held.tensions.max(axis=0))
+    begin, scene = path.track.at(0.0).position, robot.scene
+    velocity = VelocitySettings(
+        narrow,
+        settings.winch.max_speed,
+        law,
+        manage_slack=model.m > model.n and settings.sensor(LINE_ANGLES) is not None,
+    )
+    if path.attitude is not None:
+        velocity = replace(velocity, gain=_BODY_GAIN)
+    over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
+    load = PowderLoad.of(settings.carrier)
+    return PrintPlan(
+        path,
+        velocity,
+        _limits(robot, settings, path, period),
+        _guard(robot, settings, path, period),
+        ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, manual.MAX_SPEED - velocity.max_correction),
+        HeightControl(float(begin[2]) - scene.frame_min[2]) if over_structure else None,
+        load.flow,
+        load.full,
+        frozenset({"encoders"}),
+        beam=body_limits.beam_of(robot, settings),
+        notes=notes,
+    )
+
+
+def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estimator: str, begins_above: bool) -> bool:
+    """Whether the height is that over the structure. Raises `InputError` where it cannot be."""
+    sees_structure = "vertical" in settings.lidars and estimator != "encoders"
+    if rule == "job" or (rule is None and not sees_structure):
+        return False
+    if not sees_structure:
+        raise InputError(f"height = structure: estimator {estimator!r} on {settings.name!r} does not see it")
+    if not begins_above:
+        why = "the path begins on the floor, over which no height can be kept; height = job follows the job's own"
+        raise InputError(f"height = structure: {why}")
+    return True
+
+
+def _limits(robot: Robot, settings: MachineSettings, path: TimedPath, period: float) -> SupervisorSettings:
+    """The limits at which the machine stops, or waits."""
+    fastest, barrier, scene = max(path.print_speed, path.travel_speed), settings.sensor(BARRIER), robot.scene
+    beyond = 0.0 if path.attitude is None else _BEYOND
+    x, y, z = scene.frame_min
+    far_x, far_y, far_z = scene.frame_max
+    return SupervisorSettings(
+        (x - beyond, y - beyond, z - beyond),
+        (far_x + beyond, far_y + beyond, far_z + beyond),
+        _SPEED_FACTOR * fastest + _SWING_SPEED,
+        max_error=max(0.15, fastest) + fastest * period,  # targets are of the beginning of a step
+        barrier_timeout=None if barrier is None else max(0.5, 2.5 / barrier.rate, 2.5 * period),
+    )
+
+
+def _guard(robot: Robot, settings: MachineSettings, path: TimedPath, period: float) -> GuardSettings:
+    """Limits of what is measured. A ramp takes as long as the path's acceleration needs from its fastest motion."""
+    winch, fastest = settings.winch, max(path.print_speed, path.travel_speed)
+    low, high = _RAMP_TIMES
+    radii = [line.winch.drum_radius for line in robot.lines]
+    timeouts = {"encoders": max(0.5, 2.5 * period)}
+    for sensor in (LOAD_CELLS, MOTOR_TORQUES):
+        cells = settings.sensor(sensor)
+        if cells is not None:
+            timeouts[sensor.source] = max(0.5, 2.5 / cells.rate, 2.5 * period)
+    return GuardSettings(
+        _max_tensions(robot),
+        body_limits.least_tensions(robot) if path.attitude is not None else None,
+        max_drum_speed=_DRUM_SPEED * winch.max_speed,
+        counts_per_radian=winch.counts * winch.ratio / math.tau,
+        max_uncounted=np.array([math.inf if radius is None else UNCOUNTED / radius for radius in radii]),
+        timeouts=timeouts,
+        stop=StopSettings(ramp_time=min(max(fastest / path.acceleration, low), high)),
+    )
+
+
+def _max_tensions(robot: Robot) -> Array:
+    """Tensions (m,), N, at which the machine stops: the lesser of each line's limit and half of its breaking load."""
+    lines = robot.lines
+    return np.array(
+        [min(line.tension_limits[1], _LOAD_SHARE * (line.cable.breaking_load or math.inf)) for line in lines]
+    )
+
+
+def _check_path(model: Model, path: TimedPath) -> Equilibrium:
+    """Return what holds the path. Raises `AnswerError` at its first place out of the frame or that cannot be held."""
+    scene, places = model.robot.scene, path.track.positions
+    inside = ((places >= scene.frame_min) & (places <= scene.frame_max)).all(axis=1)
+    if not inside.all():
+        bad = int(np.argmin(inside))
+        raise AnswerError(f"the path leaves the frame of {model.robot.name!r} {_where(path, bad)}")
+    held = solve_inverse(model, places, path=True)
+    if not held.ok.all():
+        bad = int(np.argmin(held.ok))
+        where = _where(path, bad)
+        raise AnswerError(f"the path leaves the workspace of {model.robot.name!r} {where}: {held[bad].sentence()}")
+    return held
+
+
+def _where(path: TimedPath, row: int) -> str:
+    place = ", ".join(f"{x:.3f}" for x in path.track.positions[row])
+    return f"at {place} m, {path.track.distance[row]:.1f} m along it"

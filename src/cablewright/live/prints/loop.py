@@ -1,0 +1,418 @@
+"""The control loop of a print: a machine, its guard, estimation, supervision and control.
+
+Nothing here knows what kind of machine it is: see `cablewright.machine.interface`.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Final, Protocol, runtime_checkable
+
+import numpy as np
+
+from cablewright.control import beam, guard, guide, height, manual, supervisor, velocity
+from cablewright.control.beam import BeamMotion, BeamSettings, BeamState
+from cablewright.control.clock import FrameClock
+from cablewright.control.guard import GuardSettings, GuardState, StopCause
+from cablewright.control.guide import GuideState, Target, TimedPath
+from cablewright.control.height import HeightControl
+from cablewright.control.manual import ManualSettings, ManualState
+from cablewright.control.orders import BY_HAND, OrderState, examine
+from cablewright.control.procedure import Procedure
+from cablewright.control.stop import StopKind, StopState, advance
+from cablewright.control.supervisor import SupervisorSettings, SupervisorState, Verdict
+from cablewright.control.velocity import VelocitySettings
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.saving import Saved, Snapshot, load
+from cablewright.foundation.signals import (
+    Command,
+    Estimate,
+    Order,
+    OrderKind,
+    PrintState,
+    Progress,
+    SensorFrame,
+    WinchMode,
+    frozen,
+)
+from cablewright.live.estimators import DeadReckoning, Estimator, Weighing
+from cablewright.machine.interface import RESET, Machine, check_command, require_abilities
+from cablewright.machine.powder_load import PowderLoad
+
+MakeEstimator = Callable[[Array, Array], Estimator]
+"""Makes an estimator from the platform's last pose (n,), m and rad, and the drums' radii (m,), m; 0: unknown."""
+
+
+@runtime_checkable
+class Learning(Protocol):
+    """An estimator whose state is saved with a print, and which may find that the machine is to stop."""
+
+    SAVED: ClassVar[Saved]
+
+    @property
+    def danger(self) -> str:
+        """Why the machine is to stop; empty: nothing. It may become more exact."""
+
+    @property
+    def searches(self) -> bool:
+        """Whether it still looks for the cause of that."""
+
+
+_TENSIONED: Final = 0.1  # share of the least tension by which tensions may be off when a path begins ...
+_TENSIONING_TIME: Final = 30.0  # s: ... unless that takes longer
+_COLLECT_STEPS: Final = 100  # between garbage collections of a loop in real time
+_MAX_STEPS: Final = 100_000_000
+_SAFETY_TIMEOUT: Final = 0.5  # s without drives or inputs, of a machine that has them
+
+
+@dataclass(frozen=True, eq=False)
+class PrintPlan:
+    """Path and settings of a print. ``procedures``: by the state in which they run, `TENSIONING` or `HOMING`."""
+
+    path: TimedPath
+    velocity: VelocitySettings
+    supervisor: SupervisorSettings
+    guard: GuardSettings
+    manual: ManualSettings
+    height: HeightControl | None = None  # None: the heights of the path
+    flow: float = 0.0  # kg/s of powder with the valve open
+    powder: float = math.inf  # kg in a full drum
+    sensors: frozenset[str] = frozenset()  # that the machine must have
+    procedures: Mapping[PrintState, Procedure] = field(default_factory=dict)
+    beam: BeamSettings | None = None  # of a platform that retracts
+    notes: tuple[str, ...] = ()  # what the path has that its job does not say
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step: its command, the sensor frame at its end, the orders, and estimate and progress from that frame."""
+
+    command: Command
+    frame: SensorFrame
+    estimate: Estimate
+    progress: Progress
+    orders: tuple[Order, ...] = ()
+
+
+class Printer:
+    """Runs one machine through one plan. `step` raises nothing, whatever a frame contains."""
+
+    SAVED = ("guide", "load", "supervisor", "_powder_out_time", "last_pose", "radii")
+
+    def __init__(
+        self,
+        plan: PrintPlan,
+        machine: Machine,
+        make: MakeEstimator,
+        *,
+        now: float = 0.0,
+        saved: Mapping[str, Snapshot] | None = None,
+    ) -> None:
+        """Start in a fault, to be reset, at the start of the path or as *saved*; *now*: machine time, s.
+
+        Raises `InputError` for a machine that lacks what the plan needs.
+        """
+        m, able = plan.velocity.model.m, machine.abilities
+        require_abilities(able, m, plan.sensors)
+        silent = {source: _SAFETY_TIMEOUT for source in ("drives", "inputs") if source in able.sensors}
+        guarded = replace(plan.guard, timeouts=silent | dict(plan.guard.timeouts))
+        self.plan, self.machine = replace(plan, guard=guarded), machine
+        self._full_mass = plan.velocity.model.robot.platform.mass
+        self.guide, self.supervisor = GuideState(), SupervisorState()
+        self.velocity = velocity.start(plan.velocity)
+        self.load = PowderLoad(plan.flow, plan.powder)  # estimated
+        self.target: Target | None = None
+        self.last_pose = plan.path.start_pose.copy()  # (n,) m and rad, last valid one of the platform
+        self.radii = np.zeros(m)  # (m,) m, last estimated, of the winch drums; 0: unknown
+        self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
+        self.speed_share = 1.0  # of the planned speed
+        self._clock, self._orders = FrameClock(machine.period, now), OrderState()
+        self._guard, self._manual = GuardState(), ManualState()
+        self._stop: StopState | None = StopState.closed(m)
+        self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
+        self._approach_pending = True  # the approach begins at the platform's position, once that is valid
+        self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
+        if saved is not None:
+            load(self, saved["print"])
+        self.estimator = make(self.last_pose, self.radii)
+        self._beam = None if plan.beam is None else BeamState(plan.path.start_retraction)
+        self.learning = self.estimator if isinstance(self.estimator, Learning) else None
+        self._weighing = self.estimator if isinstance(self.estimator, Weighing) else None
+        self._danger = ""  # that the estimator told last
+        if saved is not None and self.learning is not None:
+            load(self.learning, saved["estimator"])
+
+    @property
+    def finished(self) -> bool:
+        """Whether the end of the path has been reached."""
+        return self.supervisor.finished
+
+    @property
+    def time(self) -> float:
+        """The machine's time at the last frame, s."""
+        return self._clock.now
+
+    @property
+    def command(self) -> Command:
+        """The command of the next step."""
+        return self._command
+
+    def refilled(self) -> None:
+        """Take the drum to be full."""
+        self.load.refill()
+
+    def place_measured(self, place: Array, *, by_tensions: bool = False) -> None:
+        """Tell the estimator where the standing platform is, (3,) m; *by_tensions*: see `dead_reckoning.placed`.
+
+        Raises `InputError` if it takes no place.
+        """
+        if not isinstance(self.estimator, DeadReckoning):
+            raise InputError("a measured place is for the estimator of encoders alone")
+        self.estimator.place_measured(place, by_tensions)
+
+    def step(self, orders: tuple[Order, ...] = ()) -> Step:
+        """Run one period of the machine and compute the next command."""
+        command = self._command
+        frame, dt = self._clock.tell(self.machine.step(command))
+        self.frame_times = time.perf_counter(), time.thread_time()
+        self.load.pour(command.valve, dt)
+        if self._weighing is not None:
+            self._weighing.weigh(self._full_mass - self.load.gone)
+        estimate = self.estimator.step(frame)
+        if self._beam is not None and self.plan.beam is not None:
+            beam.read(self.plan.beam, self._beam, frame)
+        state = self.supervisor.state
+        stopped = self._stop is None or self._stop.at_rest(self.plan.guard.stop)
+        verdict = supervisor.step(
+            self.plan.supervisor,
+            self.supervisor,
+            frame,
+            estimate,
+            cause=self._cause(frame, state),
+            standing=not command.winch_speeds.any() and WinchMode.TENSION not in command.modes,
+            stopped=stopped,
+            target=self.target,
+            powder=self.load.left,
+            orders=examine(
+                self.plan.manual,
+                self._orders,
+                orders,
+                self.time,
+                known=math.isfinite(self.supervisor.valid_since),
+                procedures=self.plan.procedures,
+                step=self.machine.period,
+            ),
+        )
+        if estimate.valid:
+            self.last_pose[:3], self.radii[:] = estimate.position, estimate.radii
+            self.last_pose[3:] = estimate.rotation[: len(self.last_pose) - 3]
+        self._on_transition(state, verdict)
+        self._begin_stop(state, verdict, command)
+        self._obey(verdict.orders, state, estimate)
+        if self.plan.height is not None and verdict.state is PrintState.PRINTING:
+            self.guide.height_offset = height.step(self.plan.height, self.guide.height_offset, estimate.clearance, dt)
+        if self._approach_pending and estimate.valid:
+            guide.leave_path(self.plan.path, self.guide, estimate.position, estimate.rotation)
+            self._approach_pending = False
+        target = self._next_target(verdict, dt)
+        self.target = None if self._approach_pending else target
+        self._command = self._with_reset(verdict, self._sound(self._decide(frame, verdict, estimate, target, dt)))
+        guard.take_note(self._guard, frame.time, self._command)
+        return Step(command, frame, estimate, self._progress(verdict, estimate, target), verdict.orders)
+
+    @property
+    def searches(self) -> bool:
+        """Whether the estimator still looks for what made it stop the machine."""
+        return self.learning is not None and self.learning.searches
+
+    def _cause(self, frame: SensorFrame, state: PrintState) -> StopCause | None:
+        """Why the machine is to stop: by what is measured, and by what the estimator makes of it."""
+        lowest = state is PrintState.PRINTING
+        found = guard.judge(self.plan.guard, self._guard, frame, self.estimator.tensions, lowest=lowest)
+        danger = "" if self.learning is None else self.learning.danger
+        if danger != self._danger:
+            supervisor.explain(self.supervisor, self._danger, danger)
+            self._danger = danger
+        return found or (StopCause(danger, StopKind.HOLD) if danger else None)
+
+    def _begin_stop(self, previous: PrintState, verdict: Verdict, command: Command) -> None:
+        """Begin a stop of the winches, make one more urgent, or end it where the state lets them move."""
+        interrupted = previous in _HANDLED and verdict.state is PrintState.IDLE
+        if verdict.state in (PrintState.FAULT, PrintState.OFF) or interrupted:
+            if self._stop is None:
+                self._stop = StopState(command.winch_speeds)
+            self._stop.brakes = not interrupted
+            if verdict.stop is not None:
+                self._stop.worsen(verdict.stop)
+        elif verdict.state is not previous:
+            self._stop = None
+
+    def _on_transition(self, previous: PrintState, verdict: Verdict) -> None:
+        """Set where the target continues after a change of state."""
+        if verdict.state is previous:
+            return
+        if verdict.state is PrintState.FAULT:  # the target stands with the machine
+            self.guide.speed_factor, self.guide.speed = 0.0, 0.0
+        if verdict.state is PrintState.REFILLING and self.load.left > self.plan.supervisor.refill_mass:
+            self._powder_out_time = self.guide.path_time  # earlier than estimated: the path will continue from here
+        if verdict.state is PrintState.READY:
+            if math.isfinite(self._powder_out_time):
+                self.guide.path_time, self._powder_out_time = self._powder_out_time, math.inf
+            self.guide.position, self.guide.speed_factor, self.guide.speed = None, 0.0, 0.0
+            self._approach_pending = True
+        if verdict.state in self.plan.procedures:
+            self.plan.procedures[verdict.state].begin(self.time)
+
+    def _obey(self, orders: tuple[Order, ...], previous: PrintState, estimate: Estimate) -> None:
+        """Take the arguments of the orders that were accepted."""
+        for order in orders:
+            if order.refusal:
+                continue
+            if order.kind is OrderKind.OVERRIDE:
+                self.speed_share = order.arguments["share"][0]
+            elif self.supervisor.state is PrintState.MANUAL and order.kind in BY_HAND:
+                place = estimate.position if previous is not PrintState.MANUAL else None
+                manual.begin(self.plan.manual, self._manual, order, self.time, place)
+
+    def _next_target(self, verdict: Verdict, dt: float) -> Target:
+        if verdict.state is not PrintState.MANUAL:
+            target = guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
+            waits = verdict.state is PrintState.READY and not self._is_tensioned()
+            return target._replace(arrived=False) if waits else target
+        motion = manual.step(self.plan.manual, self._manual, self.time, dt)
+        if motion.done:
+            supervisor.end_procedure(self.supervisor, self.time)
+        path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
+        layer = int(path.track.layer[path.track.piece(distance)])
+        turned = self.last_pose[3:] if self.plan.path.attitude is not None else np.zeros(3)
+        return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False, turned)
+
+    def _is_tensioned(self) -> bool:
+        """Whether the lines of a rigid platform have about the tensions that they are to have on the path."""
+        if self.plan.path.attitude is None or self.estimator.tensions is None:
+            return True
+        least = self.plan.velocity.model.lines.tension_min
+        waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
+        return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
+
+    def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
+        now, m = frame.time, self.plan.velocity.model.m
+        if self._stop is not None:
+            speeds, mode = advance(self.plan.guard.stop, self._stop, self.machine.period)
+            return self._standing(now, frozen(speeds), mode)
+        if verdict.state in self.plan.procedures:
+            return self._proceed(now, verdict, frame, estimate, dt)
+        if verdict.hold_winches or not estimate.valid:
+            return Command(now, frozen(np.zeros(m)))
+        tensions = self.estimator.tensions if self.plan.path.attitude is not None else None
+        moved = self._retract(target, dt)
+        speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
+        outputs = {} if moved is None else {beam.OUTPUT: moved.speed}
+        opening = target.path_speed / self.plan.path.print_speed if target.extruding and verdict.valve_allowed else 0.0
+        return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0), outputs=outputs)
+
+    def _retract(self, target: Target, dt: float) -> BeamMotion | None:
+        """The motion of the beam in the next step; None of a platform that does not retract."""
+        if self.plan.beam is None or self._beam is None:
+            return None
+        return beam.step(self.plan.beam, self._beam, target.retraction, target.retraction_rate, dt)
+
+    def _standing(self, now: float, speeds: Array, mode: WinchMode) -> Command:
+        """A command of a stop, in its mode where the machine has it."""
+        return Command(now, speeds, modes=(mode,) * len(speeds) if self._has(mode) else ())
+
+    def _has(self, mode: WinchMode) -> bool:
+        return mode is not WinchMode.VELOCITY and mode in self.machine.abilities.modes
+
+    def _with_reset(self, verdict: Verdict, command: Command) -> Command:
+        """The command, with an order to reset for the machine's drives where winches are off.
+
+        It reaches them even where it was refused, as their own faults are a cause for that: it is ordered again then.
+        """
+        asked = any(order.kind is OrderKind.RESET and not self._is_late(order) for order in verdict.orders)
+        able = RESET in self.machine.abilities.outputs and WinchMode.OFF in command.modes
+        return replace(command, outputs={RESET: 1.0}) if asked and able else command
+
+    def _is_late(self, order: Order) -> bool:
+        """Whether an order is from before the fault."""
+        return order.time < self.supervisor.state_start
+
+    def _proceed(self, now: float, verdict: Verdict, frame: SensorFrame, estimate: Estimate, dt: float) -> Command:
+        """The command of the procedure that runs. Where it ends, the winches come to rest by a ramp."""
+        done = self.plan.procedures[verdict.state].step(frame, estimate, dt)
+        if done.finished or done.failure:
+            supervisor.end_procedure(self.supervisor, now, done.failure)
+            self._stop = StopState(self._command.winch_speeds, brakes=False)
+            speeds, mode = advance(self.plan.guard.stop, self._stop, self.machine.period)
+            return self._standing(now, frozen(speeds), mode)
+        return Command(now, frozen(done.winch_speeds), modes=done.modes, tensions=done.tensions)
+
+    def _sound(self, command: Command) -> Command:
+        """The command, if a machine can take it within the limits; else all winches stop, and the state is a fault."""
+        try:
+            check_command(self.machine.abilities, command, -math.inf)
+            most = self.plan.guard.max_drum_speed or math.inf
+            if not float(np.abs(command.winch_speeds).max()) <= most:
+                raise InputError(f"command.winch_speeds: over {most:g} rad/s")
+        except InputError as error:
+            supervisor.fail(self.supervisor, command.time, f"the control went wrong: {error}")
+            self._stop = StopState(np.zeros(self.plan.velocity.model.m), StopKind.HOLD)
+            return self._standing(command.time, frozen(self._stop.speeds), WinchMode.HOLD)
+        return command
+
+    def _progress(self, verdict: Verdict, estimate: Estimate, target: Target) -> Progress:
+        error = math.nan
+        if verdict.state is PrintState.PRINTING and estimate.valid:
+            printed = self.plan.path.printing_point(estimate.position, estimate.rotation)
+            error = self.plan.path.track.nearest(printed, target.distance).offset
+        place = frozen(self.plan.path.printing_point(target.position, target.rotation))
+        return Progress(estimate.time, verdict.state, target.layer, target.distance, place, error, verdict.reason)
+
+
+_HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
+
+
+class Operator(Protocol):
+    """Whoever gives orders: a person at a page or a terminal, or a simulated attendant."""
+
+    def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
+        """Return the orders since the last call, at *now*, s. Is called once in each step."""
+
+    def is_over(self, printer: Printer) -> bool:
+        """Whether the run ends here."""
+
+
+class StepRecorder(Protocol):
+    """Whoever keeps what happens."""
+
+    def add(self, printer: Printer, step: Step, *, last: bool) -> None:
+        """Keep one step; *last*: of this run."""
+
+
+def run(printer: Printer, operator: Operator, recorder: StepRecorder) -> int:
+    """Run until the operator ends it; return the number of steps.
+
+    The machine is opened before and closed after, whatever happens; an error on the way stops it first.
+    """
+    machine = printer.machine
+    try:
+        machine.open()
+        for number in range(1, _MAX_STEPS):
+            step = printer.step(operator.orders(printer, printer.time))
+            last = operator.is_over(printer)
+            recorder.add(printer, step, last=last)
+            if last:
+                return number
+            if machine.abilities.real_time and number % _COLLECT_STEPS == 0:
+                gc.collect(1)
+        return _MAX_STEPS
+    finally:
+        try:
+            machine.stop()
+        finally:
+            machine.close()

@@ -1,0 +1,219 @@
+"""A print on a simulated machine: from robot, job, machine and options to its twin and its plan."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, get_args
+
+import numpy as np
+
+from cablewright.control.guide import TimedPath
+from cablewright.control.velocity import LAWS
+from cablewright.estimation.lidar.room import Laser
+from cablewright.foundation.choices import HeightRule, LawName, PlantName, SeverityName
+from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.live.estimators import ESTIMATORS
+from cablewright.live.prints.body_limits import nozzle_of, require_fit, with_tour
+from cablewright.live.prints.laid_material import check_clear
+from cablewright.live.prints.limits import planned
+from cablewright.live.prints.loop import PrintPlan
+from cablewright.live.prints.structure import CELLS_PER_BEAD
+from cablewright.machine.files import machine_names
+from cablewright.machine.sensors.barrier import BARRIER
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
+from cablewright.machine.settings import MachineSettings, extruding, require_robot
+from cablewright.machine.simulated.sensors import barrier
+from cablewright.machine.simulated.settings import TwinSettings, whole_machine
+from cablewright.machine.simulated.severities import with_severity
+from cablewright.machine.simulated.severity_tables import SEVERITIES
+from cablewright.machine.simulated.simulated_machine import PLANTS
+from cablewright.models.statics import Model
+from cablewright.printing.job import Job
+from cablewright.robot import Robot
+
+HEIGHTS: Final = get_args(HeightRule)
+MOST_IRREGULAR: Final = 1e-4
+"""Largest ``winch.radius_deviation``, m, of a machine whose places teach lengths: half a centimetre in ten turns."""
+
+_MAX_INTRUSIONS: Final = 1000
+_FINEST_CELL: Final = 1e-3  # m
+_MAX_CELLS: Final = 4_000_000  # of the floor: 32 MB
+_LEAST_EVERY: Final = 60.0  # s between places: the platform stands as long
+_MOST_STOPS: Final = 100
+_INTRUSION_TIME: Final = 20.0  # s of one interruption of the light barrier
+
+
+@dataclass(frozen=True)
+class PrintOptions:
+    """Options of a print. ``estimator``, ``height``: None chooses by the machine's sensors.
+
+    ``estimator``: see `live/estimators.py`. ``height``: ``structure`` controls the height over the structure by the
+    vertical lidar; ``job`` follows the job's heights. ``layers``: number of layers to print (None: all). ``period``: s,
+    of a quasi-static step. ``intrusions``: number of simulated light-barrier interruptions. ``severity``: see
+    `with_severity`; None: of the machine. ``lasers``: distances to walls that an operator measured at the start.
+    ``place_layers``: after each so many layers the platform stands and its place is measured, with ``place_sigma``, m,
+    in each coordinate; 0: never. Of a point platform by encoders alone. ``place_every``: s of machine time after which
+    it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
+    layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
+    places together teach by how much lengths are off, creep and follow the mounts that give, see `learnt_lengths`.
+    """
+
+    estimator: str | None = None
+    law: LawName = "model"
+    height: HeightRule | None = None
+    layers: int | None = None
+    plant: PlantName = "dynamic"
+    period: float = 1.0
+    seed: int = 0
+    intrusions: int = 0
+    severity: SeverityName | None = None
+    lasers: tuple[Laser, ...] = ()
+    place_layers: int = 0
+    place_sigma: float = 1e-3
+    place_tensions: bool = False
+    place_every: float = 0.0
+    place_stops: int = 1
+    place_learn: bool = False
+
+    def __post_init__(self) -> None:
+        """Raise `UnknownName` for an unknown choice, `InputError` for a number that cannot be."""
+        known = (("plant", self.plant, PLANTS), ("height", self.height, HEIGHTS), ("control law", self.law, LAWS))
+        more = (("estimator", self.estimator, ESTIMATORS), ("severity", self.severity, SEVERITIES))
+        for name, value, allowed in (*known, *more):
+            if value is not None and value not in allowed:
+                raise UnknownName(name, value, allowed)
+        if self.place_layers < 0:
+            raise InputError(f"place layers = {self.place_layers}: must be 1 or more, or 0 for never")
+        if not 0.0 <= self.place_sigma <= 1.0:
+            raise InputError(f"place sigma = {self.place_sigma:g} m: must be from 0 to 1 m")
+        if not (self.place_every == 0.0 or _LEAST_EVERY <= self.place_every < math.inf):
+            raise InputError(f"place every = {self.place_every:g} s: must be {_LEAST_EVERY:g} s or more, or 0: never")
+        if not 1 <= self.place_stops <= _MOST_STOPS:
+            raise InputError(f"place stops = {self.place_stops}: must be from 1 to {_MOST_STOPS}")
+
+
+@dataclass(frozen=True, eq=False)
+class MachineTwin:
+    """A machine to be simulated, and the path and options of its print."""
+
+    robot: Robot
+    job: Job
+    settings: TwinSettings
+    choices: PrintOptions
+    estimator: str
+    path: TimedPath
+    notes: tuple[str, ...]  # what it does not lay as the job says
+
+
+def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
+    """Combine robot, job and machine. *machine*: settings, a file, or a library name (default: the robot's name).
+
+    Raises `InputError` for a robot without a machine, a job or machine of another, layers that the job does not have.
+    """
+    if job.robot is not None and job.robot != robot.name:
+        raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
+    if machine is None:
+        if robot.name not in machine_names():
+            known = ", ".join(machine_names())
+            raise InputError(f"robot {robot.name!r}: has no machine of its own; give --machine FILE, or one of {known}")
+        machine = robot.name
+    given = whole_machine(machine)
+    if choices.severity is not None:
+        given = with_severity(given, choices.severity)
+    require_robot(given.owner, robot.name)
+    bead, differing = job.typical_bead()
+    owner = extruding(given.owner, bead, job.motion.print_speed)
+    settings = _fine(given.model_copy(update={"owner": owner}), robot)
+    if choices.plant == "quasi-static":
+        if not 1e-3 <= choices.period <= 60.0:
+            raise InputError(f"period = {choices.period:g} s: must be from 1 ms to 60 s")
+        settings = settings.with_simulation(quasi_static_period=choices.period)
+    require_fit(robot, job, owner, choices.law)
+    lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
+    path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot))  # a strand's path is the nozzle's
+    settings = _intruded(settings, choices, path.duration)
+    chosen = choices.estimator or _best_estimator(owner)
+    _require_places(choices, chosen, robot, owner)
+    return MachineTwin(
+        robot,
+        job,
+        settings,
+        choices,
+        chosen,
+        with_tour(path, owner, chosen),
+        () if owner.extrusion is None else differing,
+    )
+
+
+def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: MachineSettings) -> None:
+    """Raise `InputError` for places where they are of no use, and tensions without what measures them."""
+    measured = {"place layers": choices.place_layers, "place every": choices.place_every}
+    for name, often in measured.items():
+        if often and (chosen != "encoders" or robot.n == 6):
+            raise InputError(f"{name}: is for point platforms by encoders alone (--estimator encoders)")
+    for name, given in (
+        ("place tensions", choices.place_tensions),
+        ("place learn", choices.place_learn),
+        ("place stops", choices.place_stops > 1),
+    ):
+        if given and not any(measured.values()):
+            raise InputError(f"{name}: place layers or place every says when places are measured; both are 0")
+    if choices.place_tensions and choices.place_learn:
+        raise InputError("place tensions, place learn: what places teach is by places alone; give one of both")
+    irregular = owner.winch.radius_deviation
+    if choices.place_learn and irregular > MOST_IRREGULAR:
+        why = f"machine {owner.name!r}: cable that lies so irregularly on its drums, winch.radius_deviation ="
+        end = f"{irregular:g} m, teaches nothing that lasts: must be {MOST_IRREGULAR:g} m or less"
+        raise InputError(f"place learn: {why} {end}")
+    if choices.place_tensions and owner.tension_sensor is None:
+        raise InputError(f"place tensions: machine {owner.name!r} has neither load_cells nor motor_torques")
+
+
+def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
+    """Return the settings with cells of the material that are finer than the bead, as far as memory allows."""
+    extrusion, floor = settings.owner.extrusion, settings.simulation.room
+    if extrusion is None:
+        return settings
+    (x, y, _), (far_x, far_y, _) = robot.scene.frame_min, robot.scene.frame_max
+    finest = max(_FINEST_CELL, math.sqrt((far_x - x) * (far_y - y) / _MAX_CELLS))
+    cell = max(extrusion.bead.width / CELLS_PER_BEAD, finest)
+    return settings if cell >= floor.cell else settings.with_simulation(room=floor.model_copy(update={"cell": cell}))
+
+
+def _best_estimator(settings: MachineSettings) -> str:
+    """The best estimator for a machine's sensors: the filter, or encoders alone."""
+    if settings.body is not None:
+        return "encoders" if settings.tension_sensor is None else "filter"
+    if settings.sensor(LINE_ANGLES) is None or not {"north", "south"} & settings.lidars.keys():
+        return "encoders"
+    return "filter"
+
+
+def _intruded(settings: TwinSettings, choices: PrintOptions, duration: float) -> TwinSettings:
+    """Return the settings with interruptions of the light barrier at random times, by the seed."""
+    if not choices.intrusions:
+        return settings
+    if settings.owner.sensor(BARRIER) is None:
+        raise InputError(f"machine {settings.owner.name!r}: has no light barrier for {choices.intrusions} intrusions")
+    if not 0 < choices.intrusions <= _MAX_INTRUSIONS:
+        raise InputError(f"intrusions = {choices.intrusions}: must be from 0 to {_MAX_INTRUSIONS}")
+    begins = np.sort(np.random.default_rng([choices.seed, 8]).uniform(0.0, duration, choices.intrusions)).tolist()
+    times = tuple((begin, begin + _INTRUSION_TIME) for begin in begins)
+    flaws = settings.simulation.flaws(barrier.SIMULATED)
+    return settings.with_simulation(barrier=flaws.model_copy(update={"intrusions": (*flaws.intrusions, *times)}))
+
+
+def plan_print(twin: MachineTwin) -> PrintPlan:
+    """Return the plan.
+
+    Raises `AnswerError` where the path leaves the frame, lines cannot hold the platform, or those of a rigid one would
+    touch what was laid.
+    """
+    owner, simulation, choices = twin.settings.owner, twin.settings.simulation, twin.choices
+    period = owner.period if choices.plant == "dynamic" else simulation.quasi_static_period
+    plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height)
+    if twin.path.attitude is not None:
+        check_clear(Model(twin.robot), twin.job, choices.layers)
+    return replace(plan, notes=(*plan.notes, *twin.notes))

@@ -1,0 +1,301 @@
+"""A whole print on a simulated machine, in a run folder from which an interrupted print can be resumed.
+
+While it runs the folder holds ``manifest.json`` (what is printed), the log's segments, and ``checkpoint.bin``: machine
+and print at one time, at most half a second old. A resumed print starts with the machine as in the checkpoint,
+estimates the platform's position, returns to its place on the path and continues.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+
+from filelock import FileLock, Timeout
+
+from cablewright.control.guide import TimedPath
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import EnvironmentFault, InputError
+from cablewright.foundation.file_output import cannot_write, is_unfinished, write_whole
+from cablewright.foundation.progress import Progress
+from cablewright.foundation.saving import write_snapshots
+from cablewright.foundation.signals import Estimate, PrintState, Scan, Truth
+from cablewright.live.estimators import Estimator, estimator
+from cablewright.live.prints import loop
+from cablewright.live.prints.attendant import attendant_of
+from cablewright.live.prints.loop import Printer, PrintPlan
+from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print
+from cablewright.live.prints.recorder import (
+    CHECKPOINT_INTERVAL,
+    FolderRecorder,
+    Timing,
+    checkpoint_of,
+    read_checkpoint,
+)
+from cablewright.live.prints.snapshot_writer import SnapshotWriter
+from cablewright.machine.interface import Machine
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.log.log import read_log, write_log
+from cablewright.machine.log.segments import FIRST_SEGMENT, JOINED_NAME, log_files, next_segment
+from cablewright.machine.paced import Paced
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.robot import Robot
+from cablewright.running.store import MANIFEST, manifest_of, read_manifest
+from cablewright.running.user_key import signature
+
+CHECKPOINT: Final = "checkpoint.bin"
+LOCK: Final = "lock"
+
+_BEGUN_LOG: Final = 1024  # bytes; the head of a log has more, so that a smaller one holds no step
+
+
+@dataclass(eq=False)
+class PrintRun:
+    """A print that has ended, with its ``state`` and ``reason``."""
+
+    folder: Path
+    machine: Machine
+    printer: Printer
+    timing: Timing
+    steps: int = 0
+
+    @property
+    def finished(self) -> bool:
+        """Whether the end of the path was reached."""
+        return self.printer.finished
+
+    @property
+    def state(self) -> PrintState:
+        """Present state."""
+        return self.printer.supervisor.state
+
+    @property
+    def status(self) -> str:
+        """``finished``, or the present state."""
+        return "finished" if self.finished else self.state.value
+
+    @property
+    def reason(self) -> str:
+        """Reason for the present state."""
+        return self.printer.supervisor.reason
+
+
+def run_print(
+    twin: MachineTwin,
+    folder: Path,
+    inputs: Mapping[str, str],
+    options: Mapping[str, object],
+    *,
+    resume: bool = False,
+    restart: bool = False,
+    real_time: bool = False,
+    progress: Progress | None = None,
+) -> PrintRun:
+    """Print until the end of the path or until the machine stops; the print in *folder* can be resumed.
+
+    *inputs* and *options* identify the print, see `store.manifest_of`; with *resume* they must be those of the print in
+    *folder*, and with *restart* too, which prints it again from the beginning. With *real_time* each step waits for its
+    time, partly in a busy loop, which needs a core of its own.
+
+    Raises `InputError` for a folder that holds something else, or nothing to resume, or has lost its checkpoint or its
+    log, so that nobody knows what is laid or was measured; `AnswerError` for a path that cannot be printed;
+    `EnvironmentFault` where the folder cannot be written: the print can then be resumed.
+    """
+    manifest, option = manifest_of("print", inputs, options), "--restart" if restart else "--resume" if resume else ""
+    require_folder(folder, manifest, option)
+    signature(b"")  # a key that cannot be had is said before the work
+    plan = plan_print(twin)
+    begun = None if resume and not restart else begin_print(twin, plan)  # a print that is refused leaves no folder
+    if begun is not None and not restart:
+        make_folder(folder)
+    with alone_in(folder):
+        require_folder(folder, manifest, option)  # again: another program may have begun a print here meanwhile
+        if restart:
+            clear_folder(folder)
+        if begun is not None:
+            write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
+        machine, printer = begun or _taken_up(twin, plan, folder)
+        run = PrintRun(folder, machine, printer, Timing(machine.period))
+        if not run.finished:
+            plant, seed, simulation = twin.choices.plant, twin.choices.seed, machine.simulation
+            begin = twin.path.start_pose
+            head = LogHead(
+                started(twin.robot, twin.path),
+                machine.settings,
+                machine.period,
+                simulation=simulation,
+                plant=plant,
+                seed=seed,
+                epoch=log_epoch(folder, real_time),
+                home=tuple(begin.tolist()) if len(begin) == 6 else None,
+            )
+            path = next_segment(folder)
+            if begun is not None:  # before anything is laid, so that a log never stands alone
+                write_snapshots(folder / CHECKPOINT, checkpoint_of(printer), sign=signature)
+            with (
+                write_log(path, head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic) as log,
+                SnapshotWriter(folder / CHECKPOINT, signature) as writer,
+            ):
+                _run(run, twin.choices, FolderRecorder(log, writer, run.timing, progress), real_time)
+        return run
+
+
+def log_epoch(folder: Path, real_time: bool) -> datetime | None:
+    """Return the UTC of time 0 of a print: that of the log in *folder*, or now for one that begins in real time.
+
+    None for a print that waits for no time: its log is a function of its input.
+    """
+    if any(folder.glob("log*.mcap")):
+        with suppress(InputError), read_log(folder) as log:  # one that was never flushed has no head
+            return log.head.epoch
+    return datetime.now(UTC).replace(microsecond=0) if real_time else None
+
+
+def _run(run: PrintRun, choices: PrintOptions, recorder: FolderRecorder, real_time: bool) -> None:
+    """Run steps until the print ends, with a simulated attendant."""
+    machine, printer = run.machine, run.printer
+    assert isinstance(machine, SimulatedMachine)
+    paced = Paced(machine) if real_time else None
+    if paced is not None:
+        printer.machine, run.timing.lateness = paced, paced.lateness
+    attendant = attendant_of(machine, printer, choices)
+    gc.freeze()  # objects that live as long as the print need not be traversed again
+    if real_time:
+        gc.disable()  # the loop collects between steps
+    try:
+        run.steps = loop.run(printer, attendant, recorder)
+    finally:
+        gc.enable()
+        gc.unfreeze()
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Hold the lock of *folder*, which the system releases when the program ends, even if it is killed.
+
+    Raises `EnvironmentFault` where another program holds the lock, or where it cannot be made: a link is not followed.
+    """
+    lock = FileLock(folder / LOCK, blocking=False, fallback_to_soft=False)  # a soft lock outlives a killed program
+    try:
+        lock.acquire()
+    except Timeout:
+        raise EnvironmentFault(f"{folder}: another program works in this folder") from None
+    except OSError as reason:
+        raise cannot_write(folder / LOCK, reason) from None
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def started(robot: Robot, path: TimedPath) -> Robot:
+    """Return *robot* with the retraction with which *path* begins."""
+    length = path.start_retraction
+    return robot if math.isnan(length) else robot.retracted(length)
+
+
+def begin_print(twin: MachineTwin, plan: PrintPlan) -> tuple[SimulatedMachine, Printer]:
+    """Return machine and print at the start of the path."""
+    choices, begin, robot = twin.choices, twin.path.start_pose, started(twin.robot, twin.path)
+    machine = SimulatedMachine(robot, twin.settings, begin, seed=choices.seed, plant=choices.plant)
+    return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time)
+
+
+def _taken_up(twin: MachineTwin, plan: PrintPlan, folder: Path) -> tuple[SimulatedMachine, Printer]:
+    """Machine and print from the checkpoint, or at the start of the path if nothing was laid yet."""
+    path, choices = folder / CHECKPOINT, twin.choices
+    if not path.exists():
+        done = _logged_distance(folder)
+        if done > 0.0:
+            why = f"the checkpoint is missing, and the log shows that {done:.2f} m of the path were printed"
+            raise InputError(f"--resume: {folder}: {why}: put {CHECKPOINT} back, or --restart to print all again")
+        return begin_print(twin, plan)
+    found = read_checkpoint(path)
+    if "machine" not in found:
+        raise InputError(f"{path}: holds no machine and print")
+    machine = SimulatedMachine.resumed(
+        started(twin.robot, twin.path), twin.settings, found["machine"], seed=choices.seed, plant=choices.plant
+    )
+    if machine.time > 0.0 and not _has_log(folder):
+        why = f"the log is missing, without which nobody knows what was printed until {CHECKPOINT}"
+        raise InputError(f"--resume: {folder}: {why}: put it back, or --restart to print all again")
+    return machine, Printer(plan, machine, _maker(twin, machine), now=machine.time, saved=found)
+
+
+def _has_log(folder: Path) -> bool:
+    """Whether the folder holds a part of a log."""
+    return next_segment(folder).name != FIRST_SEGMENT or (folder / JOINED_NAME).exists()
+
+
+def _logged_distance(folder: Path) -> float:
+    """The path length, m, that the log of *folder* shows as printed; 0 without one, or before its first flush.
+
+    Raises `InputError` for one that cannot be read.
+    """
+    if not _has_log(folder) or sum(file.stat().st_size for file in log_files(folder)) < _BEGUN_LOG:
+        return 0.0
+    try:
+        with read_log(folder) as log:
+            known = (each.progress for each in log.entries(without={Scan, Truth, Estimate}))
+            return max((each.distance for each in known if each is not None), default=0.0)
+    except InputError as error:
+        raise InputError(f"--resume: the checkpoint is missing, and {error}; --restart prints all again") from None
+
+
+def _maker(twin: MachineTwin, machine: SimulatedMachine) -> Callable[[Array, Array], Estimator]:
+    """Return what makes the print's estimator, from a place and the radii of the drums."""
+    robot, choices = started(twin.robot, twin.path), twin.choices
+    sigma = choices.place_sigma if choices.place_learn else None
+    return lambda place, radii: estimator(
+        twin.estimator, robot, machine.settings, place, choices.lasers, radii, place_sigma=sigma
+    )
+
+
+def require_folder(folder: Path, manifest: Mapping[str, Any], option: str) -> None:
+    """Raise `InputError` unless *folder* may hold a new print, or with an *option* holds the print that it is for."""
+    if option:
+        kept = read_manifest(folder)
+        if kept is None or kept["command"] != "print":
+            raise InputError(f"{option}: {folder} holds no print")
+        for key in manifest.keys() - {"cablewright"}:
+            if kept.get(key) != manifest[key]:
+                raise InputError(f"{option}: {folder} holds a print of another {_difference(key, kept, manifest)}")
+        return
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--out = {folder}: is no folder")
+    if folder.is_dir() and any(each.name != LOCK and not is_unfinished(each) for each in folder.iterdir()):
+        raise InputError(f"--out = {folder}: holds a run or something else already; --resume, or another folder")
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder of a new print, if it is not there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as reason:
+        raise cannot_write(folder, reason) from None
+
+
+def clear_folder(folder: Path) -> None:
+    """Remove checkpoint and log of an earlier print, so that nobody resumes it or takes them for those of the new."""
+    try:
+        (folder / CHECKPOINT).unlink(missing_ok=True)  # first: a log without it is refused by --resume
+        for file in log_files(folder) if _has_log(folder) else ():
+            file.unlink()
+    except OSError as reason:
+        raise cannot_write(folder, reason) from None
+
+
+def _difference(key: str, kept: Mapping[str, Any], requested: Mapping[str, Any]) -> str:
+    """Describe the first difference in *key* of two manifests, or of two tables in them."""
+    old, new = kept.get(key), requested.get(key)
+    if isinstance(old, dict) and isinstance(new, dict):
+        other = [k for k in old.keys() | new.keys() if old.get(k) != new.get(k)]
+        return _difference(min(other, key=lambda k: (isinstance(old.get(k), dict), k)), old, new)  # options first
+    return f"{key}: {str(old)[:60]}, requested: {str(new)[:60]}"

@@ -1,0 +1,131 @@
+"""Steps of a print as rows of a structured array, from a log's entries, for the record of the print."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cablewright.foundation.arrays import Mask
+from cablewright.foundation.signals import Barrier, Climate, Encoders, LineAngles, PrintState
+from cablewright.machine.log.log import Entry
+from cablewright.machine.powder_load import PowderLoad
+from cablewright.machine.settings import MachineSettings
+
+Rows = NDArray[np.void]
+"""Rows (k,) of `row_type`: ``rows["position"]`` is (k, 3), ``rows["time"]`` (k,), ``rows["excess"]`` (k, m)."""
+
+STATES: Final = tuple(PrintState)
+"""A row's ``state`` is an index into this."""
+
+ERRORS: Final = ("offset", "speed", "estimated_offset", "estimated_speed")
+"""Columns that the record adds: cross-track error, m, and speed along the path, m/s, true and estimated."""
+
+_SCALARS: Final = (
+    "time", "step", "state", "layer", "distance", "valid", "clearance", "powder", "left", "valve",
+    "temperature", "humidity", "broken", *ERRORS,
+)  # fmt: skip
+_VECTORS: Final = (
+    "target", "position", "velocity", "rotation", "true_position", "true_velocity", "true_rotation",
+)  # fmt: skip
+_LINES: Final = (
+    "excess", "slack", "lengths", "radii", "true_excess", "true_radii", "tensions", "measured", "turned",
+    "true_lengths", "taut", "estimated_tensions",
+)  # fmt: skip
+_OF_ESTIMATE: Final = ("position", "velocity", "rotation", "clearance", "excess", "lengths", "radii")
+_OF_TRUTH: Final = ("position", "velocity", "rotation", "excess", "lengths", "radii")
+
+
+def row_type(m: int) -> np.dtype[np.void]:
+    """Type of a row for *m* lines: scalars, vectors (3,) and values by line (m,), float64, SI. NaN: unknown.
+
+    ``step``: time since the last row. ``measured``: the lines' angles, and ``turned``: rotation of the winch drums by
+    their encoders (rad), positive paid out; both are the last readings. ``powder``: true mass in the drum, ``left``:
+    estimated by the valve's opening. ``broken``: of the light barrier. The record adds `ERRORS`, and for the rows that
+    it keeps ``taut``: angles of the lines if they were taut, and ``estimated_tensions``.
+    """
+    widths = dict.fromkeys(_SCALARS, ()) | dict.fromkeys(_VECTORS, (3,)) | dict.fromkeys(_LINES, (m,))
+    return np.dtype([(name, np.float64, width) for name, width in widths.items()])
+
+
+def in_state(rows: Rows, state: PrintState) -> Mask:
+    """Return which *rows* are in that *state*, (k,)."""
+    return np.asarray(rows["state"] == STATES.index(state))
+
+
+class StepsTable:
+    """Fills rows one by one; sensors' last readings are held."""
+
+    def __init__(self, m: int, settings: MachineSettings, period: float, capacity: int) -> None:
+        """For a robot of *m* lines that steps every *period* (s), *capacity* rows at a time."""
+        self._rows = np.full(capacity, np.nan, row_type(m))
+        self._held: np.void = np.full(1, np.nan, row_type(m))[0]  # a row with the last readings of sensors
+        self._count = 0
+        self._turn = 2.0 * np.pi / (settings.winch.counts * settings.winch.ratio)
+        self._last: float | None = None
+        self._period = period
+        self._full_powder, self._load = settings.carrier.powder, PowderLoad.of(settings.carrier)
+
+    @property
+    def left(self) -> float:
+        """Powder in the drum, kg, estimated; 0 of a machine that carries none."""
+        return self._full_powder - self._load.gone
+
+    @property
+    def full(self) -> bool:
+        """Whether `take` is due."""
+        return self._count == len(self._rows)
+
+    @property
+    def temperature(self) -> float:
+        """Degrees Celsius, last reading."""
+        return float(self._held["temperature"])
+
+    @property
+    def broken(self) -> bool:
+        """Whether the light barrier is interrupted, last reading."""
+        return bool(self._held["broken"] == 1.0)
+
+    def take(self) -> Rows:
+        """Return the rows and start again."""
+        taken, self._count = self._rows[: self._count].copy(), 0
+        return taken
+
+    def put(self, entry: Entry) -> None:
+        """Add one step."""
+        self._hold(entry)
+        self._rows[self._count] = self._held
+        row = self._rows[self._count]
+        self._count += 1
+        now, progress, estimate, truth = entry.frame.time, entry.progress, entry.estimate, entry.truth
+        row["time"] = now
+        row["step"] = self._period if self._last is None else now - self._last
+        self._last = now
+        if entry.command is not None:
+            row["valve"] = entry.command.valve
+        self._load.follow(entry.orders, entry.command, float(row["step"]))
+        row["left"] = self.left
+        if progress is not None:
+            row["state"] = STATES.index(progress.state)
+            row["layer"], row["distance"], row["target"] = progress.layer, progress.distance, progress.target
+        if estimate is not None:
+            for name in _OF_ESTIMATE:
+                row[name] = getattr(estimate, name)
+            row["valid"] = estimate.valid
+            row["slack"] = np.where(np.isfinite(estimate.excess), estimate.slack, np.nan)
+        if truth is not None:
+            for name in _OF_TRUTH:
+                row[f"true_{name}"] = getattr(truth, name)
+            row["tensions"], row["powder"] = truth.tensions, truth.powder
+
+    def _hold(self, entry: Entry) -> None:
+        for reading in entry.frame.readings:
+            if isinstance(reading, LineAngles):
+                self._held["measured"] = reading.angles
+            elif isinstance(reading, Encoders):
+                self._held["turned"] = reading.counts * self._turn
+            elif isinstance(reading, Climate):
+                self._held["temperature"], self._held["humidity"] = reading.temperature, reading.humidity
+            elif isinstance(reading, Barrier):
+                self._held["broken"] = reading.broken

@@ -1,0 +1,235 @@
+"""The control of a machine that people operate: sitting after sitting, whatever becomes of those who watch."""
+
+from __future__ import annotations
+
+import gc
+import json
+import logging
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from cablewright.foundation.errors import CablewrightError, EnvironmentFault, InputError, one_line
+from cablewright.foundation.file_output import write_whole
+from cablewright.live.prints import loop
+from cablewright.live.prints.loop import StepRecorder
+from cablewright.live.prints.recorder import CHECKPOINT_INTERVAL, FolderRecorder, Timing
+from cablewright.live.prints.run import CHECKPOINT, alone_in, make_folder
+from cablewright.live.prints.snapshot_writer import SnapshotWriter
+from cablewright.live.serve.events import Events
+from cablewright.live.serve.jobs import folder_of, load_served, read_check, subject_of
+from cablewright.live.serve.link import ControlLink
+from cablewright.live.serve.messages import LoadMessage
+from cablewright.live.serve.operator import PageOperator
+from cablewright.live.serve.station import Sitting, Station
+from cablewright.live.serve.telling import Telling, told_sitting, waiting_state
+from cablewright.machine.log.log import write_log
+from cablewright.machine.log.segments import FIRST_SEGMENT
+from cablewright.printing.job import Job
+from cablewright.running.store import MANIFEST, manifest_of
+from cablewright.running.user_key import signature
+
+JOBS: Final = "jobs"
+RUNS: Final = "runs"
+ORDERS: Final = "orders.jsonl"
+RUN: Final = "run.json"
+
+_MENDED: Final = "once that is mended, open the machine again"
+_AGAIN: Final = 0.2  # s between looks while no machine is open
+_BINS: Final = np.array([-np.inf, 0.0, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, np.inf])  # s late
+
+
+@dataclass(eq=False)
+class Control:
+    """Runs a station for those at the other end of the link. ``folder``: of jobs, runs and orders.
+
+    ``ready``: called once, when the machine of the first sitting is made.
+    """
+
+    station: Station
+    link: ControlLink
+    folder: Path
+    ends: Callable[[], bool]
+    ready: Callable[[], None] = lambda: None
+    number: int = 0  # of the sitting
+    _events: Events = field(init=False)
+    _begun: int = 0  # number of the last sitting in which the machine ran
+    _rejected: tuple[str, str] | None = None  # number of a job that it could not take up since the last sitting; why
+
+    def __post_init__(self) -> None:
+        """Raises `EnvironmentFault` where nothing can be written."""
+        for name in (JOBS, RUNS):
+            make_folder(self.folder / name)
+        self._events = Events.at(self.folder / ORDERS)
+
+    def close(self) -> None:
+        """Close the file of orders."""
+        self._events.close()
+
+    def run(self) -> None:
+        """Sit until `ends`. What goes wrong before the machine has run is raised, such as one that is not there."""
+        load: LoadMessage | None = None
+        while not self.ends():
+            try:
+                load = self._sit(load)
+            except (CablewrightError, ArithmeticError, np.linalg.LinAlgError, MemoryError, OSError) as error:
+                if not self._begun:
+                    raise
+                why = one_line(str(error) or "there is not enough memory for this")
+                broken = isinstance(error, EnvironmentFault | OSError)
+                why = f"{why}; {_MENDED}" if broken else why
+                self._events.tell("fault", why)
+                logging.getLogger("cablewright").warning("%s", why)
+                job = None if load is None else load.load
+                if job is not None and self._begun < self.number:
+                    self._rejected = job, why
+                load = self._wait(why) if broken or job is None else None
+
+    def _sit(self, load: LoadMessage | None) -> LoadMessage | None:
+        """One sitting; return what is taken up next."""
+        self.number += 1
+        wanted = None if load is None else load.load
+        told = "the job is being loaded" if wanted else "the machine is being opened"
+        self.link.state.write(waiting_state(self.number, told, self._events, opening=True))
+        job = self._job(load)
+        sitting = self.station.sitting(job)
+        if self.number == 1:
+            self.ready()
+        run = self._run_name(sitting) if job is not None else None
+        with ExitStack() as stack:
+            timing = Timing(sitting.printer.machine.period)
+            kept = (
+                None if run is None or wanted is None else stack.enter_context(self._kept(sitting, run, wanted, timing))
+            )
+
+            def ends() -> bool:
+                return self.ends() or telling.gives_up(sitting.printer)
+
+            operator = PageOperator(
+                self.link, self._events, job is not None, self._may_load, sitting.refill, ends, sitting.home_at
+            )
+            telling = Telling(self.link, sitting, operator, self._events, kept, self.number)
+            self.link.sitting.write(told_sitting(self.number, sitting, wanted, run, self._rejected))
+            self._rejected = None
+            if run is not None:
+                self._events.tell("run", f"run {run} begins")
+            for note in sitting.notes:
+                self._events.tell("notice", note)
+            self._refuse_all("the machine was closed")
+            if run is not None:
+                stack.callback(self._end, sitting, run, timing)
+            try:
+                with _without_collection():
+                    loop.run(sitting.printer, operator, telling)
+            finally:
+                self._begun = self.number if telling.begun else self._begun
+            if telling.lost is not None:
+                raise telling.lost
+        return operator.load
+
+    def _job(self, load: LoadMessage | None) -> Job | None:
+        if load is None or load.load is None:
+            return None
+        folder = folder_of(self.folder / JOBS, load.load)
+        if why := self._may_load(load, subject_of(folder, self.station.robot)):
+            raise InputError(f"load: {why}")
+        return load_served(folder, load.load)
+
+    def _may_load(self, load: LoadMessage, subject: str = "") -> str:
+        """Why a job may not be taken up; an empty text: it may. Its files must be those that were checked.
+
+        *subject*: of its files now; empty, while the machine is open: large files are not read then.
+        """
+        if load.load is None:
+            return ""
+        try:
+            folder = folder_of(self.folder / JOBS, load.load)
+            check = read_check(folder)
+            if check is None:
+                return "it was not checked yet"
+            return check.refusal(subject or check.subject, load.confirmed)
+        except InputError as error:
+            return str(error)
+
+    def _run_name(self, sitting: Sitting) -> str:
+        """A name that no run has, which sorts by time."""
+        assert sitting.job is not None
+        words = re.sub(r"[^a-z0-9]+", "-", sitting.job.name.lower()).strip("-")[:40] or "job"
+        stamp = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+        names = (f"{stamp}-{words}{f'-{k}' if k else ''}" for k in range(1000))
+        return next(name for name in names if not (self.folder / RUNS / name).exists())
+
+    @contextmanager
+    def _kept(self, sitting: Sitting, run: str, job: str, timing: Timing) -> Iterator[StepRecorder]:
+        """What keeps a run in its folder. Raises `EnvironmentFault`."""
+        folder = self.folder / RUNS / run
+        make_folder(folder)
+        inputs = {"job": job, "subject": subject_of(folder_of(self.folder / JOBS, job), self.station.robot)}
+        manifest = manifest_of("serve", inputs, {"machine": sitting.head.settings.model_dump(mode="json")})
+        write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
+        with (
+            alone_in(folder),
+            write_log(
+                folder / FIRST_SEGMENT, sitting.head, flush_every=CHECKPOINT_INTERVAL, clock=time.monotonic
+            ) as log,
+            SnapshotWriter(folder / CHECKPOINT, signature) as writer,
+        ):
+            yield FolderRecorder(log, writer, timing)
+
+    def _end(self, sitting: Sitting, run: str, timing: Timing) -> None:
+        """Keep how a run ended, for its report."""
+        supervised, late = sitting.printer.supervisor, np.array(sitting.lateness())
+        timing.lateness.extend(late.tolist())
+        status = "finished" if sitting.printer.finished else supervised.state.value
+        counts = np.histogram(late, _BINS)[0].tolist()
+        about = {
+            "status": status,
+            "reason": supervised.reason,
+            "steps": timing.statistics(),
+            "late_up_to": [None if not np.isfinite(each) else each for each in _BINS[1:].tolist()],
+            "late": counts,
+        }
+        self._events.tell("run", f"run {run} ends: {status}")
+        try:
+            write_whole(self.folder / RUNS / run / RUN, json.dumps(about).encode())
+        except EnvironmentFault as fault:  # whoever removed the folder has the rest
+            self._events.tell("fault", str(fault))
+
+    def _wait(self, why: str) -> LoadMessage | None:
+        """Wait with the machine closed until somebody asks for it again."""
+        while not self.ends():
+            self.link.state.write(waiting_state(self.number, why, self._events))
+            if (load := self._refuse_all("the machine is closed", but_load=True)) is not None:
+                return load
+            time.sleep(_AGAIN)
+        return None
+
+    def _refuse_all(self, why: str, *, but_load: bool = False) -> LoadMessage | None:
+        """Refuse the messages that have come while no machine was open; return the first that loads, if wanted."""
+        for message in self.link.messages():
+            loads = isinstance(message, LoadMessage) and but_load
+            refusal = self.link.untimely(message) if loads else why
+            self._events.answers.append((message.number, message.by, refusal))
+            if isinstance(message, LoadMessage) and not refusal:
+                return message
+        return None
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """The loop collects garbage between steps."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        gc.unfreeze()

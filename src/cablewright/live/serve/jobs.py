@@ -1,0 +1,107 @@
+"""Jobs that people send: each in a folder of its own, of which it can name no file but its own G-code.
+
+A folder has ``part.gcode`` or ``job.toml`` or both, and, once it was checked, ``check.json`` with the answer.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.file_output import write_whole
+from cablewright.foundation.toml_input import is_file, parse_table, read_bytes, require_schema
+from cablewright.foundation.validation import validated
+from cablewright.printing.job import Job
+from cablewright.robot import Robot
+
+GCODE: Final = "part.gcode"
+JOB: Final = "job.toml"
+CHECK: Final = "check.json"
+ABOUT: Final = "about.json"
+
+MAX_BYTES: Final = {GCODE: 64 << 20, JOB: 64 << 10}
+"""Largest size of each file that is taken."""
+
+_MAX_CHECK: Final = 1 << 20  # bytes
+_NUMBER: Final = re.compile(r"[0-9a-f]{16}")
+
+
+class JobCheck(BaseModel):
+    """What a check of a job has answered. ``subject`` identifies robot and files that it was about."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    subject: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+    answer: Literal["yes", "no", "failed"]
+    why: Annotated[str, Field(max_length=4000)]
+    has_report: bool = False
+
+    def refusal(self, subject: str, confirmed: str) -> str:
+        """Why the job may not be loaded; an empty text: it may. *confirmed*: the subject that a person has read of."""
+        if self.answer == "failed":
+            return f"its check did not come to an answer: {self.why}"
+        if self.subject != subject:
+            return "it was checked before its files or the robot changed: check it again"
+        if self.answer == "no" and confirmed != subject:
+            return f"its check said no, which nobody has confirmed: {self.why}"
+        return ""
+
+
+def folder_of(jobs: Path, number: str) -> Path:
+    """The folder of a job. Raises `InputError` for what is no number of one, or a link."""
+    folder = jobs / number
+    if not _NUMBER.fullmatch(number) or folder.is_symlink() or not folder.is_dir():
+        raise InputError("there is no such job")
+    return folder
+
+
+def load_served(folder: Path, name: str) -> Job:
+    """The job in *folder*; of G-code alone with the defaults. Its path is its own file, whatever its settings name.
+
+    Raises `InputError`: for settings that name another file too.
+    """
+    table: dict[str, object] = {"name": name}
+    origin = name
+    if is_file(folder / JOB):
+        table = parse_table(read_bytes(folder / JOB, MAX_BYTES[JOB], "job").decode("utf-8", "replace"), JOB)
+        require_schema(table, JOB)
+        origin = JOB
+    named = table.pop("gcode", None)
+    if named is not None and not _is_plain(named):
+        raise InputError(f"{JOB}: gcode = {str(named)[:80]!r}: names a path; the file that is sent with it is taken")
+    own = is_file(folder / GCODE)
+    if named is not None and not own:
+        raise InputError(f"{JOB}: gcode = {named!r}: no G-code was sent with it")
+    return validated(Job, table | ({"gcode": folder / GCODE} if own else {}), origin)
+
+
+def _is_plain(named: object) -> bool:
+    """Whether it is a file's name alone."""
+    return isinstance(named, str) and named not in ("", ".", "..") and not set(named) & set("/\\\0")
+
+
+def subject_of(folder: Path, robot: Robot) -> str:
+    """SHA-256 of the job's files and the robot: what a check is about. Raises `InputError`."""
+    whole = hashlib.sha256(robot.model_dump_json().encode())
+    for name, most in MAX_BYTES.items():
+        data = read_bytes(folder / name, most, name) if is_file(folder / name) else b""
+        whole.update(hashlib.sha256(data).digest())
+    return whole.hexdigest()
+
+
+def read_check(folder: Path) -> JobCheck | None:
+    """What the job's check answered; None where there is no answer yet."""
+    try:
+        return JobCheck.model_validate_json(read_bytes(folder / CHECK, _MAX_CHECK, "check"))
+    except (InputError, ValidationError):
+        return None
+
+
+def write_check(folder: Path, check: JobCheck) -> None:
+    """Keep an answer. Raises `EnvironmentFault`."""
+    write_whole(folder / CHECK, check.model_dump_json().encode())

@@ -1,0 +1,150 @@
+"""The two ends of what connects the control with the page's server: states one way, messages the other.
+
+Neither end ever waits for the other: states are replaced, messages that do not fit are refused at once. Stops have a
+channel of their own, so that no other message is before them.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Final
+
+from cablewright.control.orders import STOPS
+from cablewright.foundation.signals import ORDER_LIFE
+from cablewright.live.serve.latest import Latest, shared
+from cablewright.live.serve.messages import MAX_MESSAGE, ChannelName, Message, OrderMessage, parsed
+
+STATE_SIZE: Final = 4 << 20
+"""Bytes of the state and its topics."""
+
+SITTING_SIZE: Final = 2 << 20
+"""Bytes of what is fixed for a sitting."""
+
+LEASE: Final = struct.Struct("=Qd")
+"""Number of the lease, and when the server told it, s of the monotonic clock."""
+
+_MOST: Final = 32  # messages of a channel that are taken in one step
+
+
+@dataclass(eq=False)
+class ControlLink:
+    """The control's end. ``state``, ``sitting``: what it reports; ``told_lease``: by the server.
+
+    It outlives the servers at its other end.
+    """
+
+    state: Latest
+    sitting: Latest
+    told_lease: Latest
+    _orders: socket.socket | None = None
+    _stops: socket.socket | None = None
+    clock: Callable[[], float] = time.monotonic  # that of the server
+    _stopped: float = 0.0  # s, when the server received the latest order to stop or pause
+
+    @classmethod
+    def new(cls) -> ControlLink:
+        """Without a server yet."""
+        return cls(shared(STATE_SIZE), shared(SITTING_SIZE), shared(LEASE.size))
+
+    def connect(self) -> tuple[socket.socket, socket.socket]:
+        """The server's ends of new channels for orders and stops; what is in the old ones is dropped, and the lease."""
+        self.told_lease.write(LEASE.pack(0, 0.0))
+        ours, theirs = zip(*(socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM) for _ in range(2)), strict=True)
+        for each in ours:
+            each.setblocking(False)
+        old = self._orders, self._stops
+        self._stops, self._orders = ours[1], ours[0]
+        for channel in old:
+            if channel is not None:
+                channel.close()
+        return theirs[0], theirs[1]
+
+    def close(self) -> None:
+        """Give all of it back."""
+        for channel in (self._orders, self._stops):
+            if channel is not None:
+                channel.close()
+        for memory in (self.state, self.sitting, self.told_lease):
+            memory.close()
+
+    @property
+    def lease(self) -> int:
+        """Number of the lease under which somebody operates; 0: nobody does, or the server does not say so any more."""
+        _, data = self.told_lease.read()
+        number, time_told = LEASE.unpack(data) if data else (0, 0.0)
+        return int(number) if self.clock() - time_told <= ORDER_LIFE else 0
+
+    def age(self, message: Message) -> float:
+        """How long ago the server received a message, s, not under 0."""
+        return max(0.0, self.clock() - message.at)
+
+    def untimely(self, message: Message) -> str:
+        """Why a message is obeyed no more: a stop overtook it, its lease has ended, or it is old; or an empty text.
+
+        How old an order is, the loop judges by the machine's clock.
+        """
+        if message.at < self._stopped:
+            return "it was ordered before the last stop"
+        if not message.lease or message.lease != self.lease:
+            return f"{message.by} does not operate the machine any more"
+        old = 0.0 if isinstance(message, OrderMessage) else self.age(message)
+        return f"it was ordered {old:.1f} s ago; at most {ORDER_LIFE:g} s are allowed" if old > ORDER_LIFE else ""
+
+    def messages(self) -> Iterator[Message]:
+        """The messages that have arrived, stops first; what is no message is left out."""
+        for channel in (self._stops, self._orders):
+            for _ in range(_MOST if channel is not None else 0):
+                assert channel is not None
+                try:
+                    data = channel.recv(MAX_MESSAGE)
+                except OSError:  # nothing is there, or the server has gone
+                    break
+                message = parsed(data)
+                if isinstance(message, OrderMessage) and message.kind in STOPS:
+                    self._stopped = max(self._stopped, message.at)
+                if message is not None:
+                    yield message
+
+
+@dataclass(eq=False)
+class ServerLink:
+    """The server's end, on files and sockets that it inherited."""
+
+    state: Latest
+    sitting: Latest
+    lease: Latest
+    _orders: socket.socket
+    _stops: socket.socket
+    clock: Callable[[], float] = time.monotonic
+
+    @classmethod
+    def of(cls, state: int, sitting: int, lease: int, orders: int, stops: int) -> ServerLink:
+        """By the numbers of the files."""
+        ends = [socket.socket(fileno=number) for number in (orders, stops)]
+        for each in ends:
+            each.setblocking(False)
+        memories = Latest(state, STATE_SIZE), Latest(sitting, SITTING_SIZE), Latest(lease, LEASE.size)
+        return cls(*memories, ends[0], ends[1])
+
+    def close(self) -> None:
+        """Give all of it back."""
+        for each in (self._orders, self._stops):
+            each.close()
+        for memory in (self.state, self.sitting, self.lease):
+            memory.close()
+
+    def tell_lease(self, number: int) -> None:
+        """Say under which lease somebody operates now; 0: nobody does. It holds for `ORDER_LIFE`."""
+        self.lease.write(LEASE.pack(number, self.clock()))
+
+    def send(self, message: Message, channel: ChannelName = "orders") -> bool:
+        """Send a message; whether the control can take it now."""
+        data = message.model_dump_json().encode()
+        with suppress(OSError):
+            return (self._stops if channel == "stops" else self._orders).send(data) == len(data)
+        return False

@@ -1,0 +1,145 @@
+"""Whoever gives orders from the page: messages become orders of the loop, and answers go back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from cablewright.control.manual import LEASE
+from cablewright.control.orders import CALMING
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.signals import Order, OrderKind, PrintState
+from cablewright.live.prints.loop import Printer
+from cablewright.live.serve.events import Events
+from cablewright.live.serve.link import ControlLink
+from cablewright.live.serve.messages import LoadMessage, OrderMessage
+
+_NOBODY: Final = "the control: nobody operates any more"
+_HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
+_AT_REST: Final = (
+    PrintState.FAULT,
+    PrintState.OFF,
+    PrintState.IDLE,
+    PrintState.PAUSED,
+    PrintState.STOPPED,
+    PrintState.REFILLING,
+)
+
+
+@dataclass(eq=False)
+class PageOperator:
+    """An `Operator`. ``may_load``: why a job may not be taken up, or an empty text. ``ends``: whether all ends."""
+
+    link: ControlLink
+    events: Events
+    has_job: bool
+    may_load: Callable[[LoadMessage], str]
+    refill: Callable[[], None]
+    ends: Callable[[], bool]
+    home_at: Callable[[Array | None], None] = lambda _place: None
+    load: LoadMessage | None = None  # taken up next
+    _lease: int = field(default=0, repr=False)  # under which somebody operates
+    _waiting: list[tuple[int, str]] = field(default_factory=list, repr=False)
+    _jog: tuple[str, float, int] | None = field(default=None, repr=False)  # who, last time, how often
+
+    @property
+    def jogged(self) -> float | None:
+        """Machine time of the last lease of a jog that goes on, s; None: nobody jogs."""
+        return None if self._jog is None else self._jog[1]
+
+    def orders(self, printer: Printer, now: float) -> tuple[Order, ...]:
+        """As `Operator`."""
+        given = self._withdrawal(printer, now)
+        for message in self.link.messages():
+            if isinstance(message, LoadMessage):
+                refusal = self.link.untimely(message) or self._loaded(printer, message)
+                self._answer(message.number, message.by, "load", refusal)
+            elif (why := self._refusal(printer, message)) is not None:
+                self._answer(message.number, message.by, message.kind.value, why)
+            else:
+                self._waiting.append((message.number, message.kind.value))
+                given.append(Order(message.kind, message.by, now - self.link.age(message), message.arguments))
+        return tuple(given)
+
+    def is_over(self, printer: Printer) -> bool:
+        """As `Operator`: another job is taken up, this one is printed, or all ends."""
+        return self.load is not None or (self.has_job and printer.finished) or self.ends()
+
+    def answered(self, printer: Printer, orders: tuple[Order, ...], now: float) -> None:
+        """Take note of what became of the orders of a step."""
+        waiting, self._waiting = self._waiting, []
+        for (number, _), order in zip(waiting, orders, strict=True):
+            if order.kind is OrderKind.JOG and not order.refusal:
+                self._note_jog(order.by, now)
+                continue
+            if order.kind is OrderKind.REFILLED and not order.refusal:
+                self.refill()
+            self._answer(number, order.by, order.kind.value, order.refusal, dict(order.arguments))
+        if self._jog is not None and now - self._jog[1] > LEASE:
+            by, _, times = self._jog
+            self._jog = None
+            self._keep(by, "jog", "", {}, f"ended after {times} leases; {printer.supervisor.state}")
+
+    def _withdrawal(self, printer: Printer, now: float) -> list[Order]:
+        """Orders to end what moves by hand or by a procedure, or waits to go on, once its lease has ended."""
+        before, self._lease = self._lease, self.link.lease
+        supervised = printer.supervisor
+        if self._lease == before or not (supervised.resume_ordered or supervised.state in _HANDLED):
+            return []
+        kind = OrderKind.PAUSE if supervised.resume_ordered else OrderKind.STOP
+        self._waiting.append((0, kind.value))
+        return [Order(kind, _NOBODY, now)]
+
+    def _refusal(self, printer: Printer, message: OrderMessage) -> str | None:
+        """Why an order does not reach the loop; None: it does."""
+        if message.kind not in CALMING and (why := self.link.untimely(message)):
+            return f"{message.kind}: {why}"
+        if message.kind is OrderKind.START and not self.has_job:
+            return "start: no job is loaded"
+        if message.kind is OrderKind.HOME and printer.supervisor.state is PrintState.IDLE:
+            return self._homes(printer, message.arguments.get("place"))
+        return None
+
+    def _homes(self, printer: Printer, place: tuple[float, ...] | None) -> str | None:
+        """Take a measured place for homing; why not, or None."""
+        plan = printer.plan.manual
+        if place is not None:
+            if len(place) != 3:
+                return f"home: place = {place}: three numbers are expected, m"
+            for axis, low, at, high in zip("xyz", plan.min_position, place, plan.max_position, strict=True):
+                if not low <= at <= high:
+                    return f"home: {axis} = {at:g} m is outside {low:g} to {high:g} m"
+        self.home_at(None if place is None else np.array(place))
+        return None
+
+    def _loaded(self, printer: Printer, message: LoadMessage) -> str:
+        state = printer.supervisor.state
+        if state not in _AT_REST or printer.command.winch_speeds.any():
+            return f"load: the machine is not at rest, its state is {state}"
+        if message.load is not None and (why := self.may_load(message)):
+            return f"load: {why}"
+        self.load = message
+        return ""
+
+    def _note_jog(self, by: str, now: float) -> None:
+        if self._jog is None:
+            self._keep(by, "jog", "", {}, "begins")
+            self.events.tell("order", f"jog by {by}")
+        times = 1 if self._jog is None else self._jog[2] + 1
+        self._jog = (by, now, times)
+
+    def _answer(self, number: int, by: str, what: str, why: str, arguments: dict[str, Any] | None = None) -> None:
+        self.events.answers.append((number, by, why))
+        if not (what == "jog" and why and self._same_refusal(why)):
+            self._keep(by, what, why, arguments or {})
+        self.events.tell("refusal" if why else "order", f"{why} (asked by {by})" if why else f"{what} by {by}")
+
+    def _same_refusal(self, why: str) -> bool:
+        return bool(self.events.told) and why in self.events.told[-1][3]
+
+    def _keep(self, by: str, what: str, why: str, arguments: dict[str, Any], note: str = "") -> None:
+        kept = {"by": by, "order": what, "arguments": arguments, "refusal": why, "note": note}
+        self.events.keep({key: value for key, value in kept.items() if value})

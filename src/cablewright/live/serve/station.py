@@ -1,0 +1,181 @@
+"""Machines that can be operated: simulated ones at the pace of the clock, and those on drives.
+
+A sitting is one run of the control loop: with a job to be printed, or without, to take up, home and move by hand.
+Each begins in a fault with brakes closed, as `cablewright.live.prints.loop.Printer` does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final, Protocol
+
+import numpy as np
+
+from cablewright.control.guide import TimedPath
+from cablewright.control.procedure import Procedure
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import PrintState
+from cablewright.live.drives.session import RealMachine, taking_up
+from cablewright.live.estimators import estimator
+from cablewright.live.prints.loop import Printer
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.live.rest_pose import rest_pose
+from cablewright.machine.drives.bus import Port
+from cablewright.machine.log.head import LogHead
+from cablewright.machine.paced import Paced
+from cablewright.machine.settings import MachineSettings, extruding
+from cablewright.machine.simulated.settings import TwinSettings
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.printing.job import Job, Motion
+from cablewright.printing.numeric_path import Helix
+from cablewright.robot import Robot
+
+_SMALL: Final = 0.01  # m, radius of the path of a sitting that prints nothing
+_BY_HAND: Final = Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2)  # m/s, m/s^2
+
+
+@dataclass(eq=False)
+class Sitting:
+    """One run of the loop.
+
+    ``refill``: fills the drum where the machine is simulated. ``lateness``: s, of its steps. ``notes``: what whoever
+    starts it has to know of the machine.
+    """
+
+    printer: Printer
+    path: TimedPath
+    head: LogHead
+    job: Job | None
+    refill: Callable[[], None] = lambda: None
+    lateness: Callable[[], list[float]] = list
+    home_at: Callable[[Array | None], None] = lambda _place: None
+    """Takes where a person has measured the platform, (3,) m, before an order to home; None: nobody has."""
+
+    notes: tuple[str, ...] = ()
+
+    @property
+    def procedures(self) -> tuple[str, ...]:
+        """States of the procedures that it has."""
+        return tuple(state.value for state in self.printer.plan.procedures)
+
+
+class Station(Protocol):
+    """A machine that can be operated."""
+
+    robot: Robot
+
+    def sitting(self, job: Job | None) -> Sitting:
+        """Begin a sitting, from where the last one ended.
+
+        Raises `InputError` and `AnswerError` for a job that it cannot print, `EnvironmentFault` for a machine that is
+        not there.
+        """
+
+
+def still_job(robot: Robot, place: Array) -> Job:
+    """A small circle about *place* (3,), m, that nobody is going to print: a loop needs a path."""
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    x, y, z = np.clip(place, low + 2.0 * _SMALL, high - 2.0 * _SMALL).tolist()
+    helix = Helix(radius=_SMALL, layers=1, layer_height=0.001, first_height=0.002)
+    return Job(name="by hand", origin=(x, y, z - 0.002), helix=helix, motion=_BY_HAND)
+
+
+def resting_place(robot: Robot) -> Array:
+    """Where the platform of a simulated machine begins, (3,) m."""
+    return np.array(rest_pose(robot).equilibrium.pose[:3])
+
+
+@dataclass(eq=False)
+class SimulatedStation:
+    """A simulated machine. It is made anew for each sitting, with a full drum, where the platform was left."""
+
+    robot: Robot
+    settings: TwinSettings
+    seed: int
+    place: Array  # (3,) m, where it is
+    told: Array | None = None  # (3,) m, where the last sitting knew it; None: there
+    _last: tuple[SimulatedMachine, Printer] | None = field(default=None, repr=False)
+
+    def sitting(self, job: Job | None) -> Sitting:
+        """As `Station`."""
+        if self._last is not None:
+            machine, printer = self._last
+            self.place, self.told = machine.truth.position.copy(), printer.last_pose[:3].copy()
+        begin = self.place if self.told is None else self.told
+        drum = self.settings.owner.point_drum
+        lift = 0.0 if self.settings.owner.extrusion is None else drum.valve
+        wanted = still_job(self.robot, begin - [0.0, 0.0, lift]) if job is None else job
+        twin = twin_of(self.robot, wanted, self.settings, PrintOptions(seed=self.seed))
+        plan = plan_print(twin)
+        machine = SimulatedMachine(self.robot, twin.settings, self.place, seed=self.seed)
+        paced = Paced(machine)
+        printer = Printer(
+            plan, paced, lambda _place, radii: estimator(twin.estimator, self.robot, machine.settings, begin, (), radii)
+        )
+        printer.last_pose[:3] = begin
+        self._last = machine, printer
+        head = LogHead(
+            self.robot,
+            machine.settings,
+            machine.period,
+            simulation=machine.simulation,
+            plant="dynamic",
+            seed=self.seed,
+            epoch=datetime.now(UTC).replace(microsecond=0),
+        )
+
+        def refill() -> None:
+            machine.refill(min(plan.powder, drum.capacity))
+            printer.refilled()
+
+        return Sitting(printer, twin.path, head, job, refill, lambda: list(paced.lateness))
+
+
+@dataclass(eq=False)
+class DriveStation:
+    """A machine on drives. ``state``: path without suffix of its counts and lengths. ``port``: of a bus in here."""
+
+    robot: Robot
+    settings: MachineSettings
+    state: Path
+    port: Callable[[], Port] | None = None
+    begin: Array | None = None  # (3,) m, roughly where the platform is if nothing is saved
+
+    def sitting(self, job: Job | None) -> Sitting:
+        """As `Station`."""
+        if job is not None and job.robot not in (None, self.robot.name):
+            raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
+        owner = (
+            self.settings if job is None else extruding(self.settings, job.typical_bead()[0], job.motion.print_speed)
+        )
+        machine = RealMachine.of(self.robot, owner, self.state, self.port)
+        near = machine.keeper.position
+        if near is None:
+            near = resting_place(self.robot) if self.begin is None else self.begin
+        wanted = still_job(self.robot, near) if job is None else job
+        lift = owner.point_drum.valve if job is not None and owner.extrusion is not None else 0.0
+        path = TimedPath.of(wanted, None, lift)
+        homing = machine.homing(near)
+        procedures: dict[PrintState, Procedure] = {
+            PrintState.TENSIONING: taking_up(machine),
+            PrintState.HOMING: homing,
+        }
+
+        def home_at(place: Array | None) -> None:
+            homing.settings = replace(homing.settings, place=place)
+
+        paced = Paced(machine.machine)
+        if self.port is not None:  # virtual time
+            machine.machine = paced  # type: ignore[assignment]
+        printer = machine.printer(path, "model", procedures)
+        if job is not None:
+            machine.reckon_powder(printer)
+        epoch = datetime.now(UTC).replace(microsecond=0)
+        head = LogHead(self.robot, owner, owner.period, kind="real", epoch=epoch)
+        assert owner.drives is not None
+        notes = () if job is None else owner.drives.valve_notes
+        return Sitting(printer, path, head, job, lateness=lambda: list(paced.lateness), home_at=home_at, notes=notes)

@@ -1,0 +1,42 @@
+"""Executors: who computes chunks. The one here computes them in this program, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Protocol
+
+from cablewright.running.executors.task import Chunk, Computed, run_chunk
+
+
+class Executor(Protocol):
+    """Computes chunks, of which it takes the next when somebody has nothing to do."""
+
+    @property
+    def workers(self) -> int:
+        """How many chunks are computed at once."""
+        ...
+
+    def run(self, chunks: Iterable[Chunk]) -> Iterator[Computed]:
+        """Yield each chunk as it is done, in any order. A chunk whose worker dies again and again has failed.
+
+        Raises `EnvironmentFault` where nobody can compute.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the workers that were started here."""
+        ...
+
+
+class Serial:
+    """Computes in this program, with all threads."""
+
+    workers = 1
+
+    def run(self, chunks: Iterable[Chunk]) -> Iterator[Computed]:
+        """Yield each chunk as it is done."""
+        for chunk in chunks:
+            yield run_chunk(chunk, threads=None)
+
+    def close(self) -> None:
+        """Nobody was started."""
