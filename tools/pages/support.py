@@ -10,7 +10,7 @@ from pathlib import Path
 
 from cablewright.models.support import FEATURES, SUPPORT, Capability
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "support.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "support.md"
 HEAD = """# What works with what
 
 `cablewright robots NAME --support` answers for one robot, of the library or a file: it prints the verdict of each
