@@ -80,12 +80,12 @@ import json
 from pathlib import Path
 
 from cablewright.exchange.completion import chosen_cable, frame_of
-from cablewright.exchange.translation import Feature, ImportedRobot
+from cablewright.exchange.translation import ImportedRobot, Mapped
 from cablewright.robot import Robot
 from cablewright.foundation.toml_input import read_bytes
 from cablewright.foundation.validation import validated
 
-CARRIED = (Feature("points", "lines.exit_point", "eyelets"),)
+CARRIED = (Mapped("points", "lines.exit_point", "eyelets"),)
 
 
 def read_points(path: Path, cable: str | None = None) -> ImportedRobot:
@@ -101,7 +101,9 @@ def read_points(path: Path, cable: str | None = None) -> ImportedRobot:
     return ImportedRobot(validated(Robot, table, str(path)), "points", (), ("platform.mass = 1 kg",))
 ''',
     )
-    copy.edit("choices.py", ('ReadFormatName = Literal["wirex", ', 'ReadFormatName = Literal["points", "wirex", '))
+    copy.edit(
+        "foundation/choices.py", ('ReadFormatName = Literal["wirex", ', 'ReadFormatName = Literal["points", "wirex", ')
+    )
     copy.edit(
         "exchange/formats.py",
         (
@@ -142,17 +144,18 @@ def exit_list(robot: Robot) -> ExportedFile:
 ''',
     )
     copy.edit(
-        "choices.py", ('WrittenFormatName = Literal["wirex", ', 'WrittenFormatName = Literal["exit-list", "wirex", ')
+        "foundation/choices.py",
+        ('WrittenFormatName = Literal["wirex", ', 'WrittenFormatName = Literal["exit-list", "wirex", '),
     )
     copy.edit(
-        "apps/cli/exchange/export.py",
+        "apps/cli/exchange.py",
         (
-            '            found, content = self._wirex(robot), b""\n',
+            '            found, content = wirex(described, schema_version or "0.32"), b""\n',
             (
-                '            found, content = self._wirex(robot), b""\n'
-                '        elif self.format == "exit-list":\n'
+                '            found, content = wirex(described, schema_version or "0.32"), b""\n'
+                '        elif target == "exit-list":\n'
                 "            from cablewright.exchange.exit_list import exit_list\n\n"
-                '            found, content = exit_list(robot), b""\n'
+                '            found, content = exit_list(described), b""\n'
             ),
         ),
     )
@@ -241,7 +244,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
 ''',
     )
     copy.edit(
-        "choices.py",
+        "foundation/choices.py",
         ('ObserverName = Literal["paper", ', 'ObserverName = Literal["doubter", "paper", '),
         ('ReplayName = Literal["paper", ', 'ReplayName = Literal["doubter", "paper", '),
         ('EstimatorName = Literal["paper", ', 'EstimatorName = Literal["doubter", "paper", '),
@@ -262,7 +265,7 @@ def step(settings: ObserverSettings, state: ObserverState, frame: SensorFrame) -
 
 def test_a_control_law(copy: Copy) -> None:
     """The error and the target's velocity alone: taut lines keep their excess, whatever it is."""
-    copy.edit("choices.py", ('LawName = Literal["paper", ', 'LawName = Literal["plain", "paper", '))
+    copy.edit("foundation/choices.py", ('LawName = Literal["paper", ', 'LawName = Literal["plain", "paper", '))
     copy.edit(
         "control/velocity.py",
         ("    else:\n        rates += _int", '    elif settings.law != "plain":\n        rates += _int'),
@@ -311,7 +314,8 @@ def test_a_cable_law(copy: Copy) -> None:
 
 def test_a_workspace_criterion(copy: Copy) -> None:
     copy.edit(
-        "choices.py", ('CriterionName = Literal["closed-form", ', 'CriterionName = Literal["low", "closed-form", ')
+        "foundation/choices.py",
+        ('CriterionName = Literal["closed-form", ', 'CriterionName = Literal["low", "closed-form", '),
     )
     copy.edit(
         "analyses/workspace/criterion.py",

@@ -53,9 +53,9 @@ def test_a_sensor_touches_six_files_at_most(tree: Path) -> None:
     ]
     assert sorted(own) == [
         "estimation/body/updates/tilt_meter.py",
+        "foundation/signals/tilt_meter.py",
         "machine/sensors/tilt_meter.py",
         "machine/simulated/sensors/tilt_meter.py",
-        "foundation/signals/tilt_meter.py",
     ]
     assert len(own) + len(BESIDES) <= OF_A_SENSOR
 

@@ -42,7 +42,7 @@ class Leaning(Update):
         return np.asarray(matrix_of(there.pose[3:])[2, :2])
 
     def as_known(self, state: BodyState, shown: Array) -> Array:
-        return shown + state.unknowns[state.layout.own[Leaning]]
+        return shown + state.belief.unknowns[state.layout.own[Leaning]]
 
     def set_prior(self, settings: BodySettings, layout: BodyLayout, variances: Array) -> None:
         variances[layout.own[Leaning]] = self.zero**2
@@ -51,7 +51,7 @@ class Leaning(Update):
         self, settings: BodySettings, state: BodyState, slopes: Slopes, read: Array, acceleration: float
     ) -> UpdatePart:
         by_turn = (matrix_of(state.pose[3:]).T @ UPWARD)[:2]
-        gradients = by_turn @ slopes.pose[3:] @ state.gradients
+        gradients = by_turn @ slopes.pose[3:] @ state.belief.gradients
         gradients[:, state.layout.own[Leaning]] = np.eye(2)
         gradients[:, state.layout.load] = by_turn @ slopes.pose_by_wrench[3:]
         return UpdatePart(middle(read), gradients, self.deviation**2 * OF_MEDIAN / len(read) * np.eye(2), np.arange(2))
