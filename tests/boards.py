@@ -33,7 +33,7 @@ def board(
 ) -> Robot:
     """A point or a body on *lines* from four corners, each farther *off* the board than the one before, m.
 
-    *held*: whether the plane carries it; *own*: values of the platform.
+    *held*: whether the plane carries it, both ways; *own*: values of the platform.
     """
     a, b, n = axes(PLANES[plane])
     described = []
@@ -52,7 +52,7 @@ def board(
     if body:
         platform |= {"kind": "rigid", "inertia": (0.1, 0.12, 0.14)}
     if held:
-        platform["plane"] = {"normal": PLANES[plane], "distance": DISTANCE}
+        platform["plane"] = {"normal": PLANES[plane], "distance": DISTANCE, "one_sided": False}
     scene = {"frame_min": (-2, -2, -2), "frame_max": (2, 2, 2)}
     return Robot.model_validate({"name": "board", "scene": scene, "platform": platform, "lines": described})
 

@@ -21,7 +21,8 @@ import pytest
 from numba.core import config
 from numba.core.serialize import dumps
 
-from cablewright.kernels import cache, is_compiled, jit, rotation
+from cablewright.kernels import cache, is_compiled, jit
+from cablewright.kernels.statics import platform
 from kernel_tree import DOUBLE, edit, ended, entries, planted, start
 
 POSE = np.array([0.0, 0.0, 0.0, 2.0, 3.0, 6.0])
@@ -31,7 +32,7 @@ posix = pytest.mark.skipif(os.name != "posix", reason="owners, modes, forks and 
 
 def fresh() -> Any:
     """A kernel of the package as a new process has it: compiled by nobody yet."""
-    return jit(rotation.angle_of.py_func)
+    return jit(platform.angle_of.py_func)
 
 
 def hits(kernel: Any) -> int:
@@ -54,7 +55,7 @@ def test_a_kernel_is_compiled_once(folder: Path) -> None:
     assert is_compiled(second, POSE)
     assert second(POSE) == ANGLE
     assert (hits(first), hits(second)) == (0, 1)
-    assert [file.parent.name for file in entries(folder)] == [f"{rotation.__name__}.angle_of"]
+    assert [file.parent.name for file in entries(folder)] == [f"{platform.__name__}.angle_of"]
 
 
 def flipped(place: int) -> Callable[[bytes], bytes]:
@@ -169,7 +170,7 @@ def test_nobody_else_may_look_in(folder: Path) -> None:
 
 
 def test_only_what_the_stamp_covers_is_kept(folder: Path) -> None:
-    inner = rotation.angle_of.py_func
+    inner = platform.angle_of.py_func
 
     def closure(pose):
         return fresh_inner(pose)

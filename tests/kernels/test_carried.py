@@ -22,7 +22,8 @@ import pytest
 from numba.core import config
 from numba.core.serialize import dumps
 
-from cablewright.kernels import cache, carried, is_compiled, jit, rotation
+from cablewright.kernels import cache, carried, is_compiled, jit
+from cablewright.kernels.statics import platform
 from kernel_tree import DOUBLE, edit, ended, entries, planted, start
 
 HOST = ("x86_64-unknown-linux-gnu", "znver4", f"{carried.FEATURES},+avx512f,-amx-int8")
@@ -38,7 +39,7 @@ ANGLE = 7.0
 
 def fresh() -> Any:
     """A kernel of the package as a new process has it: compiled by nobody yet."""
-    return jit(rotation.angle_of.py_func)
+    return jit(platform.angle_of.py_func)
 
 
 def answered() -> tuple[float, int]:

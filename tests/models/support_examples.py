@@ -27,10 +27,10 @@ from cablewright.exchange.klipper_config import klipper_anchors
 from cablewright.exchange.mjcf import mjcf
 from cablewright.exchange.urdf import urdf
 from cablewright.exchange.wirex_output import wirex
-from cablewright.live.drive import DriveSettings
 from cablewright.live.estimators import estimator
 from cablewright.live.prints.limits import planned
 from cablewright.machine.drives.scale import scales_of
+from cablewright.machine.drives.settings import WinchDriveSettings
 from cablewright.machine.simulated.machine_file import machine_file
 from cablewright.machine.simulated.settings import TwinSettings, load_twin
 from cablewright.models.job_poses import along, sampled
@@ -38,7 +38,7 @@ from cablewright.models.support import Capability
 from cablewright.printing.job import Job, load_job
 from cablewright.robot import Robot, load
 from cablewright.solvers.line_cover import refuse_unfit
-from cablewright.solvers.slack import excess_from_angle
+from cablewright.solvers.slack import angle_from_excess
 from physics.test_shared_winches import parallelograms
 
 _FOLDER = tempfile.TemporaryDirectory()
@@ -256,7 +256,7 @@ def twin(robot: Robot) -> TwinSettings:
 def _drives(robot: Robot) -> bool:
     nodes = {line.name: {"id": k + 1, "direction": 1} for k, line in enumerate(robot.lines)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "rated_torque": 5.0, "tension": 30.0}
-    owner = twin(robot).with_owner(kind="canopen", drives=DriveSettings.model_validate(table)).owner
+    owner = twin(robot).with_owner(kind="canopen", drives=WinchDriveSettings.model_validate(table)).owner
     return len(scales_of(robot, owner)) == robot.m
 
 
@@ -350,7 +350,9 @@ PROBES: dict[Capability, Callable[[Robot], Any]] = {
     Capability.BOUNDARY_MODES: _boundary,
     Capability.EXCESS: lambda robot: np.isfinite(cw.excess_lengths(held(robot))).all(),
     Capability.SLACK: lambda robot: cw.solve_with_slack(robot, held(robot).pose, {3 if robot.n == 3 else 1: 0.02}).ok,
-    Capability.SHAPE: lambda robot: np.isfinite(excess_from_angle(cw.Model(robot), held(robot).pose, 0, 0.0, 0.0)),
+    Capability.SHAPE: lambda robot: np.isfinite(
+        angle_from_excess(cw.Model(robot), held(robot).pose, 0, 0.0, 0.05)
+    ).all(),
     Capability.SLACK_SETS: lambda robot: isinstance(cw.slack_sets(robot, held(robot).pose), tuple),
     Capability.LET_OUT: lambda robot: bool(cw.let_out(robot, held(robot).lengths, robot.m - 1, [1e-4]).ok.all()),
     Capability.CHECK: lambda robot: cw.check(robot, job_of(robot), skip=("interference", "expected-error")).not_checked,

@@ -15,7 +15,7 @@ from cablewright.models.support import (
     SPATIAL,
     SUPPORT,
     Capability,
-    Verdict,
+    Coverage,
     cells,
     features,
     require,
@@ -30,6 +30,8 @@ BY_NUMBERS = {
     (Capability.STRAIGHT_WORKSPACE, "few-winches"): "there is no place at which any rotation is balanced",
     (Capability.STRAIGHT_WORKSPACE, "few-lines-in-plane"): "there is no place at which any rotation is balanced",
     (Capability.SLACK, "no-gravity"): "the tension limits leave no line slack",
+    (Capability.SHAPE, "weightless"): "a line without weight has no shape",
+    (Capability.SHAPE, "no-gravity"): "a line without weight has no shape",
     (Capability.ELASTIC_CALIBRATION, "few-winches"): "a point on two lines has hardly any feasible pose",
 }
 """Cells of which the numbers of a robot decide more than the feature: they are not run."""
@@ -44,7 +46,7 @@ SLOW = (
 )
 
 
-def cells_of(capability: Capability) -> Iterator[tuple[str, Robot, Verdict]]:
+def cells_of(capability: Capability) -> Iterator[tuple[str, Robot, Coverage]]:
     """Each feature, as a point and as a body, with its example."""
     for feature in FEATURES:
         for body in (False, True):
@@ -63,10 +65,10 @@ def fault_of(robot: Robot, capability: Capability) -> str:
     try:
         found = examples.PROBES[capability](robot)
     except CablewrightError as refused:
-        return "" if cell.verdict is Verdict.REJECTED and str(refused) == expected else str(refused)
-    if cell.verdict is Verdict.REJECTED:
+        return "" if cell.verdict is Coverage.REJECTED and str(refused) == expected else str(refused)
+    if cell.verdict is Coverage.REJECTED:
         return "it is not rejected"
-    if cell.verdict is Verdict.UNCERTIFIED:
+    if cell.verdict is Coverage.UNCERTIFIED:
         return "" if found is False else "it is certified"
     if isinstance(found, tuple):
         notes = (
@@ -84,7 +86,7 @@ def test_each_cell_is_what_happens(capability: Capability) -> None:
 
 @pytest.mark.parametrize("capability", SLOW)
 def test_each_rejection_is_what_happens(capability: Capability) -> None:
-    rejected = [(name, robot) for name, robot, verdict in cells_of(capability) if verdict is Verdict.REJECTED]
+    rejected = [(name, robot) for name, robot, verdict in cells_of(capability) if verdict is Coverage.REJECTED]
     faults = [(name, fault_of(robot, capability)) for name, robot in rejected]
     assert faults
     assert not [each for each in faults if each[1]]
@@ -93,7 +95,7 @@ def test_each_rejection_is_what_happens(capability: Capability) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("capability", SLOW)
 def test_each_slow_cell_is_what_happens(capability: Capability) -> None:
-    others = [(name, robot) for name, robot, verdict in cells_of(capability) if verdict is not Verdict.REJECTED]
+    others = [(name, robot) for name, robot, verdict in cells_of(capability) if verdict is not Coverage.REJECTED]
     faults = [(name, fault_of(robot, capability)) for name, robot in others]
     assert faults
     assert not [each for each in faults if each[1]]
@@ -102,7 +104,7 @@ def test_each_slow_cell_is_what_happens(capability: Capability) -> None:
 def test_a_rejected_cell_says_what_to_do_instead() -> None:
     for (capability, feature), cell in SUPPORT.items():
         assert cell.instead, (capability, feature)
-        if cell.verdict is Verdict.REJECTED:
+        if cell.verdict is Coverage.REJECTED:
             assert cell.instead[0].isupper()
             assert not cell.instead.endswith(".")
 
@@ -114,7 +116,7 @@ def test_formats_have_as_many_lines_as_letters() -> None:
         (rrf_config.MOST, Capability.REPRAPFIRMWARE),
         (len(linuxcnc.LETTERS), Capability.LINUXCNC),
     ):
-        assert SUPPORT[capability, f"over-{most}-lines"].verdict is Verdict.REJECTED
+        assert SUPPORT[capability, f"over-{most}-lines"].verdict is Coverage.REJECTED
 
 
 def test_every_capability_is_run_and_every_feature_has_an_example() -> None:

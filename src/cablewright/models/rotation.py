@@ -29,7 +29,7 @@ def matrices(vectors: ArrayLike) -> Array:
 def matrix_of(vector: Array) -> Array:
     """Return the matrix (3, 3) of one rotation *vector* (3,), rad."""
     found = np.empty((3, 3))
-    matrix(vector, found)
+    matrix(np.array(vector), found)  # a copy may be written, as the kernel's one signature wants it
     return found
 
 

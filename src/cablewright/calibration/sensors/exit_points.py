@@ -92,7 +92,8 @@ def linear_rows(
         values += [value / point.deviation for value in point.at]
     level = [] if plan.level is None else [tilt_rows(robot, unknowns) / plan.level]
     prior = [] if plan.across is None else [across_rows(robot, unknowns) / plan.across]
-    prior += [_yaw_row(robot, unknowns) / _YAW] * keep_yaw
+    if keep_yaw:
+        prior.append(_yaw_row(robot, unknowns) / _YAW)
     for at, each in enumerate(plan.priors):
         if each.name.partition(".")[0] not in plan.unknowns:
             raise InputError(f"priors[{at}]: {each.name} is not among the unknowns")
