@@ -7,6 +7,7 @@ import math
 import pytest
 
 from cablewright.control.clock import FrameClock
+from cablewright.foundation.reading_times import ReadingTimes
 from cablewright.foundation.signals import Barrier, Condition, SensorFrame
 
 PERIOD = 0.01  # s
@@ -31,7 +32,20 @@ def test_a_jump_is_named_by_its_direction(jump: float, says: Condition) -> None:
     assert elapsed <= 3.0 * PERIOD
     if says is not Condition.OVERRUN:
         assert frame.time == pytest.approx(1.0 + PERIOD)
-        assert [reading.time for reading in frame.readings] == ([] if math.isnan(jump) else [pytest.approx(frame.time)])
-    after, _ = clock.tell(SensorFrame(then + PERIOD))
+        assert not frame.readings
+    after, _ = clock.tell(SensorFrame(then + PERIOD, (Barrier(then + PERIOD, broken=False),)))
+    assert math.isnan(jump) or [reading.time for reading in after.readings] == [pytest.approx(after.time)]
     assert math.isnan(jump) or after.time == pytest.approx(frame.time + PERIOD)
     assert math.isnan(jump) or not after.notices
+
+
+@pytest.mark.parametrize("jump", [-1.0, -5.0, 7200.0])
+def test_a_reading_of_before_a_jump_that_is_repeated_is_never_new(jump: float) -> None:
+    """A clear light barrier that a frozen sensor repeats is not measured anew by the clock's being set."""
+    clock, times = FrameClock(PERIOD, 0.0), ReadingTimes()
+    frozen = Barrier(1.0 - 1.01 * PERIOD, broken=False)
+    told = []
+    for step in range(300):
+        frame, _ = clock.tell(SensorFrame(1.0 + PERIOD * step + (jump if step > 50 else 0.0), (frozen,)))
+        told += [times.is_new("barrier", each.time, frame.time) for each in frame.of(Barrier)]
+    assert sum(told) == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from cablewright.foundation.reading_times import CLOCK_TOLERANCE
 from cablewright.foundation.signals import Condition, Notice, SensorFrame
 
 _SAME: Final = 1e-6  # of a period: elapsed times that differ by less are a period, told by a clock with rounding
@@ -20,6 +21,7 @@ class FrameClock:
         """*period*: s, of a step as planned; *begin*: s, the time before the first frame."""
         self._period, self._begin, self._offset = period, begin, 0.0
         self._now: float | None = None
+        self._jump = -math.inf  # s, when the machine's clock jumped
 
     @property
     def now(self) -> float:
@@ -31,7 +33,7 @@ class FrameClock:
 
         A late frame has a notice. Where the machine's clock jumps, or tells no number, the frame has another; the
         times of all frames and readings from then on are shifted, so that this clock goes on by one period. Readings
-        without a time are left out.
+        without a time are left out, and those of before a jump: by which clock they are nobody knows.
         """
         period, notices, known = self._period, frame.notices, math.isfinite(frame.time)
         if self._now is None:
@@ -42,7 +44,7 @@ class FrameClock:
             notices, elapsed = (*notices, Notice(jumped)), period
             if known:
                 self._offset = self._now + period - frame.time
-            now = self._now + period
+            self._jump = now = self._now + period
         else:
             now = frame.time + self._offset
             if abs(elapsed - period) <= _SAME * period:
@@ -52,5 +54,6 @@ class FrameClock:
         self._now = now
         readings = frame.readings
         if self._offset or not all(math.isfinite(each.time) for each in readings):
-            readings = tuple(each.stamped(each.stamp + self._offset) for each in readings if math.isfinite(each.time))
+            shifted = (each.stamped(each.stamp + self._offset) for each in readings if math.isfinite(each.time))
+            readings = tuple(each for each in shifted if each.time > self._jump + CLOCK_TOLERANCE)
         return SensorFrame(now, readings, notices), min(elapsed, _MOST * period)
