@@ -33,7 +33,7 @@ Pictured.draw = _draw
 
 
 def __getattr__(name: str) -> object:
-    """Load a public name when it is first used (PEP 562)."""
+    """Import the module of a public name when the name is first used (PEP 562), and return its value."""
     if name not in _HOMES:
         raise AttributeError(f"module 'cablewright' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)

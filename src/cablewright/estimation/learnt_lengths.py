@@ -157,7 +157,7 @@ class LearntLengths:
         self.places = [MeasuredPlace(out, place, held, moved, float(at[0])) for out, place, held, moved, at in parts]
 
     def after_load(self) -> None:
-        """Let rotations count from 0."""
+        """Express the rotations of all places relative to the loaded rotation, which becomes 0."""
         for known in (self.before, self.known):
             known.rotation = known.rotation - self.rotation
         self.places = [replace(one, rotation=one.rotation - self.rotation) for one in self.places]

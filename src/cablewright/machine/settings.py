@@ -168,7 +168,7 @@ class MachineSettings(_WithSensors):
 
     @property
     def tension_sensor(self) -> Sensor[TensionSensor] | None:
-        """The load cells or, without them, the motors whose torques tell tensions; None without both."""
+        """The sensor of tensions: load cells if there are any, or else motor torques; None if there are neither."""
         return next((each for each in (LOAD_CELLS, MOTOR_TORQUES) if self.sensor(each) is not None), None)
 
     @property

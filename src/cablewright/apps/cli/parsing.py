@@ -44,9 +44,10 @@ def pose_of(text: str | None, robot: cw.Robot) -> list[float] | None:
     from cablewright.robot.plausibility import units_inside
 
     values = numbers(text, "--at", free=True)
-    place, turn = (values or [])[:3], math.hypot(*(values or [])[3:]) if len(values or []) == robot.n else 0.0
+    given = values or []
+    place, turn = given[:3], math.hypot(*given[3:])
     _require_metres(place, "--at", robot, 1.0, units_inside([place], robot) if len(place) == 3 else {})
-    if turn > math.pi * (1.0 + 1e-6):
+    if len(given) == robot.n and turn > math.pi * (1.0 + 1e-6):
         tell(f"note: --at: a rotation by {turn:g} rad is over half a turn: is it in rad, are these deg?")
     return values
 

@@ -228,7 +228,7 @@ def equilibria_command(
 def _searched(
     found: cw.Equilibria, box: list[float] | None, out: Path | None, time_limit: float | None
 ) -> cw.Equilibria:
-    """With what a search of the whole box adds."""
+    """Return the *found* equilibria and all others in the *box*, by an exhaustive search that *out* keeps."""
     from cablewright.studies.equilibria import search_all
 
     file = run_path(out, "equilibria", found.solutions.model.robot.name, suffix=".state")

@@ -37,7 +37,7 @@ def document(title: str, body: Iterable[Html]) -> str:
 
 
 def write_report(folder: Path, title: str, body: Iterable[Html], pictures: Mapping[str, bytes]) -> Path:
-    """Write ``report.html`` and *pictures* into a folder, which exists; return the report's path.
+    """Write ``report.html`` and the *pictures* (PNG, by name) to an existing folder; return the report's path.
 
     The page holds its pictures and makes no request. Raises `EnvironmentFault` where the folder cannot be written.
     """

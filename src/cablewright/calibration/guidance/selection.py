@@ -158,7 +158,7 @@ class PoseSearch:
 
 
 class _CriterionSearch(PoseSearch):
-    """Search for sets of poses by a criterion."""
+    """Search for the set of poses that makes the *criterion*, a name of `PoseCriterion`, smallest."""
 
     def __init__(self, rows: Array, exits: Array, criterion: str) -> None:
         super().__init__(rows, exits)

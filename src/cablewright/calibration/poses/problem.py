@@ -171,7 +171,7 @@ class CalibrationProblem(ABC):
         )
 
     def with_plan(self, plan: CalibrationPlan, hold: bool = True) -> Self:
-        """Return the same data with another plan; *hold*: whether its datum is held."""
+        """Return the problem of the same data under another plan. *hold*: keep the unknowns of its datum fixed."""
         return self.of(self.model, self.measured, plan, hold)
 
     def without_datum(self) -> Self:

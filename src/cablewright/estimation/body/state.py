@@ -83,7 +83,7 @@ class Home:
 
 @dataclass(eq=False)
 class Wound:
-    """What the encoders count."""
+    """Cable that the winches have paid out by their encoders, and the angles of the drums."""
 
     SAVED = ("paid", "angles", "measured_at")
 

@@ -28,7 +28,7 @@ class Condition(StrEnum):
 
 @dataclass(frozen=True)
 class Notice:
-    """One condition, and its subject: a line's name, a source, or none."""
+    """A condition of the machine. ``subject``: the line or the source that has it, by name; empty: the whole machine."""
 
     condition: Condition
     subject: str = ""

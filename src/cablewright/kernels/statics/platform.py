@@ -259,7 +259,7 @@ def keep_free_columns(packed, columns):
 
 @jit
 def keep_free_part(packed, stiffness):
-    """Replace the *stiffness* (n, n) by P K P."""
+    """Project the *stiffness* K (n, n) on the free directions, in place: P K P, P the projector on these."""
     if not is_held(packed.general, packed.platform):
         return
     keep_free_columns(packed, stiffness)

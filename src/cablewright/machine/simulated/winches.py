@@ -105,7 +105,7 @@ class Winches:
         return np.asarray(np.floor(turns * self.settings.counts), dtype=np.int64)
 
     def after_load(self) -> None:
-        """Raise `InputError` for a drum wound out of its bounds."""
+        """Raise `InputError` for a loaded drum angle below 0 or above what the drum can hold."""
         last = winding.TURN * (self.radii.shape[1] - 1)
         if not ((self.angles >= 0.0) & (self.angles <= last)).all():
             raise InputError(f"snapshot: a winch drum is wound by less than 0 or more than {last:g} rad")

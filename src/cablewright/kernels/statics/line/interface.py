@@ -219,7 +219,7 @@ def extremes_at_pull(row, y, i, work, spatial):
 
 @jit
 def predict_line(row, y, i, grown, work, spatial):
-    """Move the unknowns of a line solved at its pull along their derivative by its logarithm, which has *grown*."""
+    """Predict *y* of a line solved at its pull, to first order, after the logarithm of the pull has *grown*."""
     if spatial is not None and row[GUIDE] > 0.0:
         advance_spatial(y, spatial.steps[i], GIVEN, -grown)
     else:

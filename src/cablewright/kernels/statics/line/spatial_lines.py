@@ -148,7 +148,7 @@ def judge_placed(row, y, i, spatial):
 
 @jit
 def aim_placed(row, y, pose, i, tension, work, spatial):
-    """As `interface.aim_line`."""
+    """Draw a straight line out of the plane at *tension* (N) and return a code and the unit vector of its pull."""
     record, arm = spatial.records[i], work.arms[i]
     if draw_placed(row, y, pose, i, tension, work, spatial) < 0.0:
         return why_not_straight(row, y, pose, arm), 0.0, 0.0, 0.0

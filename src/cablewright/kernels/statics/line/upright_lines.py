@@ -218,7 +218,7 @@ def judge_upright(row, y, plane):
 
 @jit
 def aim_upright(row, y, tension, plane):
-    """As `interface.aim_line`."""
+    """Draw an upright straight line at *tension* (N) and return a code and the unit vector of its pull."""
     if is_in_reach_of_lever(row, plane) or not straight(row, plane[2], plane[3], tension, y):
         return INSIDE_SHEAVE, 0.0, 0.0, 0.0
     if not has_plane(row, plane) and cos(y[PHI]) < BACKWARDS:
