@@ -66,6 +66,16 @@ def along(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> tupl
     return poses, retraction
 
 
+def require_retractions(robot: Robot, job: Job) -> None:
+    """Raise `InputError` for a length of the job's schedule to which the robot cannot draw its end-effector."""
+    for step in job.schedule:
+        if step.retraction is not None:
+            try:
+                robot.retraction_to(step.retraction)
+            except InputError as reason:
+                raise InputError(f"job {job.name}: schedule at {step.z:g} m: {reason}") from None
+
+
 def poses_at(robot: Robot, job: Job, positions: Array) -> tuple[Array, Array | None]:
     """Return poses (k, n) that bring the nozzle to *positions* (k, 3), m, and retraction lengths (k,), m, or None.
 
@@ -74,12 +84,7 @@ def poses_at(robot: Robot, job: Job, positions: Array) -> tuple[Array, Array | N
     """
     schedule = Schedule(job.schedule)
     require(robot, Capability.PATH)
-    for height in job.schedule:
-        if height.retraction is not None:
-            try:
-                robot.retraction_to(height.retraction)
-            except InputError as reason:
-                raise InputError(f"job {job.name}: schedule at {height.z:g} m: {reason}") from None
+    require_retractions(robot, job)
     heights = positions[:, 2]
     retraction = schedule.retractions(heights)
     if robot.n == 3:

@@ -17,6 +17,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.machine.settings import MachineSettings
+from cablewright.models.job_poses import require_retractions
 from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
@@ -47,12 +48,7 @@ def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) ->
         raise InputError(f"law = {law}: is one of a point platform; that of {robot.name!r} is rigid")
     if owner.body is None:
         raise InputError(f"machine {owner.name!r}: has no [body]; the platform of {robot.name!r} is rigid")
-    for step in job.schedule:
-        if step.retraction is not None:
-            try:
-                robot.retraction_to(step.retraction)
-            except InputError as reason:
-                raise InputError(f"job {job.name}: schedule at {step.z:g} m: {reason}") from None
+    require_retractions(robot, job)
     if owner.retraction is None and any(step.retraction is not None for step in job.schedule):
         raise InputError(f"machine {owner.name!r}: has no [retraction], which the job's schedule moves")
 
