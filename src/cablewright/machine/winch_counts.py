@@ -75,8 +75,8 @@ class Unwrapped:
 _Count = Annotated[int, Field(ge=-(2**62), le=2**62)]
 
 
-class _File(BaseModel):
-    """What the file holds."""
+class CountsFile(BaseModel):
+    """What every file of counts holds: of which robot, lines and epoch they are."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -85,6 +85,11 @@ class _File(BaseModel):
     lines: tuple[str, ...]
     epoch: Annotated[int, Field(ge=0, le=2**62)]
     counts: tuple[_Count, ...]
+
+
+class _File(CountsFile):
+    """What the file of counts holds besides."""
+
     raw: tuple[_Count, ...]
     valid: bool
 

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from cablewright.control.force_balance import CarriedWatch
 from cablewright.estimation import dead_reckoning
@@ -22,7 +22,7 @@ from cablewright.foundation.signals import Drives, DriveState, Encoders, Estimat
 from cablewright.foundation.toml_input import read_bytes
 from cablewright.live.estimators import reckoning_of
 from cablewright.machine.settings import MachineSettings
-from cablewright.machine.winch_counts import Remembering
+from cablewright.machine.winch_counts import CountsFile, Remembering
 from cablewright.models.support import Capability, Coverage, support
 from cablewright.robot import Robot
 
@@ -31,16 +31,9 @@ _MAX_FILE: Final = 1 << 20  # bytes
 _Number = Annotated[float, Field(ge=-1e5, le=1e5, allow_inf_nan=False)]
 
 
-class _File(BaseModel):
+class _File(CountsFile):
     """What the file holds: lengths that were out at counts, and where the platform was then."""
 
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    schema_number: Annotated[int, Field(alias="schema", ge=2, le=2)]
-    robot: str
-    lines: tuple[str, ...]
-    epoch: Annotated[int, Field(ge=0, le=2**62)]
-    counts: tuple[Annotated[int, Field(ge=-(2**62), le=2**62)], ...]
     lengths: tuple[_Number, ...]
     position: tuple[_Number, _Number, _Number]
 
