@@ -76,7 +76,7 @@ def test_a_forged_checkpoint_is_not_believed(cli, copied: tuple[Path, Path], tmp
 def test_a_checkpoint_of_another_layout_is_refused_with_the_next_step(cli, copied: tuple[Path, Path]) -> None:
     """It was written, at the end of such a print, by the version before."""
     file = copied[1] / CHECKPOINT
-    old = read_snapshots(Path(__file__).parents[1] / "data" / "print_checkpoint_layout_1.bin")
+    old = read_snapshots(Path(__file__).parents[1] / "earlier_files" / "print_checkpoint.bin")
     write_snapshots(file, old, sign=signature)
     before = file.read_bytes()
     says = again(cli, *copied, "--resume").refusal

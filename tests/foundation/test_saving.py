@@ -28,7 +28,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.robot import load as load_robot
 from twins import TWIN, machine
 
-DATA = Path(__file__).parents[1] / "data"
+EARLIER = Path(__file__).parents[1] / "earlier_files"
 
 
 class Pair(NamedTuple):
@@ -175,7 +175,7 @@ def test_state_of_another_layout_is_refused_by_its_number(layout: int) -> None:
 
 
 def test_a_machine_of_the_first_layout_is_refused() -> None:
-    old = read_snapshots(DATA / "print_checkpoint_layout_1.bin")["machine"]
+    old = read_snapshots(EARLIER / "print_checkpoint.bin")["machine"]
     new = machine().snapshot()
     given = Snapshot(old.values | {"machine": new.values["machine"]}, old.arrays)
     with pytest.raises(InputError, match="layout is 1"):

@@ -137,7 +137,7 @@ def test_a_state_that_lacks_something_is_none(found: Equilibria, tmp_path: Path,
 def test_a_search_of_an_earlier_version_begins_anew(found: Equilibria, tmp_path: Path) -> None:
     """Its proof rests on other kernels, so that nothing is taken from it; the file is read nevertheless."""
     file = tmp_path / "search.state"
-    file.write_bytes((Path(__file__).parents[1] / "data" / "search_of_equilibria.state").read_bytes())
+    file.write_bytes((Path(__file__).parents[1] / "earlier_files" / "search.state").read_bytes())
     before = read_snapshots(file)["search"]
     assert not search_all(found, BOX, file, time_limit=1e-9).finished
     assert read_snapshots(file)["search"].values["question"] != before.values["question"]

@@ -51,7 +51,7 @@ def check_plane(robot: Robot, measured: Measured) -> None:
 
 
 def _deviation(sigmas: Array, way: Array) -> Array:
-    """Return the standard deviation (N,) along the unit vector *way* (3,), from those along the axes, *sigmas* (N, 3)."""
+    """Return the standard deviation (N,) along the unit vector *way* (3,), from *sigmas* (N, 3) along the axes."""
     return np.asarray(np.sqrt(sigmas**2 @ way**2))
 
 

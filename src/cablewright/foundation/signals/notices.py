@@ -28,7 +28,7 @@ class Condition(StrEnum):
 
 @dataclass(frozen=True)
 class Notice:
-    """A condition of the machine. ``subject``: the line or the source that has it, by name; empty: the whole machine."""
+    """A condition of the machine. ``subject``: name of the line or source that has it; empty: the whole machine."""
 
     condition: Condition
     subject: str = ""
