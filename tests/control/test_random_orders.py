@@ -25,6 +25,10 @@ def test_no_promise_is_broken_and_every_state_is_seen() -> None:
     assert seen == set(PrintState)
 
 
+def test_what_waits_ends_by_the_servers_clock_where_the_machines_stands_still() -> None:
+    run_sequence(5115276)  # a resume waits, the light barrier is broken, and the control of a simulated machine hangs
+
+
 def without(order: OrderKind, *states: PrintState) -> dict[Any, PrintState]:
     """The table without the effect of an order in some states."""
     return {key: then for key, then in TRANSITIONS.items() if key not in {(state, order) for state in states}}
