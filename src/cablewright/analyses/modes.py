@@ -18,7 +18,7 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.inertia import counterweight_root, mass_root
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import Stiffness, stiffness
-from cablewright.robot import Robot
+from cablewright.robot import Damping, Robot
 from cablewright.solvers.inverse import solve_inverse
 
 FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
@@ -66,6 +66,11 @@ class Modes(Pictured):
                _if_balanced("frequencies"), "frequency", 5, along="mode"),
         Figure("dominant", "", "Freedom with the largest share of the mode's kinetic energy.", _if_balanced("mostly"),
                along="mode"),
+        Figure("damping", "1", "Share of critical damping of every mode.", "damping.ratio", digits=3, shown="%",
+               only=lambda found: not found.damping.is_assumed),
+        Figure("damping", "1", "The same, where the robot file gives none.", "damping.ratio", "damping (assumed)", 3,
+               shown="%", only=lambda found: found.damping.is_assumed),
+        Figure("damping_assumed", "", "Whether the robot file gives no damping.", "damping.is_assumed", detail=True),
         Figure("participation", "1", "Share of the mode's kinetic energy by freedom.", _if_balanced("participation",
                True),
                "energy by freedom", 3, shown="%", along="mode"),
@@ -104,6 +109,11 @@ class Modes(Pictured):
     def freedoms(self) -> tuple[str, ...]:
         """Names of the platform's freedoms."""
         return FREEDOMS[: self.equilibrium.model.n]
+
+    @property
+    def damping(self) -> Damping:
+        """The share of critical damping of every mode."""
+        return self.equilibrium.model.robot.damping
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from cablewright.foundation.errors import InputError, suggestion
 from cablewright.foundation.validation import FileDescription, refusal, require_unique_names
 from cablewright.robot.bracket import Bracket
+from cablewright.robot.dynamics import Damping, Dynamics
 from cablewright.robot.line import MAX_LINES, Line
 from cablewright.robot.plane import OFF_PLANE
 from cablewright.robot.platform import Platform, Retraction, RigidPlatform
@@ -23,8 +24,8 @@ from cablewright.robot.winch import SharedWinch, Winch
 class Robot(FileDescription):
     """m lines, one platform with n freedoms, and the scene. ``source``: paper or origin of the numbers.
 
-    ``bracket``: the bracket that holds each sheave; None: unknown. ``uncertainty``: how far the true numbers may be
-    from these; None: unknown.
+    ``dynamics``: how vibrations decay. ``bracket``: the bracket that holds each sheave; None: unknown. ``uncertainty``:
+    how far the true numbers may be from these; None: unknown.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -33,6 +34,7 @@ class Robot(FileDescription):
     scene: Scene
     platform: Platform
     lines: Annotated[tuple[Line, ...], Field(max_length=MAX_LINES)]
+    dynamics: Dynamics = Dynamics()
     bracket: Bracket | None = None
     uncertainty: Uncertainty | None = None
 
@@ -139,6 +141,11 @@ class Robot(FileDescription):
     def retraction(self) -> Retraction | None:
         """The platform's retraction, if it has one."""
         return self.platform.retraction if isinstance(self.platform, RigidPlatform) else None
+
+    @property
+    def damping(self) -> Damping:
+        """The share of critical damping of every mode of the platform, and whether it is assumed."""
+        return self.dynamics.damping
 
     def ranges(self) -> tuple[Range, ...]:
         """Return the ranges of the file's uncertainty, or else those of `modulus_ranges`."""
