@@ -20,6 +20,7 @@ from cablewright.machine.log.head import LogHead
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
+from cablewright.solvers.feeds import fed
 
 POINTS: Final = 14
 """Points of a line."""
@@ -55,7 +56,7 @@ def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
 
 def _path(robot: Robot, job: Job) -> PathScene | None:
     toolpath = job.toolpath()
-    samples = job.samples(toolpath)
+    samples = fed(robot, job, job.samples(toolpath))
     if len(samples.positions) > _MOST:
         return None
     speed = job.time_law(samples).speed
