@@ -21,8 +21,6 @@ from cablewright.models.rotation import turn_between
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.path import Samples
 from cablewright.printing.track import Track
-from cablewright.robot import Robot
-from cablewright.solvers.feeds import fed
 
 _TOLERANCE: Final = 1e-6  # m, distance from the path that counts as arrival
 _RESERVE: Final = 0.1  # share of the acceleration that is always available to change the speed factor
@@ -79,16 +77,14 @@ class TimedPath:
         layers: int | None = None,
         lift: float = 0.0,
         nozzle: tuple[float, float, float] | None = None,
-        robot: Robot | None = None,
+        samples: Samples | None = None,
     ) -> Self:
         """Return the timed path of the first *layers* of a *job*; None: all. *lift*: of the platform over the path, m.
 
-        *nozzle*: of a rigid platform, m, platform frame. *robot*: whose winches limit a job that asks for the fastest
-        motion. Raises `InputError` for a path without material, and for more layers than it has.
+        *nozzle*: of a rigid platform, m, platform frame. *samples*: of the path; by default those of the job's file.
+        Raises `InputError` for a path without material, and for more layers than it has.
         """
-        samples = job.samples(job.toolpath())
-        if robot is not None:
-            samples = fed(robot, job, samples)
+        samples = samples or job.samples(job.toolpath())
         numbers = np.unique(samples.layer[samples.extruding])
         if not len(numbers):
             raise InputError(f"{job.source}: no material is laid along the path: there is no layer to print")

@@ -79,6 +79,9 @@ class Motion(Description):
     jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
     """Limit of the jerk along the path; None: unlimited."""
 
+    travel: Literal["gcode", "safe"] = "gcode"
+    """Whether moves that lay nothing are changed where a line would touch something: see `analyses/safe_travel.py`."""
+
     @model_validator(mode="after")
     def _flow_is_given_once(self) -> Self:
         if (self.mass_flow_limit is None) is not (self.density is None):

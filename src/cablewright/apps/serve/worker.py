@@ -99,6 +99,7 @@ def check_job(folder: Path, number: str) -> JobCheck:
 
 def report_run(folder: Path, name: str) -> None:
     """Write the report of a run. Raises `CablewrightError`."""
+    from cablewright.analyses.safe_travel import driven
     from cablewright.apps.report import print as report
     from cablewright.control.guide import TimedPath
     from cablewright.live.prints.record import finish
@@ -109,7 +110,8 @@ def report_run(folder: Path, name: str) -> None:
     run, number = uploads.run_folder(name), uploads.job_of_run(name)
     robot, owner = station_of(folder)
     job = with_speeds(robot, load_served(uploads.job(number), uploads.name(number)))
-    path = TimedPath.of(job, None, 0.0 if owner.extrusion is None else owner.drum.valve, robot=robot)
+    lift = 0.0 if owner.extrusion is None else owner.drum.valve
+    path = TimedPath.of(job, None, lift, samples=driven(robot, job))
     with alone_in(run):
         record, _ = finish(run, path.track, path.print_speed, None, None)
         report.write(record, run, job.name)

@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.apps.quantities import quantity
 from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
@@ -22,7 +23,6 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
 from cablewright.robot import Robot
-from cablewright.solvers.feeds import fed
 from cablewright.studies.checks.path_statics import largest_at
 from cablewright.studies.checks.result import Check
 
@@ -45,7 +45,7 @@ def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescr
     """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
     toolpath = job.toolpath(progress)
     bead = job.beads(toolpath).typical
-    samples = fed(robot, job, sampled(robot, job, toolpath)[0])
+    samples = driven(robot, job, sampled(robot, job, toolpath)[0])
     poses, retraction = along(robot, job, samples)
     law = job.time_law(samples)
     progress("states along the path", 0, 1)

@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.control.guide import TimedPath
 from cablewright.control.procedure import Procedure
 from cablewright.foundation.choices import LawName
@@ -151,7 +152,8 @@ def print_on_drives(
     bead, differing = job.typical_bead()
     owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
-    path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.point_drum.valve, robot=robot)
+    lift = 0.0 if owner.extrusion is None else owner.point_drum.valve
+    path = TimedPath.of(job, layers, lift, samples=driven(robot, job))
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
@@ -18,7 +19,6 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES, Samples
 from cablewright.robot import Robot
-from cablewright.solvers.feeds import fed
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 
 TOLERANCE: Final = 2e-5
@@ -69,7 +69,7 @@ def winch_path(
     toolpath = job.toolpath(progress)
     if layers is not None and not 1 <= layers[0] <= layers[1] <= toolpath.layer_count:
         raise InputError(f"layers {layers[0]} to {layers[1]}: this part has 1 to {toolpath.layer_count}")
-    samples = fed(model.robot, job, sampled(model.robot, job, toolpath)[0])
+    samples = driven(model.robot, job, sampled(model.robot, job, toolpath)[0])
     samples = samples if layers is None else _of_layers(samples, layers)
     lengths = _lengths(model, job, samples, progress)
     errors = np.full(len(samples) - 1, np.nan)  # of the pieces that are measured
