@@ -11,6 +11,7 @@ Cables, sheaves and winches have no inertia, and winches follow without a lag.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import stiffness
 from cablewright.solvers.linearise import Linearisation, tension_changes
 from cablewright.solvers.parameters import at_nozzle
+
+DEEP: Final = 0.05
+"""Share of a tension up to which its fall is that by stiffness alone: sag then keeps less than a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +88,8 @@ class PathSwing:
         arrays = (mass, tangent, point, pull, heavy, moves[regular], offsets, spent[regular], dwell[regular])
         state = fresh, self._robot.damping.ratio, self._carried
         swing_rows(*map(np.ascontiguousarray, arrays), *state, displacement, frequency, drop, rise, codes)
-        drop = with_sag(there, by_pose, drop)
+        deep = (drop < -DEEP * there.tensions).any(axis=1)
+        drop[deep] = with_sag(there[deep], by_pose[deep], drop[deep])
         unknown, still = np.full(rows, np.nan), np.zeros((rows, m))
         found = SwingExtremes(still, still.copy(), unknown, unknown.copy(), np.zeros(rows))
         found.displacement[regular], found.frequency[regular] = displacement, frequency
