@@ -9,8 +9,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.foundation.errors import InputError, suggestion
-from cablewright.foundation.validation import FileDescription, refusal, require_unique_names
+from cablewright.foundation.errors import InputError, UnknownName, suggestion
+from cablewright.foundation.validation import FileDescription, refusal, require_unique_names, validated
 from cablewright.robot.bracket import Bracket
 from cablewright.robot.dynamics import Damping, Dynamics
 from cablewright.robot.line import MAX_LINES, Line
@@ -172,6 +172,21 @@ class Robot(FileDescription):
         """Return the robot with *tension_limits*, min and max (N), of every line."""
         lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in self.lines)
         return self.model_copy(update={"lines": lines})
+
+    def with_lines(self, names: Sequence[str]) -> Robot:
+        """Return the robot with the lines of these *names* alone, in their order in the file.
+
+        Raises `UnknownName`, and `InputError` for a name given twice and for lines that need one that is left out.
+        """
+        own = [line.name for line in self.lines]
+        for name in names:
+            if name not in own:
+                raise UnknownName("line", name, own)
+            if names.count(name) > 1:
+                raise InputError(f"lines: {name!r} is named more than once")
+        values = self.model_dump(by_alias=True)
+        values["lines"] = [line for line in values["lines"] if line["name"] in names]
+        return validated(Robot, values, f"robot {self.name!r} with the lines {', '.join(names)}")
 
     def retraction_to(self, length: float) -> Retraction:
         """Return the platform's retraction. Raises `InputError` without one that has ``length`` (m) in its range."""
