@@ -104,6 +104,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         violations=np.zeros(k),
         tensions=tensions,
         displacement=np.full(k, 2e-3),
+        frequency=np.full(k, 1.8),
         plane_force=np.full(k, np.nan),
         lines=LineQuantities(
             lowest_tension=tensions - 4.0,
