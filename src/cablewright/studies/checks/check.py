@@ -13,6 +13,7 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
+from cablewright.analyses.safe_travel import LedTravel, led
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.paging import Room, in_room
@@ -27,7 +28,9 @@ from cablewright.robot import Robot
 from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.running.memory import require_for_samples
+from cablewright.solvers.feeds import fed
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
@@ -92,6 +95,10 @@ def check(
     beads = in_room(job.beads(toolpath, bead), kept)
     samples, step = sampled(robot, job, toolpath, kept)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
+    travels: tuple[LedTravel, ...] = ()
+    samples = fed(robot, job, samples, kept)
+    if job.motion.travel == "safe":
+        samples, travels = led(full, job, samples, beads, clearance, room=kept, progress=report)
     source, uncertain = _uncertainty(robot, uncertainty)
     path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), beads, kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
@@ -117,6 +124,8 @@ def check(
         not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip)),
         step=step,
         reserved=careful is not robot,
+        travels=travels,
+        fastest=Fastest.of(robot, job, toolpath, samples, walked.statics.lengths, kept),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
