@@ -133,6 +133,8 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         errors=SampleErrors.of(robot, samples, positions, statics),
         findings=findings,
         toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
+        travels=(),
+        fastest=None,
         expected=_expected(robot, samples),
         beads=job.beads(job.toolpath()),
         uncertainty=ASSUMED,
