@@ -113,8 +113,8 @@ def markers(path: str, poses: list[Pose]) -> None:
     print("| record | table, Hz (damping, %) | here | frequency of the strongest mode, by quarters or halves |")
     print("| --- | --- | --- | --- |")
     for record, swing in swings.items():
-        moved = np.array(swing).transpose(1, 0, 2).reshape(len(swing[0]), -1)
-        times = STEP * np.arange(len(moved))
+        moved = np.array(swing, dtype=np.float64).transpose(1, 0, 2).reshape(len(swing[0]), -1)
+        times = STEP * np.arange(len(moved), dtype=np.float64)
         found = identify_swing(times, moved)
         table, here = [], []
         for f, d in by_record[record].measured.items():

@@ -21,7 +21,7 @@ from cablewright.robot import RigidPlatform, Robot, load
 from cablewright.studies.measured_modes import measured_modes
 
 Array = NDArray[np.float64]
-REAL = Path(__file__).parents[1] / "analyses" / "free_swing_75.csv"
+REAL = Path(__file__).parents[2] / "examples" / "free-swing.csv"
 POSE = [0.982, np.nan, -0.2038, np.nan, np.nan, np.nan]
 GRAB = load("grab-prototype").with_lines(["1", "3"])
 

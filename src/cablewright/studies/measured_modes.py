@@ -25,6 +25,7 @@ FARTHEST: Final = 0.15
 
 _SURE: Final = 2e-3  # relative: the least sigma of a frequency in a fit, as swings of one amplitude and another differ
 _OVERTONE: Final = 5e-3  # relative difference of a frequency from a sum of others, within which it may be that sum
+_LEAST: Final = 0.05  # share that a number explains; below, it is left out
 _FITS: Final = 15  # evaluations of the model for one number
 
 MODES: Final = (
@@ -82,7 +83,8 @@ class MeasuredModes(Pictured):
                detail=True),
         Figure("model_frequencies", "Hz", "All frequencies of the model.", "model.frequencies", detail=True),
         Figure("modes", "", "Measured modes.", "rows", parts=MODES),
-        Figure("explanations", "", "Fits of one number each; more than one may fit.", parts=EXPLANATIONS, ranked=True),
+        Figure("explanations", "", "Fits of one number each, from 5 % explained on; several may fit.",
+               parts=EXPLANATIONS, ranked=True),
         Figure("notes", "", "What was not found, and what the fits do not show.", detail=True),
     )  # fmt: skip
     HEADLINES: ClassVar = ("robot", "log", "measured_damping")
@@ -268,7 +270,7 @@ def _explanations(
 
         best = float(minimize_scalar(missed, bounds=each.bounds, method="bounded", options={"maxiter": _FITS}).x)
         found.append(judged(each.name, each.unit, each.value, best, off(1.0, each.changed(best))))
-    return tuple(sorted(found, key=lambda each: -each.explains))
+    return tuple(sorted((each for each in found if each.explains >= _LEAST), key=lambda each: -each.explains))
 
 
 def _numbers(robot: Robot) -> Iterator[_Number]:

@@ -242,7 +242,7 @@ def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
 
 
 def test_measured_modes_of_a_recorded_swing(cli, tmp_path) -> None:
-    recorded = Path(__file__).parents[2] / "analyses" / "free_swing_75.csv"
+    recorded = Path(__file__).parents[3] / "examples" / "free-swing.csv"
     at = ("--at", "0.982,free,-0.2038,free,free,free")
     command = ("modes", "grab-prototype", "--lines", "1,3", "--log", recorded)
     drawn = tmp_path / "swing.png"
