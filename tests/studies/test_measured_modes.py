@@ -118,19 +118,21 @@ def test_modes_out_of_reach_are_named(tmp_path: Path) -> None:
 
 
 def edited(edit: Callable[[list[str]], list[str]], path: Path) -> Path:
-    path.write_text("\n".join(edit(REAL.read_text("utf-8").splitlines())) + "\n", "utf-8")
+    rows = [row for row in REAL.read_text("utf-8").splitlines() if not row.startswith("#")]
+    path.write_text("\n".join(edit(rows)) + "\n", "utf-8")
     return path
 
 
 @pytest.mark.parametrize(
     ("edit", "says"),
     [
-        (lambda rows: rows[:30], "swing.csv: no swing: 28 samples; at least 100 are needed"),
-        (lambda rows: [*rows[:2], *(f"{k * 0.02:.2f},1,2,3" for k in range(300))], "no swing: nothing moves"),
-        (lambda rows: [rows[1].replace("z", "w"), *rows[2:]], "no column 'z'"),
-        (lambda rows: [rows[1].replace("t", "when"), *rows[2:]], "no column 't', also called time"),
+        (lambda rows: rows[:29], "swing.csv: no swing: 28 samples; at least 100 are needed"),
+        (lambda rows: [rows[0], *(f"{k * 0.02:.2f},1,2,3" for k in range(300))], "no swing: nothing moves"),
+        (lambda rows: [rows[0].replace("z", "w"), *rows[1:]], "no column 'z'"),
+        (lambda rows: [rows[0].replace("t", "when"), *rows[1:]], "no column 't', also called time"),
         (lambda rows: [*rows, rows[-1]], "t does not rise in row 252"),
         (lambda rows: rows[:2], "fewer than 2 rows"),
+        (lambda rows: [], "is empty; a header and rows of positions are needed"),
         (lambda rows: [*rows, "11.0,1,nan,2"], "y = 'nan': must be a finite number"),
     ],
 )

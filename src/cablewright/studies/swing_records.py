@@ -130,6 +130,8 @@ def _by_noise(channels: Array) -> Array:
 def _read_positions(path: Path) -> tuple[Array, Array]:
     """Return times (N,), s, and positions (N, 3 k), m, of k markers: columns t, x, y, z, x2, y2, z2 and so on."""
     number, header, rows = header_of(text_lines(path, _MAX_BYTES, "table of positions"))
+    if not number:
+        raise InputError(f"{path}: is empty; a header and rows of positions are needed")
     place, cells = f"{path}, line {number}", cells_of(header, separator_of(header))
     time = find_column(("time", "t"), cells, place, DURATION)
     if time is None:
