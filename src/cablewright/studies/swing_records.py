@@ -9,6 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
+from cablewright.analyses.identification import MIN_SAMPLES
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import SwingSignal
 from cablewright.foundation.csv_input import (
@@ -123,6 +124,8 @@ def _at_rest(speeds: Array) -> tuple[float, float] | None:
 
 def _by_noise(channels: Array) -> Array:
     """Return channels over the size of their noise, by second differences, so that all units count alike."""
+    if len(channels) < MIN_SAMPLES:
+        return channels
     noise = np.diff(channels, 2, axis=0).std(axis=0)
     return np.asarray(channels / np.where(noise > 0.0, noise, 1.0))
 
