@@ -57,7 +57,8 @@ def assumptions(robot: Robot) -> list[str]:
     return [
         (
             "Lengths and tensions are those of hanging, elastic cables (catenaries) in equilibrium with the platform. "
-            "Forces of acceleration change tensions and move the platform as a slow force would: nothing swings."
+            "The platform swings about them as a linear system of its mass, the stiffness at each sample and the same "
+            f"damping of every mode, {robot.damping}, while lengths go linearly in time between samples."
         ),
         (
             f"Lengths paid out {COMPENSATIONS['none'].words} are those of straight cables that do not stretch, "
@@ -192,8 +193,11 @@ def _free_spans(line: Line) -> str:
 
 def _speeds(digest: Digest) -> str:
     motion = digest.check.job.motion
+    speeds = f"at most {motion.print_speed:g} m/s printing and {motion.travel_speed:g} m/s travelling"
+    if motion.speed == "fastest":
+        speeds = "as fast as winches, flow and the speeds that the job gives allow"
     return (
-        f"at most {motion.print_speed:g} m/s printing and {motion.travel_speed:g} m/s travelling, acceleration "
+        f"{speeds}, acceleration "
         f"{motion.acceleration:g} m/s², corners rounded for the speed by {quantity(motion.corner_deviation, 'm')}"
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.apps.quantities import quantity
 from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
@@ -44,7 +45,7 @@ def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescr
     """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
     toolpath = job.toolpath(progress)
     bead = job.beads(toolpath).typical
-    samples, _ = sampled(robot, job, toolpath)
+    samples = driven(robot, job, sampled(robot, job, toolpath)[0])
     poses, retraction = along(robot, job, samples)
     law = job.time_law(samples)
     progress("states along the path", 0, 1)
@@ -177,7 +178,7 @@ def _quantities(robot: Robot, positions: Array, columns: Mapping[str, Any]) -> l
         Quantity.of("height", "height", "m", positions[:, 2]),
     ]
     if columns["displacement"] is not None:
-        made.append(Quantity.of("displacement", "displacement by acceleration", "m", columns["displacement"]))
+        made.append(Quantity.of("displacement", "error by motion", "m", columns["displacement"]))
     if columns["clearance"] is not None and np.isfinite(columns["clearance"]).any():
         near = np.where(np.isfinite(columns["clearance"]), columns["clearance"], np.nan)
         made.append(Quantity.of("clearance", "distance of lines from the nearest thing", "m", near))

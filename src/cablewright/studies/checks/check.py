@@ -13,6 +13,7 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
+from cablewright.analyses.safe_travel import LedTravel, led
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.paging import Room, in_room
@@ -22,13 +23,14 @@ from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.beads import Bead
 from cablewright.printing.job import Job, load_job
-from cablewright.printing.schedule import Schedule
 from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.running.memory import require_for_samples
+from cablewright.solvers.feeds import fed
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
@@ -72,7 +74,7 @@ def check(
     samples, which is then not in memory; the arrays of the result are those of files without a name.
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
-    compared with the statics and, to first order, with the forces of the time law's accelerations. Raises `InputError`
+    compared with the statics and, to first order, with the motion of the platform by the time law. Raises `InputError`
     for a model under another law, a robot with fewer lines than freedoms, a schedule that it cannot follow, a path many
     times as large as the frame or a G-code file that cannot be used; `EnvironmentFault` where more memory is needed
     than is free; an infeasible job raises nothing.
@@ -93,6 +95,10 @@ def check(
     beads = in_room(job.beads(toolpath, bead), kept)
     samples, step = sampled(robot, job, toolpath, kept)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
+    travels: tuple[LedTravel, ...] = ()
+    samples = fed(robot, job, samples, kept)
+    if job.motion.travel == "safe":
+        samples, travels = led(full, job, samples, beads, clearance, room=kept, progress=report)
     source, uncertain = _uncertainty(robot, uncertainty)
     path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), beads, kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
@@ -115,9 +121,11 @@ def check(
         expected=expected,
         uncertainty=source,
         distances=walked.distances,
-        not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip, Schedule(job.schedule).turns)),
+        not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip)),
         step=step,
         reserved=careful is not robot,
+        travels=travels,
+        fastest=Fastest.of(robot, job, toolpath, samples, walked.statics.lengths, kept),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
@@ -125,13 +133,14 @@ def check(
 def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked, Robot]:
     """What was found along the path, and the robot with the tension limits that were kept at rest.
 
-    These leave a reserve where poses can be held at rest, acceleration breaks tension limits, and with it does not.
+    These leave a reserve where poses can be held at rest, motion breaks tension limits, and with it does not.
     """
     walked = path.walk(Model.full(robot), *settings)
-    if walked.statics.codes.any() or not _breaks_tensions(path.judged(robot, walked)):
+    findings = path.judged(robot, walked)
+    if walked.statics.codes.any() or not _breaks_tensions(findings):
         return walked, robot
     careful = with_reserve(robot, walked)
-    if careful is None:
+    if careful is None or not path.is_held(Model.full(careful), [each.sample for each in findings]):
         return walked, robot
     reserved = path.walk(Model.full(careful), *settings)
     return (walked, robot) if _breaks_tensions(path.judged(robot, reserved)) else (reserved, careful)
@@ -152,7 +161,7 @@ def _breaks_tensions(findings: tuple[Finding, ...]) -> bool:
 
 
 def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) -> Iterator[Finding]:
-    """Yield the expected error, and its sum with the *displacement* (k,) by acceleration, as limits.
+    """Yield the expected error, and its sum with the *displacement* (k,) by motion, as limits.
 
     Each counts at the sample where it is nearest to what its bead allows. Samples have their root mean square error,
     scaled to the expected error. Those that lay nothing have no limit, unless nothing is laid.
@@ -170,7 +179,7 @@ def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) 
     shown = value if worst == expected.sample else float(error[worst])
     bound = float(allowed[worst])
     yield Finding(EXPECTED_ERROR, "m", bound - shown, shown, (-np.inf, bound), None, worst, int((margin < 0.0).sum()))
-    if shown <= bound:  # where the nozzle swings by that is not known: the largest error counts at each sample
+    if shown <= bound:  # of the machines that are off anywhere by the expected error: it counts at each sample
         yield from error_finding(displacement, np.full(len(allowed), value), allowed)
 
 
