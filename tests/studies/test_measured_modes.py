@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.modes import modes
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.signals import Command
+from cablewright.foundation.signals import Command, Estimate, SensorFrame
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import write_log
 from cablewright.machine.simulated.settings import load_twin
@@ -107,6 +107,33 @@ def test_a_simulated_machine_swings_as_it_is_built(shoved: tuple[Path, Robot, Ar
     strong = found.swing.shares > 0.1
     nearest = abs(np.log(found.swing.frequencies[:, None] / true)).argmin(axis=1)
     np.testing.assert_allclose(found.swing.frequencies[strong], true[nearest[strong]], rtol=0.01)
+
+
+def test_estimates_of_a_log_give_swing_and_pose(tmp_path: Path) -> None:
+    """Of a point: no --at, no --signal, and the winches pay out before they rest."""
+    robot, twin = load("house-printer"), load_twin("house-printer")
+    place = np.array([1.0, 2.0, 6.0])
+    frequency = float(modes(robot, place).frequencies[0])
+    path = tmp_path / "swing.mcap"
+    nothing, random = np.zeros(robot.m), np.random.default_rng(0)
+    head = LogHead(robot, twin.owner, 0.01, simulation=twin.simulation, plant="dynamic", seed=1)
+    with write_log(path, head, flush_every=None) as log:
+        for k in range(1500):
+            time = 0.01 * (k + 1)
+            w = 2.0 * np.pi * frequency
+            moved = 5e-3 * np.exp(-0.008 * w * time) * np.sin(w * time) * np.array([1.0, -0.5, 0.1])
+            at = place + (moved if time > 3.0 else [0.05 * (3.0 - time), 0.0, 0.0]) + 1e-4 * random.normal(size=3)
+            estimate = Estimate(time, at, np.zeros(3), np.zeros(3), nothing, nothing, nothing > 1.0, nothing + 0.1)
+            command = Command(time, nothing + (1.0 if time < 3.0 else 0.0))
+            log.write(SensorFrame(time), command, None, estimate)
+    found = measured_modes(robot, path)
+    assert found.record.signal == "positions"
+    assert found.start == pytest.approx(3.0, abs=0.02)
+    np.testing.assert_allclose(found.model.equilibrium.pose, place, atol=1e-3)
+    np.testing.assert_allclose(found.swing.frequencies, [frequency], rtol=2e-3)
+    np.testing.assert_allclose(found.swing.damping, [0.008], rtol=0.1)
+    with pytest.raises(InputError, match="no readings of inertial; a swing is identified from these"):
+        measured_modes(robot, path, signal="inertial")
 
 
 def test_modes_out_of_reach_are_named(tmp_path: Path) -> None:
