@@ -9,7 +9,7 @@ import logging
 import os
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from annotated_types import Ge, Le
 from pydantic import AfterValidator, Field, model_validator
@@ -19,7 +19,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.paging import MEMORY, Room
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.toml_input import is_file, read_table, require_schema
-from cablewright.foundation.units import Acceleration, Jerk, Length, Speed
+from cablewright.foundation.units import Acceleration, Duration, Jerk, Length, Speed
 from cablewright.foundation.validation import Description, FileDescription, refusal, validated
 from cablewright.printing.beads import ASSUMED, Beads, beads_of
 from cablewright.printing.beads import Bead as Bead
@@ -68,6 +68,10 @@ class Motion(Description):
     """Distance between a corner and the arc that replaces it; larger is faster. See `printing/timing.py`."""
     jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
     """Limit of the jerk along the path; None: unlimited."""
+    shaping: Literal["auto", "none"] = "none"
+    """Whether the motion is shaped so that the platform does not swing, where its modes are known."""
+    pressure_advance: Annotated[Duration, Ge(-10.0), Le(10.0)] = 0.0
+    """Time by which material leads the nozzle's motion; negative: lags."""
 
     def time_law(self, samples: Samples, room: Room = MEMORY, at_samples: Array | None = None) -> TimeLaw:
         """Return the fastest time law of the samples; *room* and *at_samples* as for `timing.time_law`."""

@@ -106,9 +106,9 @@ def report_run(folder: Path, name: str) -> None:
 
     uploads = Uploads(folder)
     run, number = uploads.run_folder(name), uploads.job_of_run(name)
-    _, owner = station_of(folder)
+    robot, owner = station_of(folder)
     job = load_served(uploads.job(number), uploads.name(number))
-    path = TimedPath.of(job, None, 0.0 if owner.extrusion is None else owner.drum.valve)
+    path = TimedPath.of(job, None, 0.0 if owner.extrusion is None else owner.drum.valve, robot=robot)
     with alone_in(run):
         record, _ = finish(run, path.track, path.print_speed, None, None)
         report.write(record, run, job.name)

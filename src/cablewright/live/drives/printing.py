@@ -149,7 +149,7 @@ def print_on_drives(
     bead, differing = job.typical_bead()
     owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
-    path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.point_drum.valve)
+    path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.point_drum.valve, robot=robot)
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""

@@ -30,7 +30,8 @@ class PathStatics:
     displacement: Array  # (k,) m, of the nozzle by the forces of acceleration; NaN where it is not known
     plane_force: Array  # (k,) N, largest along the plane's normal with these forces; NaN without a plane
     rigid_lengths: Array  # (k, m) m, paid out without compensation: cables as rigid
-    lengths: Array  # (k, m) m, paid out with full compensation
+    lengths: Array  # (k, m) m, paid out with full compensation, at rest
+    commanded: Array  # (k, m) m, the same under the forces of acceleration, where lengths compensate these
     uncompensated: Array  # (k, n) poses of the full model with the rigid lengths; NaN where none
     elastic_only: Array  # (k, n) poses if elasticity but not sag is compensated
     compensated: Array  # (k, n) poses with the compensated lengths
@@ -59,6 +60,7 @@ class PathStatics:
             plane_force=plane_forces(held),
             rigid_lengths=rigid,
             lengths=held.lengths,
+            commanded=held.lengths.copy(),
             uncompensated=uncompensated,
             elastic_only=reached(elastic, poses),
             compensated=reached(held.lengths, start),
@@ -78,6 +80,13 @@ class PathStatics:
             winch_torque=lines.winch_torque + rise_on_drums(robot, drop * drum_arms, rise * drum_arms),
         )
         return replace(self, lines=accelerated, displacement=displacement, plane_force=plane_force)
+
+    def fed_forward(self, moving: Equilibrium, rows: NDArray[np.intp]) -> Self:
+        """Return the same with the lengths of what holds the platform *moving* at *rows* (r,): nothing displaces it."""
+        commanded, displacement = self.commanded.copy(), self.displacement.copy()
+        commanded[rows] = np.where(moving.ok[:, None], moving.lengths, commanded[rows])
+        displacement[rows] = np.where(moving.ok, 0.0, displacement[rows])
+        return replace(self, commanded=commanded, displacement=displacement)
 
 
 def extreme(choose: np.ufunc, values: Array) -> float:

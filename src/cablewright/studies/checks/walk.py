@@ -15,6 +15,7 @@ from cablewright.analyses.job_distances import Clearances, JobDistances
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress
+from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
@@ -76,7 +77,7 @@ class JobPath:
             moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
             effects = inertia_effects(held[regular], linear, moved)
             still, arms = PathStatics.of(held, self.poses[block], retraction), drum_arms(held)
-            found = still.accelerated(full.robot, regular, effects, arms)
+            found = self._fed_forward(full, still.accelerated(full.robot, regular, effects, arms), block)
             solved = room_for(found, rows, self.room) if solved is None else solved
             write_rows(found, solved, first)
             let_go((solved, self.samples, self.law, self.poses, corner))
@@ -91,6 +92,18 @@ class JobPath:
         lines = replace(solved.lines, cable_length=solved.lengths)
         clearances = None if distances is None else distances.clearances
         return Walked(replace(solved, lines=lines), drop, rise, clearances, search)
+
+    def _fed_forward(self, full: Model, found: PathStatics, block: slice) -> PathStatics:
+        """What was *found* of a block, with lengths that hold the platform under its acceleration, where they can."""
+        if self.law.vector is None or not compensates(full.robot):
+            return found
+        vector, poses = self.law.vector[block], self.poses[block]
+        rows = np.flatnonzero(vector.any(axis=1) & (found.codes == 0))
+        if not len(rows):
+            return found
+        drawn = None if self.retraction is None else self.retraction[block][rows]
+        wrenches = inertia_wrenches(full.robot, poses[rows], vector[rows])
+        return found.fed_forward(solve_inverse(full, poses[rows], path=True, retraction=drawn, wrenches=wrenches), rows)
 
     def allowed_errors(self) -> Array:
         """Return the expected error that is allowed at each sample (k,), m; inf for travel, if anything is laid."""
