@@ -194,15 +194,11 @@ def _frozen(time: Array, speed: Array, acceleration: Array, last_dwell: float) -
 def accelerations(samples: Samples, law: TimeLaw, corner: Array, acceleration: float, block: slice) -> Array:
     """Return five accelerations (b, 5, 3), m/s^2, that the nozzle may have about each of a *block* of samples.
 
-    One (b, 1, 3) of a law that has it.
-
     The first is that of the arc which replaces a corner there: the square of the speed over its radius, 0 without a
     corner. The others are the min and max along the path before the sample and after it, each with the part of the
     first that is perpendicular to it. *corner* (k,), m/s, are the `corner_speeds` at that *acceleration*, m/s^2.
     """
     first, stop, _ = block.indices(len(samples))
-    if law.vector is not None:
-        return law.vector[first:stop, None]
     found = np.zeros((stop - first, 5, 3))
     before, after = max(first - 1, 0), min(stop + 1, len(samples))
     way = np.zeros((stop - first + 1, 3))  # of the segments that end at each sample, and of the one after the last

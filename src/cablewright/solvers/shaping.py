@@ -10,7 +10,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
-from cablewright.models.inertia import counterweight_root, mass_root
+from cablewright.models.inertia import counterweight_root, mass_root, with_inertia
 from cablewright.models.job_poses import poses_at
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
@@ -19,7 +19,7 @@ from cablewright.printing.layers import layer_table
 from cablewright.printing.path import Samples
 from cablewright.printing.shaping import Shaper
 from cablewright.printing.timing import TimeLaw
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 
 SLOWEST: Final = 0.1
@@ -97,13 +97,11 @@ class JobMotion:
 def slowest_mode(robot: Robot, job: Job, samples: Samples) -> SlowestMode | str:
     """Return the slowest mode on a grid about a job's path, or in a sentence why motion is not shaped for it.
 
-    Where a place of the grid cannot be held, it has the least frequency of all others.
+    Where a place of the grid cannot be held, it has the least frequency of all others. A body whose inertia is not
+    known has that of `with_inertia`.
     """
-    platform = robot.platform
     if job.motion.shaping == "none":
         return 'motion.shaping = "none"'
-    if isinstance(platform, RigidPlatform) and platform.inertia is None:
-        return "the robot file gives no platform.inertia"
     low, high = samples.positions[0].copy(), samples.positions[0].copy()
     for at in blocks(len(samples)):
         np.minimum(low, samples.positions[at].min(axis=0), out=low)
@@ -112,7 +110,7 @@ def slowest_mode(robot: Robot, job: Job, samples: Samples) -> SlowestMode | str:
     axes = [np.linspace(a, b, _ALONG if b > a else 1) for a, b in zip(low, high, strict=True)]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     poses, retraction = poses_at(robot, job, places.reshape(-1, 3))
-    found = lowest_frequencies(Model(robot), poses, retraction)
+    found = lowest_frequencies(Model(with_inertia(robot)), poses, retraction)
     known = np.isfinite(found)
     if not known.any():
         return "no pose about the path is stable"
