@@ -89,14 +89,16 @@ class TimedPath:
         layers: int | None = None,
         lift: float = 0.0,
         nozzle: tuple[float, float, float] | None = None,
+        samples: Samples | None = None,
         robot: Robot | None = None,
     ) -> Self:
         """Return the timed path of the first *layers* of a *job*; None: all. *lift*: of the platform over the path, m.
 
-        *nozzle*: of a rigid platform, m, platform frame. *robot*: whose modes shape the motion, see `JobMotion`. Raises
-        `InputError` for a path without material, and for more layers than it has.
+        *nozzle*: of a rigid platform, m, platform frame. *samples*: of the path; by default those of the job's file.
+        *robot*: whose modes shape the motion, see `JobMotion`. Raises `InputError` for a path without material, and for
+        more layers than it has.
         """
-        samples = job.samples(job.toolpath())
+        samples = samples or job.samples(job.toolpath())
         numbers = np.unique(samples.layer[samples.extruding])
         if not len(numbers):
             raise InputError(f"{job.source}: no material is laid along the path: there is no layer to print")

@@ -3,16 +3,19 @@
 A linear model follows the pose: mass matrix with counterweights, tangent stiffness of the full model, and a share of
 critical damping in each mode. Lengths go linearly in time between samples, as winches do, so that the pose which they
 hold at rest goes almost linearly too: between two samples the platform vibrates freely about it, and at each sample
-the velocity jumps. This is solved exactly, mode by mode (`kernels/motion/swing.py`). Counterweights move with their
-cables as if these did not stretch. Cables, sheaves and winches are massless, and winches follow without a lag.
+the velocity jumps. This is solved exactly, mode by mode (`kernels/motion/swing.py`). Tensions follow from the motion,
+with the sag that cables gain as they lose tension. Counterweights move with their cables as if these did not stretch.
+Cables, sheaves and winches have no inertia, and winches follow without a lag.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
+from cablewright.analyses.motion.sagging import with_sag
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.motion.swing import CARRIED, swing_rows
 from cablewright.models.inertia import counterweight_root, mass_matrix, with_inertia
@@ -21,6 +24,9 @@ from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import stiffness
 from cablewright.solvers.linearise import Linearisation, tension_changes
 from cablewright.solvers.parameters import at_nozzle
+
+DEEP: Final = 0.05
+"""Share of a tension up to which its fall is that by stiffness alone: sag then keeps less than a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +74,8 @@ class PathSwing:
         self._held = bool(regular[-1])
         there, count = held[regular], int(regular.sum())
         mass, heavy = self._masses(there)
-        pull, point, tangent = tension_changes(there).by_pose, self._at_nozzle(there), linear.stiffness
+        by_pose, point, tangent = tension_changes(there).by_pose, self._at_nozzle(there), linear.stiffness
+        pull = by_pose
         offsets = np.zeros((count, held.model.n))
         if compensated is not None:
             forced = mass[..., :3] @ compensated[regular][:, :, None]
@@ -81,6 +88,8 @@ class PathSwing:
         arrays = (mass, tangent, point, pull, heavy, moves[regular], offsets, spent[regular], dwell[regular])
         state = fresh, self._robot.damping.ratio, self._carried
         swing_rows(*map(np.ascontiguousarray, arrays), *state, displacement, frequency, drop, rise, codes)
+        deep = (drop < -DEEP * there.tensions).any(axis=1)
+        drop[deep] = with_sag(there[deep], by_pose[deep], drop[deep])
         unknown, still = np.full(rows, np.nan), np.zeros((rows, m))
         found = SwingExtremes(still, still.copy(), unknown, unknown.copy(), np.zeros(rows))
         found.displacement[regular], found.frequency[regular] = displacement, frequency

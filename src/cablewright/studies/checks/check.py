@@ -13,6 +13,7 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
+from cablewright.analyses.safe_travel import LedTravel, led
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.paging import Room, in_room
@@ -27,8 +28,10 @@ from cablewright.robot import Robot
 from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.running.memory import require_for_samples
+from cablewright.solvers.feeds import fed
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import JobMotion
+from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
@@ -93,6 +96,10 @@ def check(
     beads = in_room(job.beads(toolpath, bead), kept)
     samples, step = sampled(robot, job, toolpath, kept)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
+    travels: tuple[LedTravel, ...] = ()
+    samples = fed(robot, job, samples, kept)
+    if job.motion.travel == "safe":
+        samples, travels = led(full, job, samples, beads, clearance, room=kept, progress=report)
     source, uncertain = _uncertainty(robot, uncertainty)
     motion = JobMotion.of(robot, job, samples, kept)
     samples = motion.samples
@@ -122,6 +129,8 @@ def check(
         step=step,
         reserved=careful is not robot,
         shaping=motion,
+        travels=travels,
+        fastest=Fastest.of(robot, job, toolpath, samples, walked.statics.lengths, kept),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
