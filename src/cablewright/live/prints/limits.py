@@ -65,7 +65,7 @@ def planned(
     """
     require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))
-    notes: tuple[str, ...] = ()
+    notes = path.notes
     if path.attitude is None:
         held = _check_path(model, path)
         narrow = model
@@ -74,7 +74,7 @@ def planned(
         body_limits.check_tour(model, path)
         narrow = body_limits.with_margin(model, path)
         wanted, path = path, calmed(model, narrow, path, settings)
-        notes = told(wanted, path)
+        notes += told(wanted, path)
         body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
     notes += overstretched(robot, held.tensions.max(axis=0))
@@ -84,6 +84,7 @@ def planned(
         settings.winch.max_speed,
         law,
         manage_slack=model.m > model.n and settings.sensor(LINE_ANGLES) is not None,
+        by_lengths=estimator == "encoders",
     )
     if path.attitude is not None:
         velocity = replace(velocity, gain=_BODY_GAIN)

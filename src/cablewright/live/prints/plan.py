@@ -137,8 +137,8 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         settings = settings.with_simulation(quasi_static_period=choices.period)
     require_fit(robot, job, owner, choices.law)
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
-    samples = driven(robot, job)
-    path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot), samples)  # a strand's path is the nozzle's
+    samples, nozzle = driven(robot, job), nozzle_of(robot)
+    path = TimedPath.of(job, choices.layers, lift, nozzle, samples, robot)  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
     chosen = choices.estimator or _best_estimator(owner)
     _require_places(choices, chosen, robot, owner)
