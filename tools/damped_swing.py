@@ -1,6 +1,6 @@
 """How the drum of merlet2023 swings after gusts, with and without the damping of a print.
 
-    python -m benchmarks.damped_swing
+    python -m tools.damped_swing
 
 Pushes of 20 N for about a second act on the platform while it prints a ring on the dynamic plant.
 """
