@@ -1,6 +1,6 @@
 """How the drum of merlet2023 swings after gusts, with and without the damping of a print.
 
-    python -m benchmarks.damped_swing
+    python -m tools.damped_swing
 
 Pushes of 20 N for about a second act on the platform while it prints a ring on the dynamic plant.
 """
@@ -16,7 +16,6 @@ import numpy as np
 
 import cablewright as cw
 from cablewright.live.replay import read_log
-from cablewright.machine.files import load_twin
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 
@@ -30,7 +29,7 @@ RING = Job(
 
 def swings(*, damping: bool, seed: int = 3) -> list[float]:
     """The largest tilt of the drum in each window of the print, mrad."""
-    machine = load_twin("merlet2023")
+    machine = cw.load_twin("merlet2023")
     pushes = machine.simulation.pushes.model_copy(update={"force": 20.0, "pause": 15.0, "length": 1.0})
     options = cw.PrintOptions(seed=seed, damping=damping)
     times, tilts = [], []
