@@ -10,8 +10,8 @@ Cables, sheaves and winches have no inertia, and winches follow without a lag.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, Self
 
 import numpy as np
 
@@ -38,6 +38,11 @@ class SwingExtremes:
     displacement: Array  # (b,) m, the largest of the nozzle from where it should be; NaN where it is not known
     frequency: Array  # (b,) Hz, of the mode with most of it; 0 at rest
     plane_rise: Array  # (b,) N, at least 0: what these changes together add at most to the force along a plane's normal
+
+    def beside(self, changes: Array) -> Self:
+        """Return the same for tensions about which the platform swings that differ from those at rest (b, m), N."""
+        drop, rise = self.tension_drop + np.minimum(changes, 0.0), self.tension_rise + np.maximum(changes, 0.0)
+        return replace(self, tension_drop=drop, tension_rise=rise)
 
 
 class PathSwing:

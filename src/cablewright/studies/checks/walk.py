@@ -75,9 +75,10 @@ class JobPath:
             regular, linear = linearise_solved(held)
             fed = None if self.law.vector is None or not compensates(full.robot) else self.law.vector[block]
             moved = swing.take(held, regular, linear, *self._times(block), fed)
-            found = PathStatics.of(held, self.poses[block], retraction).moving(full.robot, moved, drum_arms(held))
+            found = PathStatics.of(held, self.poses[block], retraction)
             if fed is not None:
-                found = self._fed_forward(full, found, block, fed)
+                found, moved = self._fed_forward(full, found, moved, block, fed)
+            found = found.moving(full.robot, moved, drum_arms(held))
             solved = room_for(found, rows, self.room) if solved is None else solved
             write_rows(found, solved, first)
             let_go((solved, self.samples, self.law, self.poses))
@@ -93,15 +94,23 @@ class JobPath:
         clearances = None if distances is None else distances.clearances
         return Walked(replace(solved, lines=lines), drop, rise, clearances, search)
 
-    def _fed_forward(self, full: Model, found: PathStatics, block: slice, vector: Array) -> PathStatics:
-        """What was *found* of a block, with lengths that hold the platform under the accelerations *vector* (b, 3)."""
+    def _fed_forward(
+        self, full: Model, found: PathStatics, moved: SwingExtremes, block: slice, vector: Array
+    ) -> tuple[PathStatics, SwingExtremes]:
+        """What was *found* of a block, with lengths that hold the platform under the accelerations *vector* (b, 3).
+
+        The tensions that these lengths add to those at rest are added to the changes of them.
+        """
         rows = np.flatnonzero(vector.any(axis=1) & (found.codes == 0))
         if not len(rows):
-            return found
+            return found, moved
         poses = self.poses[block][rows]
         drawn = None if self.retraction is None else self.retraction[block][rows]
         wrenches = inertia_wrenches(full.robot, poses, vector[rows])
-        return found.fed_forward(solve_inverse(full, poses, path=True, retraction=drawn, wrenches=wrenches), rows)
+        moving = solve_inverse(full, poses, path=True, retraction=drawn, wrenches=wrenches)
+        added = np.zeros_like(found.tensions)
+        added[rows] = np.where(moving.ok[:, None], moving.tensions - found.tensions[rows], 0.0)
+        return found.fed_forward(moving, rows), moved.beside(added)
 
     def is_held(self, model: Model, rows: Sequence[int]) -> bool:
         """Whether a model holds the platform at some samples."""
