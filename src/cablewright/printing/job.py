@@ -22,7 +22,17 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.toml_input import is_file, read_table, require_schema
-from cablewright.foundation.units import Acceleration, Density, Jerk, Length, MassFlow, Positive, Speed, VolumeFlow
+from cablewright.foundation.units import (
+    Acceleration,
+    Density,
+    Duration,
+    Jerk,
+    Length,
+    MassFlow,
+    Positive,
+    Speed,
+    VolumeFlow,
+)
 from cablewright.foundation.validation import Description, FileDescription, refusal, validated
 from cablewright.printing.beads import ASSUMED, Beads, beads_of, section
 from cablewright.printing.beads import Bead as Bead
@@ -78,6 +88,10 @@ class Motion(Description):
     """Distance between a corner and the arc that replaces it; larger is faster. See `printing/timing.py`."""
     jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
     """Limit of the jerk along the path; None: unlimited."""
+    shaping: Literal["auto", "none"] = "none"
+    """Whether the motion is shaped so that the platform does not swing, where its modes are known."""
+    pressure_advance: Annotated[Duration, Ge(-10.0), Le(10.0)] = 0.0
+    """Time by which material leads the nozzle's motion; negative: lags."""
 
     travel: Literal["gcode", "safe"] = "gcode"
     """Whether moves that lay nothing are changed where a line would touch something: see `analyses/safe_travel.py`."""

@@ -104,6 +104,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         violations=np.zeros(k),
         tensions=tensions,
         displacement=np.full(k, 2e-3),
+        frequency=np.full(k, 1.8),
         plane_force=np.full(k, np.nan),
         lines=LineQuantities(
             lowest_tension=tensions - 4.0,
@@ -132,6 +133,8 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         errors=SampleErrors.of(robot, samples, positions, statics),
         findings=findings,
         toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
+        travels=(),
+        fastest=None,
         expected=_expected(robot, samples),
         beads=job.beads(job.toolpath()),
         uncertainty=ASSUMED,

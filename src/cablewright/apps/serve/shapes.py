@@ -21,6 +21,7 @@ from cablewright.machine.log.head import LogHead
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
+from cablewright.solvers.shaping import JobMotion
 
 POINTS: Final = 14
 """Points of a line."""
@@ -56,13 +57,13 @@ def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
 
 def _path(robot: Robot, job: Job) -> PathScene | None:
     toolpath = job.toolpath()
-    samples = driven(robot, job)
+    motion = JobMotion.of(robot, job, driven(robot, job))
+    samples, law = motion.samples, motion.law
     if len(samples.positions) > _MOST:
         return None
-    speed = job.time_law(samples).speed
     quantities = (
         Quantity.of("height", "height", "m", samples.positions[:, 2]),
-        Quantity.of("speed", "planned speed", "m/s", speed),
+        Quantity.of("speed", "planned speed", "m/s", law.speed),
     )
     bead = job.beads(toolpath).typical
     places, laid, layer = samples.positions, samples.extruding, samples.layer

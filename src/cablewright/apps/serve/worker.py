@@ -111,7 +111,7 @@ def report_run(folder: Path, name: str) -> None:
     robot, owner = station_of(folder)
     job = with_speeds(robot, load_served(uploads.job(number), uploads.name(number)))
     lift = 0.0 if owner.extrusion is None else owner.drum.valve
-    path = TimedPath.of(job, None, lift, samples=driven(robot, job))
+    path = TimedPath.of(job, None, lift, samples=driven(robot, job), robot=robot)
     with alone_in(run):
         record, _ = finish(run, path.track, path.print_speed, None, None)
         report.write(record, run, job.name)

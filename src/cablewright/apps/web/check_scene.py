@@ -23,6 +23,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
 from cablewright.robot import Robot
+from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.path_statics import largest_at
 from cablewright.studies.checks.result import Check
 
@@ -45,9 +46,9 @@ def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescr
     """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
     toolpath = job.toolpath(progress)
     bead = job.beads(toolpath).typical
-    samples = driven(robot, job, sampled(robot, job, toolpath)[0])
+    motion = JobMotion.of(robot, job, driven(robot, job, sampled(robot, job, toolpath)[0]))
+    samples, law = motion.samples, motion.law
     poses, retraction = along(robot, job, samples)
-    law = job.time_law(samples)
     progress("states along the path", 0, 1)
     states = states_along(Model(robot), poses, retraction=retraction, time=law.time)
     path = PathScene(

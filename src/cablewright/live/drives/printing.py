@@ -153,7 +153,7 @@ def print_on_drives(
     owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
     lift = 0.0 if owner.extrusion is None else owner.point_drum.valve
-    path = TimedPath.of(job, layers, lift, samples=driven(robot, job))
+    path = TimedPath.of(job, layers, lift, samples=driven(robot, job), robot=robot)
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""

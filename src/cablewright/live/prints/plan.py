@@ -60,6 +60,7 @@ class PrintOptions:
     it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
     layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
     places together teach by how much lengths are off, creep and follow the mounts that give, see `learnt_lengths`.
+    ``damping``: of a swinging drum by the platform, where its tilt is measured, on a plant that swings.
     """
 
     estimator: str | None = None
@@ -78,6 +79,7 @@ class PrintOptions:
     place_every: float = 0.0
     place_stops: int = 1
     place_learn: bool = False
+    damping: bool = True
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` for an unknown choice, `InputError` for a number that cannot be."""
@@ -135,8 +137,8 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         settings = settings.with_simulation(quasi_static_period=choices.period)
     require_fit(robot, job, owner, choices.law)
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
-    samples = driven(robot, job)
-    path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot), samples)  # a strand's path is the nozzle's
+    samples, nozzle = driven(robot, job), nozzle_of(robot)
+    path = TimedPath.of(job, choices.layers, lift, nozzle, samples, robot)  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
     chosen = choices.estimator or _best_estimator(owner)
     _require_places(choices, chosen, robot, owner)
@@ -217,7 +219,8 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
     """
     owner, simulation, choices = twin.settings.owner, twin.settings.simulation, twin.choices
     period = owner.period if choices.plant == "dynamic" else simulation.quasi_static_period
-    plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height)
+    damps = choices.damping and choices.plant == "dynamic"
+    plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height, damps=damps)
     if twin.path.attitude is not None:
         check_clear(Model(twin.robot), twin.job, choices.layers)
     return replace(plan, notes=(*plan.notes, *twin.notes))

@@ -161,7 +161,7 @@ class DriveStation:
             near = resting_place(self.robot) if self.begin is None else self.begin
         wanted = still_job(self.robot, near) if job is None else job
         lift = owner.point_drum.valve if job is not None and owner.extrusion is not None else 0.0
-        path = TimedPath.of(wanted, None, lift, samples=driven(self.robot, wanted))
+        path = TimedPath.of(wanted, None, lift, samples=driven(self.robot, wanted), robot=self.robot)
         homing = machine.homing(near)
         procedures: dict[PrintState, Procedure] = {
             PrintState.TENSIONING: taking_up(machine),

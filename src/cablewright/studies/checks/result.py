@@ -31,6 +31,7 @@ from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched, units_inside
 from cablewright.solvers.preferred import preferred_note, preferred_tensions
+from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.motion_error import MotionError
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
@@ -152,6 +153,11 @@ class Check(Result):
         Figure("extruded_length", "m", "Length of path on which material is laid.", "samples.extruded_length"),
         Figure("travel_length", "m", "Length of path on which none is laid.", "samples.travel_length"),
         Figure("duration", "s", "Duration of the job.", "law.duration"),
+        Figure("duration_unshaped", "s", "Duration without shaping: see motion.shaping of jobs.", "shaping.unshaped",
+               "duration without shaping", only=lambda found: found.shaping.shaper is not None),
+        Figure("shaped_from", "Hz", "Frequency of the slowest mode that the motion is shaped for.", "shaping.slowest",
+               "shaped for modes from", 3, only=lambda found: found.shaping.shaper is not None),
+        Figure("not_shaped", "", "Why the motion is not shaped; empty where it is.", "shaping.why", detail=True),
         Figure("changed_travels", "", "Travel moves that are lifted or led aside so that lines keep clear, and "
                "those that no safe way was found for.", "travels", "travel moves changed",
                only=lambda found: found.job.motion.travel == "safe", parts=LedTravel.FIGURES, detail=True),
@@ -218,6 +224,7 @@ class Check(Result):
     job: Job
     samples: Samples  # positions (k, 3) of the nozzle, layer, line (of the G-code file), extruding, distance
     law: TimeLaw
+    shaping: JobMotion  # of which samples and law are
     poses: Array  # (k, n) intended, of the platform's origin
     retraction: Array | None  # (k,) m, None where the job does not set it
     statics: PathStatics
@@ -267,8 +274,13 @@ class Check(Result):
 
     @property
     def lengths(self) -> Array:
-        """(k, m) m, compensated: what the winches should pay out."""
+        """(k, m) m, compensated: what the winches should pay out to hold the platform at rest."""
         return self.statics.lengths
+
+    @property
+    def commanded(self) -> Array:
+        """(k, m) m, what they should pay out to hold it as it moves; those at rest where it is not shaped for that."""
+        return self.statics.commanded
 
     @property
     def error_uncompensated(self) -> Array:
@@ -332,6 +344,7 @@ class Check(Result):
             corners = " to ".join(f"({', '.join(f'{each:.4g}' for each in end)})" for end in ends)
             notes.append(f"the path, {corners} m, is not in the robot: is it, or its origin, in {' or '.join(units)}?")
         notes += overstretched(self.robot, LARGEST(self.statics.lines.highest_tension))
+        notes += self.shaping.notes
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property
