@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import cablewright as cw
-from cablewright.live.replay import read_log
+from cablewright.machine.log.log import read_log
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 
@@ -38,7 +38,8 @@ def swings(*, damping: bool, seed: int = 3) -> list[float]:
         cw.print_job("merlet2023", RING, run, machine=machine.with_simulation(pushes=pushes), options=options)
         with read_log(run / "log.mcap") as log:
             for entry in log.entries():
-                if entry.truth is not None and entry.progress.state == "printing":
+                printing = entry.progress is not None and entry.progress.state == "printing"
+                if entry.truth is not None and printing:
                     times.append(entry.frame.time)
                     tilts.append(1e3 * math.hypot(*entry.truth.rotation[:2]))
     window = ((np.array(times) - times[0]) / WINDOW).astype(int)
