@@ -71,13 +71,11 @@ class JobMotion:
     def of(cls, robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Self:
         """Return the motion of a *job* on a *robot* along its *samples*, shaped where it can be. *room*: for it."""
         law, motion = job.time_law(samples, room), job.motion
-        mode = slowest_mode(robot, job, samples)
+        mode, layers = slowest_mode(robot, job, samples), layer_table(samples, law)
         if isinstance(mode, str):
-            return cls(samples, law, samples, law.duration, None, np.nan, mode, layer_table(samples, law))
+            return cls(samples, law, samples, law.duration, None, np.nan, mode, layers)
         shaper = Shaper(mode.period, motion.acceleration, motion.corner_deviation, motion.jerk)
-        return cls(
-            *shaper.shaped(samples, room), samples, law.duration, shaper, mode.least, "", layer_table(samples, law)
-        )
+        return cls(*shaper.shaped(samples, room), samples, law.duration, shaper, mode.least, "", layers)
 
     @property
     def notes(self) -> tuple[str, ...]:
