@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from scipy.optimize import fsolve
@@ -51,6 +52,7 @@ LINES = "".join(
     for name, (x, y, z) in zip(("south-west", "south-east", "north-east", "north-west"), CORNERS, strict=True)
 )
 WALL = ((0.0, 0.0), (4000.0, 0.0), (4000.0, 3000.0))
+ANGLE = ((0.0, 0.0), (800.0, 0.0), (800.0, 600.0))
 
 
 def house(ratio: float) -> Robot:
@@ -198,3 +200,35 @@ def test_falls_of_sagging_cables_are_those_of_the_catenary(tension: float) -> No
     falls = np.minimum(by_pose @ (nearer - away), 0.0)
     found = held.tensions + with_sag(held, by_pose, falls)
     assert found[0, line] == pytest.approx(catenary(nearer, held.lengths[0, line]), rel=0.05)
+
+
+def in_mujoco(found: Check) -> float:
+    """Largest error, m, of the mass on springs of MuJoCo whose lengths and stiffness follow those that are paid out."""
+    ends = "".join(f'<site name="e{i}" pos="{x} {y} {z}"/>' for i, (x, y, z) in enumerate(CORNERS))
+    slides = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    tendons = "".join(
+        f'<spatial stiffness="1" springlength="0 1"><site site="e{i}"/><site site="p"/></spatial>' for i in range(4)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{STEP}" gravity="0 0 -{GRAVITY}" integrator="implicit"/><worldbody>{ends}<body>'
+        f'{slides}<inertial mass="{MASS}" pos="0 0 0" diaginertia="1 1 1"/><site name="p"/></body></worldbody>'
+        f"<tendon>{tendons}</tendon></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    times = np.arange(0.0, found.law.duration, STEP)
+    columns = np.column_stack([found.samples.positions, found.lengths]).T
+    course = np.column_stack([np.interp(times, found.law.time, column) for column in columns])
+    data.qpos[:] = course[0, :3]
+    error = 0.0
+    for row in course:
+        error = max(error, float(np.linalg.norm(data.qpos - row[:3])))
+        model.tendon_stiffness[:] = STIFFNESS / row[3:]
+        model.tendon_lengthspring[:, 1] = row[3:] - DEAD
+        mujoco.mj_step(model, data)
+    return error
+
+
+@pytest.mark.parametrize(("points", "feed"), [(ANGLE, 6000), (meander(200.0), 18000)])
+def test_errors_are_those_of_mujoco(points: tuple[tuple[float, float], ...], feed: int, printed) -> None:
+    found = printed(points, 0.0, feed)
+    assert np.nanmax(found.statics.displacement) == pytest.approx(in_mujoco(found), rel=0.05)

@@ -8,7 +8,7 @@ from mpmath import mp, mpf
 
 import cases
 from cablewright.kernels import layout
-from cablewright.kernels.certificates import system_enclosure
+from cablewright.kernels.statics import platform_enclosure
 from cablewright.kernels.statics.line import upright as kernel
 from cablewright.kernels.statics.line.enclosure import enclose_jacobian, enclose_residual
 from cablewright.models.fidelity import CableLaw
@@ -165,7 +165,7 @@ def test_the_rotation_is_in_its_enclosure(size: float) -> None:
     for axis in (*np.eye(3), *rng.normal(size=(10, 3))):
         vector = size * axis / np.linalg.norm(axis)
         out = np.full((3, 3, 2), np.nan)
-        system_enclosure.enclose_rotation(np.concatenate([np.zeros(3), vector]), out)
+        platform_enclosure.enclose_rotation(np.concatenate([np.zeros(3), vector]), out)
         with mp.workdps(60):
             exact = exponential([mpf(float(value)) for value in vector])
             for i in range(3):
@@ -176,7 +176,7 @@ def test_the_rotation_is_in_its_enclosure(size: float) -> None:
 
 def test_a_rotation_that_is_not_finite_is_anything() -> None:
     out = np.zeros((3, 3, 2))
-    system_enclosure.enclose_rotation(np.array([0.0, 0.0, 0.0, np.nan, 0.0, 0.0]), out)
+    platform_enclosure.enclose_rotation(np.array([0.0, 0.0, 0.0, np.nan, 0.0, 0.0]), out)
     assert not np.isfinite(out[1, 1]).any()
 
 
@@ -187,15 +187,15 @@ def test_a_turned_body_is_turned_as_the_chart_says() -> None:
         for _ in range(10):
             pose, point = np.concatenate([np.zeros(3), rng.normal(size=3)]), rng.normal(size=3)
             rotation, arm, moved = np.zeros((3, 3, 2)), np.zeros((3, 2)), np.zeros((3, 2))
-            system_enclosure.enclose_rotation(pose, rotation)
-            system_enclosure._turn(*point, omega, rotation, arm)
+            platform_enclosure.enclose_rotation(pose, rotation)
+            platform_enclosure.turn(*point, omega, rotation, arm)
             increment = rng.dirichlet(np.ones(3)) * omega * rng.choice([-1.0, 1.0], 3)
             with mp.workdps(60):
                 place = exponential([mpf(float(value)) for value in pose[3:]]) * mp.matrix(list(map(mpf, point)))
                 given = [mpf(float(value)) for value in increment]
                 held(arm, exponential(given) * place)
                 for k in range(3):
-                    system_enclosure._along(3 + k, omega, arm, moved)
+                    platform_enclosure.along(3 + k, omega, arm, moved)
                     step = mpf(10) ** -20
                     more, less = ([a + s * step * (j == k) for j, a in enumerate(given)] for s in (1, -1))
                     held(moved, (exponential(more) - exponential(less)) * place / (2 * step))

@@ -11,9 +11,10 @@ import pytest
 import cases
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.kernels import layout
-from cablewright.kernels.certificates import branch_tube, hessian_bounds
+from cablewright.kernels.certificates import branch_tube
 from cablewright.kernels.certificates.system_enclosure import certificate_pool, jacobian_of_all, unfold
 from cablewright.kernels.rotation import compose, left_jacobian
+from cablewright.kernels.statics.line import hessian_bounds
 from cablewright.models.fidelity import CableLaw, Fidelity
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Eyelet, load

@@ -22,6 +22,7 @@ from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
+from cablewright.control.swing_damping import SwingDamping, SwingState, follow
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
@@ -43,7 +44,8 @@ class VelocitySettings:
     ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
     ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
     one line is slack on purpose; otherwise all lines have the model's tensions. ``by_lengths``: whether the estimated
-    position is that at which the lengths hold the platform at rest.
+    position is that at which the lengths hold the platform at rest. ``swing``: of a drum below a point, which is
+    damped; None: it is not.
     """
 
     model: Model
@@ -55,6 +57,7 @@ class VelocitySettings:
     manage_slack: bool = True
     by_lengths: bool = False
     slack: SlackSettings = field(default_factory=SlackSettings)
+    swing: SwingDamping | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for unknown laws, rigid platforms and numbers that are not positive and finite."""
@@ -75,6 +78,7 @@ class VelocityState:
 
     planned_excess: Array  # (m,) m, of each line on purpose
     slack_line: int = -1  # index; -1: none chosen yet
+    swing: SwingState = field(default_factory=SwingState)
     tension_error: float = math.inf  # N, largest of a rigid platform's lines from those that the model chooses
 
 
@@ -112,6 +116,8 @@ def step(
     size = math.sqrt(float(correction @ correction))
     if size > settings.max_correction:
         correction *= settings.max_correction / size
+    if settings.swing is not None:
+        correction = correction + follow(settings.swing, state.swing, estimate.rotation, dt)
     rates = taut.toward @ (target.velocity + correction) + leading
     if settings.law == "paper":
         rates += _slack_term(settings, taut, estimate, dt)

@@ -23,7 +23,7 @@ from cablewright.kernels.layout import (
     WEIGHT,
     robot_of,
 )
-from cablewright.kernels.newton import copy, copy_rows, largest
+from cablewright.kernels.newton import copy, copy_rows
 from cablewright.kernels.shared_winches.program import shared_workspace
 from cablewright.kernels.shared_winches.solve import solve_shared
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
@@ -36,10 +36,9 @@ from cablewright.kernels.statics.line.interface import add_line_pull, draw_line,
 from cablewright.kernels.statics.line.upright import extremes, is_slack, lengths_of
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.linearise import linearise, tension_changes
-from cablewright.kernels.statics.platform import between, place_platform, shift_pose
+from cablewright.kernels.statics.platform import between, may_be_another, place_platform, shift_pose
 from cablewright.kernels.statics.underactuated import solve_hanging
 
-MAX_DEVIATION = 0.05  # m, rad: between the expected and the solved pose of a row that continues its neighbour's path
 DRAWN = 1e3  # of its own weight: tension at which a line out of the plane is drawn straight
 NO_SOLUTION = (NOT_CONVERGED, SINGULAR, NOT_FINITE)
 COLD, NEAR, WARM, CHAIN = 0, 1, 2, 3  # what a forward solve starts from; see `forward_rows`
@@ -86,7 +85,7 @@ def _follow(packed, lengths, pose, states, neighbour, shift, work):
     copy_rows(neighbour, states)
     result = solve_warm(packed, lengths, pose, states, work)
     between(expected, pose, moved)
-    if result[0] != OK or (packed.freedoms == 6 and largest(moved, 6) > MAX_DEVIATION):
+    if result[0] != OK or may_be_another(moved):
         copy(begin, pose)
         result = solve_near(packed, lengths, pose, states, work)
     return result

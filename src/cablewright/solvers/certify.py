@@ -13,6 +13,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.kernels import batches
 from cablewright.kernels.certificates import krawczyk as kernel
+from cablewright.kernels.statics.line import enclosure
 from cablewright.kernels.statics.line.vertical_plane import NO_PLANE
 from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.statics import Equilibrium
@@ -28,9 +29,10 @@ REASONS = {
     STRAIGHT_DOWN: "not certified: a line hangs straight down, where it has no plane; the proof is by lines in planes",
     IN_PLANE: "not certified: the platform moves in a plane, which the proof does not cover",
     kernel.NO_INVERSE: "not certified: the Jacobian is singular",
-    kernel.SLACK: "not certified: a massless line hangs slack and has no shape",
-    kernel.OUT_OF_PLANE: "not certified: a line has a counterweight or is in no vertical plane; proofs are of others",
-    kernel.SOFT: "not certified: a spring or the mount of an exit point gives, and the proof is without them",
+    enclosure.SLACK: "not certified: a massless line hangs slack and has no shape",
+    enclosure.OUT_OF_PLANE: "not certified: a line has a counterweight or is in no vertical plane; "
+    "proofs are of others",
+    enclosure.SOFT: "not certified: a spring or the mount of an exit point gives, and the proof is without them",
     kernel.IMPRECISE: "not certified: exactly one equilibrium is near, but not within the tolerance",
 }
 

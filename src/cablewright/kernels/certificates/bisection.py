@@ -2,8 +2,8 @@
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.branch_tube import UNBOUNDED, reach_now, slopes
-from cablewright.kernels.certificates.hessian_bounds import ASIDE, PAIRS, ROWS, TURN
-from cablewright.kernels.layout import STATE, TAU, UNKNOWNS
+from cablewright.kernels.layout import STATE, TAU
+from cablewright.kernels.statics.line.hessian_bounds import ASIDE, PAIRS, ROWS, TURN
 
 COUNTED = 6  # number of unknowns by which a bisection is judged
 
@@ -104,7 +104,7 @@ def _pull_all(packed, row, cert, pulls, work):
                 if (side == 1 and p == q) or amount == 0.0:
                     continue
                 if p < STATE:
-                    if p < int(packed.lines[i, UNKNOWNS]):
+                    if p < cert.offsets[i + 1] - cert.offsets[i]:
                         pulls[cert.offsets[i] + p] += amount
                 elif p == TURN:
                     for axis in range(3):

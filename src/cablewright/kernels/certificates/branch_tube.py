@@ -17,7 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.certificates.hessian_bounds import (
+from cablewright.kernels.certificates.interval import ROUNDING, inflate, point
+from cablewright.kernels.certificates.krawczyk import image, invert, newton_bound, split
+from cablewright.kernels.certificates.length_polytope import upper_bound
+from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
+from cablewright.kernels.layout import (
+    BETA,
+    LEVER,
+    MASS_X,
+    PHI,
+    PLATFORM_WEIGHT,
+    PSI,
+    RADIUS,
+    SIDE,
+    STATE,
+    UNKNOWNS,
+)
+from cablewright.kernels.newton import copy
+from cablewright.kernels.statics.line.hessian_bounds import (
     ACROSS,
     ALONG,
     ASIDE,
@@ -37,24 +54,7 @@ from cablewright.kernels.certificates.hessian_bounds import (
     VARIABLES,
     bend_line,
 )
-from cablewright.kernels.certificates.interval import ROUNDING, inflate, point
-from cablewright.kernels.certificates.krawczyk import image, invert, newton_bound, split
-from cablewright.kernels.certificates.length_polytope import upper_bound
-from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, place_line, residual_of_all
-from cablewright.kernels.layout import (
-    BETA,
-    LEVER,
-    MASS_X,
-    PHI,
-    PLATFORM_WEIGHT,
-    POINT_X,
-    PSI,
-    RADIUS,
-    SIDE,
-    STATE,
-    UNKNOWNS,
-)
-from cablewright.kernels.newton import copy
+from cablewright.kernels.statics.platform_enclosure import rotation_of, turning_arm
 
 PROVED, NOT_CONTRACTING, UNBOUNDED, SINGULAR = 0, 1, 2, 3
 MARGIN = 0.25  # of the reach: initial margin of the box of second derivatives around it
@@ -177,11 +177,9 @@ def _frame_lines(packed, pose, states, cert, work):
             return False
         work.planes[i, 0], work.planes[i, 1] = 0.5 * (ex[0] + ex[1]), 0.5 * (ey[0] + ey[1])
         work.planes[i, 2] = reach[0]
-        square = 0.0
         for k in range(3):
             work.arms[i, k] = 0.5 * (cert.arm[k, 0] + cert.arm[k, 1])
-            square += row[POINT_X + k] ** 2
-        work.planes[i, 3] = sqrt(square) * ROUNDING if n == 6 else 0.0
+        work.planes[i, 3] = turning_arm(packed, row)
         turn, unknowns = row[SIDE] * row[RADIUS], row[UNKNOWNS]
         lever = row[LEVER] if unknowns > 5.0 else 0.0
         cx = reach[0] - lever * cos(y[BETA]) + turn * sin(y[PHI])
@@ -224,12 +222,11 @@ def _end_slopes(packed, line, a, b, cert, work):
         at, far = cert.offsets[i] + 2, max(abs(work.left[i]), abs(work.right[i]))
         x, y = cert.inverse[first, at], cert.inverse[first + 1, at]
         bulk += (abs(x) + abs(y)) * far
-        if packed.freedoms == 6:
-            p, q, r = cert.inverse[first + 3, at], cert.inverse[first + 4, at], cert.inverse[first + 5, at]
-            arm = work.arms[line]
-            x += q * arm[2] - r * arm[1]
-            y += r * arm[0] - p * arm[2]
-            bulk += 2.0 * work.planes[line, 3] * (abs(p) + abs(q) + abs(r)) * far
+        p, q, r = rotation_of(cert.inverse[first:, at], packed.freedoms)
+        arm = work.arms[line]
+        x += q * arm[2] - r * arm[1]
+        y += r * arm[0] - p * arm[2]
+        bulk += 2.0 * work.planes[line, 3] * (abs(p) + abs(q) + abs(r)) * far
         work.row[i] = a * x + b * y
     return SIDE_SLACK * bulk
 
@@ -263,15 +260,12 @@ def _find_effects(packed, cert, work):
             _turn_effect(x, z, frame[2], frame[3], DEAD_ALONG, DEAD_ACROSS, 0.0, out)
             out[MOMENT] = abs(row[start + 5]) if unknowns > 5 else 0.0
             x, y, z = row[first], row[first + 1], row[first + 2]
-            slack = abs(x) + abs(y)
-            out[TURNED] = 0.0
-            if n == 6:
-                a, b, c = row[first + 3], row[first + 4], row[first + 5]
-                x += b * arm[2] - c * arm[1]
-                y += c * arm[0] - a * arm[2]
-                z += a * arm[1] - b * arm[0]
-                out[TURNED] = sqrt(a * a + b * b + c * c) * ROUNDING
-                slack += 6.0 * out[TURNED] * work.planes[i, 3]
+            a, b, c = rotation_of(row[first::1], n)  # with a step Numba has one type for rows and columns
+            out[TURNED] = sqrt(a * a + b * b + c * c) * ROUNDING
+            slack = abs(x) + abs(y) + 6.0 * out[TURNED] * work.planes[i, 3]
+            x += b * arm[2] - c * arm[1]
+            y += c * arm[0] - a * arm[2]
+            z += a * arm[1] - b * arm[0]
             ex, ey = work.planes[i, 0], work.planes[i, 1]
             _turn_effect(ex * x + ey * y, z, frame[0], frame[1], PULL, SHEAR, slack, out)
             out[SIDEWAYS] = abs(ex * y - ey * x) + 1e-15 * slack
@@ -331,10 +325,9 @@ def _bend_all(packed, states, cert, work):
         reach = inflate(point(work.planes[i, 2]), box[AWAY] + box[ASIDE])
         if not bend_line(row, y, box, reach, frame, eta, omega, work.planes[i, 3], work.span, work.bends[i]):
             return False
-    if packed.freedoms == 6:
-        body = packed.platform
-        arm = sqrt(body[MASS_X] ** 2 + body[MASS_X + 1] ** 2 + body[MASS_X + 2] ** 2)
-        work.bends[0, TURNED, TURN_TURN] += body[PLATFORM_WEIGHT] * arm * (1.0 + 2.0 * omega) * ROUNDING
+    body = packed.platform
+    arm = sqrt(body[MASS_X] ** 2 + body[MASS_X + 1] ** 2 + body[MASS_X + 2] ** 2)  # 0 of a point
+    work.bends[0, TURNED, TURN_TURN] += body[PLATFORM_WEIGHT] * arm * (1.0 + 2.0 * omega) * ROUNDING
     return True
 
 

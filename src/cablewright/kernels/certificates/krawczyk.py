@@ -12,9 +12,9 @@ and the platform. The rounding of floating-point sums with Y is bounded by GAMMA
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.interval import GAMMA, ROUNDING
 from cablewright.kernels.certificates.system_enclosure import jacobian_of_all, residual_of_all
-from cablewright.kernels.layout import BETA, END_SPRING, GUIDE, MOUNT, UNKNOWNS
+from cablewright.kernels.layout import BETA, UNKNOWNS
 from cablewright.kernels.newton import solve
-from cablewright.kernels.statics.line.upright import is_slack
+from cablewright.kernels.statics.line.enclosure import ENCLOSABLE, enclosable
 
 UNDERFLOW = 1e-290  # bound of the underflow in sums of products with Y
 LARGEST = 1e12  # largest entry of Y for which UNDERFLOW is valid
@@ -24,7 +24,7 @@ GRAIN = 4e-16  # of an unknown: min half width
 NARROWER = 1e-3
 TRIES = 5
 
-CERTIFIED, NOT_CONTRACTING, UNBOUNDED, NO_INVERSE, SLACK, IMPRECISE, OUT_OF_PLANE, SOFT = 0, 1, 2, 3, 4, 5, 6, 7
+CERTIFIED, NOT_CONTRACTING, UNBOUNDED, NO_INVERSE, IMPRECISE = 0, 1, 2, 3, 5  # and the codes of `enclosable`
 
 
 @jit
@@ -35,12 +35,9 @@ def certify(packed, lengths, pose, states, tolerance, work):
     solution: for each line its unknowns, then the pose (m, and a rotation relative to the solution's, rad).
     """
     for i in range(packed.lines.shape[0]):
-        if packed.lines[i, GUIDE] > 0.0:
-            return OUT_OF_PLANE
-        if packed.lines[i, MOUNT] > 0.0 or packed.lines[i, END_SPRING] > 0.0:
-            return SOFT
-        if is_slack(packed.lines[i], states[i]):
-            return SLACK
+        code = enclosable(packed.lines[i], states[i])
+        if code != ENCLOSABLE:
+            return code
     residual_of_all(packed, lengths, pose, states, work)
     _widen(packed, pose, states, work, WIDTH, False)
     code = UNBOUNDED
@@ -105,8 +102,7 @@ def levers(packed, work):
     """1 if every lever is proved stable over the certified box, -1 if one is proved unstable, else 0."""
     sure = 1
     for i in range(packed.lines.shape[0]):
-        if packed.lines[i, UNKNOWNS] == 6.0:
-            at = work.offsets[i] + BETA
+        for at in range(work.offsets[i] + BETA, work.offsets[i + 1]):  # of a line over a lever
             if work.low[at, at] > 0.0:
                 return -1
             if not work.high[at, at] < 0.0:

@@ -31,6 +31,7 @@ from cablewright.kernels.statics.line.line_cell import (
     Z,
     describe,
     force,
+    labels_of,
     sheet,
 )
 
@@ -267,7 +268,7 @@ def _write(row, length, one, rest, resolved, hole, grain, view, leaves, count, w
         describe(row, length, cell, work.kept[k], work.unknown, leaves[count])
         leaves[count, LABEL], leaves[count, GOOD] = float(UNCLEAR) + other, 0.0
         count += 1
-    for label in range(2 if row[UNKNOWNS] == 6.0 else 1):
+    for label in range(labels_of(row)):
         if work.found[label] == 0 or hole:
             count = _write_hole(cell, float(label) + other, leaves, count)
     return count, False

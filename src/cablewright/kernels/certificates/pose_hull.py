@@ -5,7 +5,7 @@ The box of lengths is bisected, by lengths and by slabs, until each part, a leaf
 induction over the bisections the tubes enclose one continuous branch. Proof: docs/theory/certificates.md.
 """
 
-from math import inf, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -17,15 +17,11 @@ from cablewright.kernels.certificates.branch_tube import PROVED, TubeWork, prove
 from cablewright.kernels.certificates.interval import (
     GAMMA,
     ROUNDING,
-    add,
     down,
     exp,
     inflate,
     mag,
-    mul,
     point,
-    scale,
-    sqr,
     sub,
     up,
 )
@@ -34,13 +30,13 @@ from cablewright.kernels.certificates.length_polytope import centre_of, holds, o
 from cablewright.kernels.certificates.system_enclosure import (
     CertificateWork,
     certificate_pool,
-    enclose_rotation,
     unfold,
 )
 from cablewright.kernels.layout import OK, STATE, TAU, UNKNOWNS
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import left_jacobian
 from cablewright.kernels.statics.equilibrium import Work, refine, workspace
+from cablewright.kernels.statics.platform_enclosure import rotation_between
 
 COVERED, GOING, TOO_DEEP, NO_CENTRE, UNGLUED, HALF_TURN, UNCERTIFIED = 0, 1, 2, 3, 4, 5, 6
 NO_SOLUTION, OTHER_BRANCH = -1, 9  # codes of a part, in addition to those of a tube
@@ -324,7 +320,7 @@ def _is_in_tube(packed, nodes, at, search):
     lengths, other_pose, other_states = nodes.lengths[at], nodes.pose[at], nodes.states[at]
     bound = nodes.bound[at]
     pose, states, centre, cert, work = search.pose, search.states, search.centre, search.cert, search.tube
-    m, n = packed.lines.shape[0], packed.freedoms
+    m = packed.lines.shape[0]
     first = cert.offsets[m]
     for line in range(m):
         for k in range(int(packed.lines[line, UNKNOWNS])):
@@ -338,12 +334,11 @@ def _is_in_tube(packed, nodes, at, search):
         off = sub(inflate(point(other_pose[k]), bound[first + k]), point(pose[k]))
         if not _is_near(off, first + k, lengths, centre, cert, work):
             return False
-    if n == 6:
-        _turn_between(other_pose, pose, bound, first, cert, work)
-        for k in range(3):
-            off = (work.turned[k, 0], work.turned[k, 1])
-            if not _is_near(off, first + 3 + k, lengths, centre, cert, work):
-                return False
+    rotations = rotation_between(other_pose, pose, bound[first:], cert.rotation, work.rotation, work.turned)
+    for k in range(rotations):
+        off = (work.turned[k, 0], work.turned[k, 1])
+        if not _is_near(off, first + 3 + k, lengths, centre, cert, work):
+            return False
     return True
 
 
@@ -356,32 +351,3 @@ def _is_near(off, j, lengths, centre, cert, work):
         move += part
         bulk += abs(part)
     return mag(sub(off, (move, move))) + GAMMA * bulk < work.radius[j]
-
-
-@jit
-def _turn_between(other, pose, bound, first, cert, work):
-    """Write an enclosure of the rotation vectors from *pose* to the box of *bound* around *other* to work.turned."""
-    a, b, spare = cert.rotation, work.rotation, 0.0
-    enclose_rotation(other, a)
-    enclose_rotation(pose, b)
-    trace, square = (0.0, 0.0), (0.0, 0.0)
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        trace = add(trace, _product(a, b, k, k))
-        sine = scale(sub(_product(a, b, j, i), _product(a, b, i, j)), 0.5)
-        work.turned[k, 0], work.turned[k, 1] = sine
-        square = add(square, sqr(sine))
-        spare += 1.6 * bound[first + 3 + k] * ROUNDING  # a rotation vector changes by at most pi/2 times the rotation
-    small = trace[0] > 1.0 and square[1] < 0.25  # asin(s) / s < 1 + s^2 there
-    for k in range(3):
-        off = mul((work.turned[k, 0], work.turned[k, 1]), (1.0, 1.0 + 1.01 * square[1]))
-        work.turned[k, 0], work.turned[k, 1] = inflate(off, spare) if small else (-inf, inf)
-
-
-@jit
-def _product(a, b, i, j):
-    """Entry of A B^T."""
-    total = (0.0, 0.0)
-    for k in range(3):
-        total = add(total, mul((a[i, k, 0], a[i, k, 1]), (b[j, k, 0], b[j, k, 1])))
-    return total

@@ -9,14 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.certificates.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sin, sqr, sub
+from cablewright.kernels.certificates.interval import ROUNDING, add, div, inflate, mul, neg, point, root, sqr, sub
 from cablewright.kernels.layout import (
     EXIT_X,
     FREE,
-    MASS_X,
     PHI,
-    PLATFORM_WEIGHT,
-    POINT_X,
     PULLS,
     STATE,
     TAU,
@@ -24,7 +21,19 @@ from cablewright.kernels.layout import (
     WEIGHT,
     WRENCH,
 )
-from cablewright.kernels.statics.line.enclosure import ONE, ZERO, enclose_jacobian, enclose_residual
+from cablewright.kernels.statics.line.enclosure import ZERO, enclose_jacobian, enclose_residual
+from cablewright.kernels.statics.platform_enclosure import (
+    add_balance,
+    add_to,
+    add_wrench,
+    along,
+    component,
+    cross_component,
+    enclose_arm,
+    enclose_place,
+    enclose_weight,
+    set_vector,
+)
 
 
 class CertificateWork(NamedTuple):
@@ -127,12 +136,11 @@ def residual_of_all(packed, lengths, pose, states, work):
     m, n = packed.lines.shape[0], packed.freedoms
     first = work.offsets[m]
     work.radius[first:] = 0.0
-    if n == 6:
-        enclose_rotation(pose, work.rotation)
+    enclose_place(pose, work.rotation)
     for k in range(n):
         work.residual[first + k, 0] = work.residual[first + k, 1] = packed.platform[WRENCH + k]
-    _place_weight(packed, 0.0, work)
-    _add_balance(work.residual, first, n, work.arm, work.force)
+    enclose_weight(packed, 0.0, work.rotation, work.force, work.arm)
+    add_balance(work.residual, first, n, work.arm, work.force)
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
         ex, ey, reach, z = place_line(row, pose, 0.0, n, work.radius[first:], work)
@@ -141,8 +149,8 @@ def residual_of_all(packed, lengths, pose, states, work):
         v = add(v, mul(point(row[WEIGHT]), point(states[i, FREE])))
         pulls = point(row[PULLS])
         h, v = mul(pulls, h), mul(pulls, v)
-        _set(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(v))
-        _add_balance(work.residual, first, n, work.arm, work.force)
+        set_vector(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(v))
+        add_balance(work.residual, first, n, work.arm, work.force)
 
 
 @jit
@@ -156,11 +164,11 @@ def jacobian_of_all(packed, pose, states, work):
         omega += work.radius[first + k]
     omega *= ROUNDING
     low[first:, first:], high[first:, first:] = 0.0, 0.0
-    _place_weight(packed, omega, work)
+    enclose_weight(packed, omega, work.rotation, work.force, work.arm)
     for k in range(3, n):
-        _along(k, omega, work.arm, work.moved)
+        along(k, omega, work.arm, work.moved)
         for j in range(3):
-            _add_to(low, high, first + 3 + j, first + k, _cross(work.moved, work.force, j))
+            add_to(low, high, first + 3 + j, first + k, cross_component(work.moved, work.force, j))
     for i in range(m):
         row, start = packed.lines[i], work.offsets[i]
         ex, ey, reach, _ = place_line(row, pose, omega, n, work.radius[first:], work)
@@ -170,7 +178,7 @@ def jacobian_of_all(packed, pose, states, work):
         pulls = point(row[PULLS])
         h, v, weight = mul(pulls, h), mul(pulls, v), mul(pulls, point(row[WEIGHT]))
         end_v = add(v, mul(weight, inflate(point(states[i, FREE]), box[FREE])))
-        _set(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(end_v))
+        set_vector(work.force, neg(mul(h, ex)), neg(mul(h, ey)), neg(end_v))
         _add_unknown(first, start + PHI, n, work, neg(v), h, ex, ey)
         _add_unknown(first, start + TAU, n, work, h, v, ex, ey)
         _add_unknown(first, start + FREE, n, work, ZERO, weight, ex, ey)
@@ -182,11 +190,7 @@ def jacobian_of_all(packed, pose, states, work):
 @jit
 def place_line(row, pose, omega, n, radius, work):
     """Enclose a line's plane over the box: ex, ey, and the platform point x, z in it; writes its arm to work.arm."""
-    if n == 3:
-        for k in range(3):
-            work.arm[k, 0] = work.arm[k, 1] = row[POINT_X + k]
-    else:
-        _turn(row[POINT_X], row[POINT_X + 1], row[POINT_X + 2], omega, work.rotation, work.arm)
+    enclose_arm(row, n, omega, work.rotation, work.arm)
     dx, dy = _from_exit(row, pose, radius, work.arm, 0), _from_exit(row, pose, radius, work.arm, 1)
     reach = root(add(sqr(dx), sqr(dy)))
     return div(dx, reach), div(dy, reach), reach, _from_exit(row, pose, radius, work.arm, 2)
@@ -195,49 +199,7 @@ def place_line(row, pose, omega, n, radius, work):
 @jit
 def _from_exit(row, pose, radius, arm, k):
     """Enclose a coordinate of the platform point relative to the exit point over the box."""
-    return sub(add(inflate(point(pose[k]), radius[k]), _part(arm, k)), point(row[EXIT_X + k]))
-
-
-@jit
-def _set(vector, x, y, z):
-    vector[0, 0], vector[0, 1] = x
-    vector[1, 0], vector[1, 1] = y
-    vector[2, 0], vector[2, 1] = z
-
-
-@jit
-def _part(vector, k):
-    return vector[k, 0], vector[k, 1]
-
-
-@jit
-def _cross(a, b, k):
-    """Component *k* of a cross product."""
-    i, j = (k + 1) % 3, (k + 2) % 3
-    return sub(mul(_part(a, i), _part(b, j)), mul(_part(a, j), _part(b, i)))
-
-
-@jit
-def _add_to(low, high, i, j, value):
-    low[i, j], high[i, j] = add((low[i, j], high[i, j]), value)
-
-
-@jit
-def _add_wrench(low, high, first, column, n, arm, force):
-    """Add a force at *arm* to the platform's rows of a column."""
-    for k in range(3):
-        _add_to(low, high, first + k, column, _part(force, k))
-        if n == 6:
-            _add_to(low, high, first + 3 + k, column, _cross(arm, force, k))
-
-
-@jit
-def _add_balance(residual, first, n, arm, force):
-    """Add a force at *arm* to the platform's rows of the residual."""
-    for k in range(n):
-        at = first + k
-        value = _part(force, k) if k < 3 else _cross(arm, force, k - 3)
-        residual[at, 0], residual[at, 1] = add(_part(residual, at), value)
+    return sub(add(inflate(point(pose[k]), radius[k]), component(arm, k)), point(row[EXIT_X + k]))
 
 
 @jit
@@ -245,8 +207,8 @@ def _add_unknown(first, column, n, work, dh, dv, ex, ey):
     """Set the platform's rows of a line's unknown whose derivative of the end force is (dh, dv)."""
     for k in range(n):
         work.low[first + k, column], work.high[first + k, column] = 0.0, 0.0
-    _set(work.change, neg(mul(dh, ex)), neg(mul(dh, ey)), neg(dv))
-    _add_wrench(work.low, work.high, first, column, n, work.arm, work.change)
+    set_vector(work.change, neg(mul(dh, ex)), neg(mul(dh, ey)), neg(dv))
+    add_wrench(work.low, work.high, first, column, n, work.arm, work.change)
 
 
 @jit
@@ -255,87 +217,14 @@ def _add_coordinate(first, start, k, n, omega, work, turn, ex, ey):
 
     *turn* is the force per length by which the line's plane rotates.
     """
-    _along(k, omega, work.arm, work.moved)
-    dx, dy = _part(work.moved, 0), _part(work.moved, 1)
+    along(k, omega, work.arm, work.moved)
+    dx, dy = component(work.moved, 0), component(work.moved, 1)
     column = first + k
     work.low[start, column], work.high[start, column] = neg(add(mul(ex, dx), mul(ey, dy)))
-    work.low[start + 1, column], work.high[start + 1, column] = neg(_part(work.moved, 2))
+    work.low[start + 1, column], work.high[start + 1, column] = neg(component(work.moved, 2))
     turned = mul(turn, sub(mul(ey, dx), mul(ex, dy)))
-    _set(work.change, neg(mul(ey, turned)), mul(ex, turned), ZERO)
-    _add_wrench(work.low, work.high, first, column, n, work.arm, work.change)
+    set_vector(work.change, neg(mul(ey, turned)), mul(ex, turned), ZERO)
+    add_wrench(work.low, work.high, first, column, n, work.arm, work.change)
     if k > 2:
         for j in range(3):
-            _add_to(work.low, work.high, first + 3 + j, column, _cross(work.moved, work.force, j))
-
-
-@jit
-def _along(k, omega, arm, moved):
-    """Enclose the motion of a point at *arm* with pose coordinate *k*: an axis, or its cross product with *arm*.
-
-    After a rotation of at most *omega*, an increment of a rotation coordinate is its axis to within omega (the left
-    Jacobian).
-    """
-    if k < 3:
-        _set(moved, ZERO, ZERO, ZERO)
-        moved[k, 0], moved[k, 1] = 1.0, 1.0
-        return
-    axis = k - 3
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    near, one = (-omega, omega), add(ONE, (-omega, omega))
-    a, b, c = _part(arm, axis), _part(arm, i), _part(arm, j)
-    moved[axis, 0], moved[axis, 1] = sub(mul(near, c), mul(near, b))
-    moved[i, 0], moved[i, 1] = sub(mul(near, a), mul(one, c))
-    moved[j, 0], moved[j, 1] = sub(mul(one, b), mul(near, a))
-
-
-@jit
-def _turn(x, y, z, omega, rotation, out):
-    """Enclose a point of the platform rotated with the pose, and by up to *omega* more."""
-    size = (abs(x) + abs(y) + abs(z)) * omega * ROUNDING
-    for k in range(3):
-        a = mul((rotation[k, 0, 0], rotation[k, 0, 1]), point(x))
-        b = mul((rotation[k, 1, 0], rotation[k, 1, 1]), point(y))
-        c = mul((rotation[k, 2, 0], rotation[k, 2, 1]), point(z))
-        out[k, 0], out[k, 1] = add(add(add(a, b), c), (-size, size))
-
-
-@jit
-def _place_weight(packed, omega, work):
-    """Enclose the platform's weight in work.force and, of a body, its arm in work.arm."""
-    platform = packed.platform
-    _set(work.force, ZERO, ZERO, point(-platform[PLATFORM_WEIGHT]))
-    if packed.freedoms == 6:
-        _turn(platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2], omega, work.rotation, work.arm)
-
-
-@jit
-def enclose_rotation(pose, out):
-    """Enclose the matrix of the pose's rotation vector (Rodrigues)."""
-    x, y, z = point(pose[3]), point(pose[4]), point(pose[5])
-    square = add(add(sqr(x), sqr(y)), sqr(z))
-    if square[1] > 1e-8:
-        angle = root(square)
-        half = mul((0.5, 0.5), angle)
-        a = div(sin(angle), angle)
-        sine = div(sin(half), half)
-        b = mul((0.5, 0.5), sqr(sine))
-    else:  # alternating series
-        a = sub(ONE, mul(square, (0.0, 0.16666666666666669)))
-        b = sub((0.5, 0.5), mul(square, (0.0, 0.04166666666666667)))
-    xx, yy, zz = mul(b, sqr(x)), mul(b, sqr(y)), mul(b, sqr(z))
-    xy, xz, yz = mul(b, mul(x, y)), mul(b, mul(x, z)), mul(b, mul(y, z))
-    ax, ay, az = mul(a, x), mul(a, y), mul(a, z)
-    _write(out, 0, 0, sub(ONE, add(yy, zz)))
-    _write(out, 1, 1, sub(ONE, add(xx, zz)))
-    _write(out, 2, 2, sub(ONE, add(xx, yy)))
-    _write(out, 0, 1, sub(xy, az))
-    _write(out, 1, 0, add(xy, az))
-    _write(out, 0, 2, add(xz, ay))
-    _write(out, 2, 0, sub(xz, ay))
-    _write(out, 1, 2, sub(yz, ax))
-    _write(out, 2, 1, add(yz, ax))
-
-
-@jit
-def _write(out, i, j, value):
-    out[i, j, 0], out[i, j, 1] = value
+            add_to(work.low, work.high, first + 3 + j, column, cross_component(work.moved, work.force, j))

@@ -16,8 +16,7 @@ from cablewright.kernels import jit
 from cablewright.kernels.fitting.calibration_residuals import RowReading, place_unknowns, read_row, reading
 from cablewright.kernels.layout import NOT_CONVERGED, NOT_FINITE, OK
 from cablewright.kernels.newton import along_columns, cholesky, copy
-from cablewright.kernels.rotation import compose
-from cablewright.kernels.statics.platform import place_platform, shift_pose
+from cablewright.kernels.statics.platform import move_freely, place_platform
 
 MIN_DAMPING, MAX_DAMPING = 1e-12, 1e12
 FLOOR = 1e-30  # added to damped diagonal entries, so that a row of zeros has a pivot
@@ -218,20 +217,6 @@ def _solve_reduced(S, step, k):
 
 
 @jit
-def _move(free, pose, e, moved):
-    """Write the *pose* (n,) after a step *e* (p,) in its *free* directions (n, p) to *moved*."""
-    n, p = free.shape
-    copy(pose, moved)
-    if p == n:
-        shift_pose(moved, e)
-        return
-    for c in range(3):
-        moved[c] += free[c, 0] * e[0] + free[c, 1] * e[1]
-    if n == 6:
-        compose(free[3, 2] * e[2], free[4, 2] * e[2], free[5, 2] * e[2], moved[3:])
-
-
-@jit
 def _try_step(free, limits, theta, poses, damping, work):
     """Write unknowns and poses after the step to *work*. Returns its largest entry and the predicted cost decrease."""
     k, n = theta.shape[0], free.shape[1]
@@ -256,7 +241,7 @@ def _try_step(free, limits, theta, poses, damping, work):
         for c in range(n):
             largest = max(largest, abs(e[c]))
             promised += e[c] * (work.h[j, c] + damping * work.V[j, c, c] * e[c])
-        _move(free, poses[j], e, work.poses[j])
+        move_freely(free, poses[j], e, work.poses[j])
     return largest, 0.5 * promised
 
 

@@ -21,7 +21,7 @@ from cablewright.kernels.statics.equilibrium import evaluate, workspace_of
 from cablewright.kernels.statics.line.interface import advance_line
 from cablewright.kernels.statics.line.upright import force_change, is_slack
 from cablewright.kernels.statics.line.upright_lines import add_eliminated, eliminate
-from cablewright.kernels.statics.platform import add_force
+from cablewright.kernels.statics.platform import add_force, add_turning, pose_of, weight_without_moment
 
 STEPS = 30
 MOVE_TOLERANCE = 1e-9  # m and rad: size of the last Newton step of the midpoint
@@ -94,13 +94,12 @@ def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
     code = NOT_CONVERGED
     for _ in range(STEPS):
         for k in range(3):
-            swing.place[k] = middle[PLACE + k] = motion[PLACE + k] + 0.5 * dt * middle[VELOCITY + k]
+            middle[PLACE + k] = motion[PLACE + k] + 0.5 * dt * middle[VELOCITY + k]
             middle[TURN + k] = motion[TURN + k]
         compose(
             0.5 * dt * middle[RATE], 0.5 * dt * middle[RATE + 1], 0.5 * dt * middle[RATE + 2], middle[TURN : TURN + 3]
         )
-        if packed.freedoms == 6:
-            copy(middle[TURN : TURN + 3], swing.place[3:])
+        pose_of(middle[PLACE : PLACE + 3], middle[TURN : TURN + 3], swing.place)
         worst, unbalanced, _ = evaluate(packed, swing.lengths, swing.place, states, work)
         if not (worst == worst and unbalanced == unbalanced):
             return NOT_FINITE
@@ -127,9 +126,8 @@ def _condense(packed, before, after, dt, states, work, swing):
     """As `equilibrium.condense`, and set swing.pulled and swing.turning. False if singular."""
     pulled, turning = swing.pulled, swing.turning
     pulled[:] = 0.0
-    if packed.freedoms == 6:
-        turning[:, :] = 0.0
-        weigh(packed.platform, work.rotation, turning)
+    turning[:, :] = 0.0
+    weigh(packed.platform, work.rotation, turning)
     for i in range(packed.lines.shape[0]):
         row, y, steps, plane = packed.lines[i], states[i], work.steps[i], work.planes[i]
         if is_slack(row, y):
@@ -141,30 +139,18 @@ def _condense(packed, before, after, dt, states, work, swing):
         dh, dv = force_change(h, v, row[WEIGHT], steps, 3)
         rate = (after[i] - before[i]) / dt
         add_force(work.arms[i], -rate * dh * plane[0], -rate * dh * plane[1], -rate * dv, pulled)
-        if packed.freedoms == 6:
-            dh, dv = force_change(h, v, row[WEIGHT], steps, 0)
-            h, v = h - dh, v - dv + row[WEIGHT] * y[FREE]
-            arm = work.arms[i]
-            turn_arm((arm[0], arm[1], arm[2]), -h * plane[0], -h * plane[1], -v, turning)
+        dh, dv = force_change(h, v, row[WEIGHT], steps, 0)
+        h, v = h - dh, v - dv + row[WEIGHT] * y[FREE]
+        arm = work.arms[i]
+        add_turning(turning, 0, arm[0], arm[1], arm[2], -h * plane[0], -h * plane[1], -v)
     return True
 
 
 @jit
 def weigh(platform, rotation, turning):
     """Add what the weight at the turned centre of mass adds to the stiffness."""
-    swung = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
-    turn_arm(swung, 0.0, 0.0, -platform[PLATFORM_WEIGHT], turning)
-
-
-@jit
-def turn_arm(arm, fx, fy, fz, turning):
-    """Add -[f]x [r]x, minus the derivative of the moment of a constant force by a rotation of its *arm*."""
-    dot = arm[0] * fx + arm[1] * fy + arm[2] * fz
-    for i in range(3):
-        turning[i, 0] -= arm[i] * fx
-        turning[i, 1] -= arm[i] * fy
-        turning[i, 2] -= arm[i] * fz
-        turning[i, i] += dot
+    x, y, z = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
+    add_turning(turning, 0, x, y, z, 0.0, 0.0, -platform[PLATFORM_WEIGHT])
 
 
 @jit
@@ -197,8 +183,7 @@ def _assemble(packed, body, motion, dt, work, swing):
     ax = inverse * (middle[VELOCITY] - motion[VELOCITY])
     ay = inverse * (middle[VELOCITY + 1] - motion[VELOCITY + 1])
     az = inverse * (middle[VELOCITY + 2] - motion[VELOCITY + 2])
-    if n == 3:
-        az += packed.platform[PLATFORM_WEIGHT] / mass  # of a body the lines' balance has the moment of its weight
+    az += weight_without_moment(packed) / mass
     ex = inverse * (wx - motion[RATE])
     ey = inverse * (wy - motion[RATE + 1])
     ez = inverse * (wz - motion[RATE + 2])
@@ -217,16 +202,15 @@ def _assemble(packed, body, motion, dt, work, swing):
         b[3 + k, 0] -= damping[k] * middle[RATE + k]
     # the twisted lines are a weak spring about the vertical
     b[5, 0] -= body[YAW_STIFFNESS] * (atan2(R[1, 0], R[0, 0]) - body[YAW_REST])
-    if n == 6:
-        _add_moments(relax, middle, work, swing)
-        _add_part(body, wx, wy, wz, swing)
+    _add_moments(n - 3, relax, middle, work, swing)
+    _add_part(body, wx, wy, wz, swing)
 
 
 @jit
-def _add_moments(relax, middle, work, swing):
-    """Add the lines' moments, and what rotation does to their forces."""
+def _add_moments(moments, relax, middle, work, swing):
+    """Add the lines' *moments*, 3 or none, and what rotation does to their forces."""
     A, b, turning = swing.system, swing.rhs, swing.turning
-    for i in range(3):
+    for i in range(moments):
         for j in range(3):
             A[3 + i, 3 + j] -= relax * turning[i, j]
             b[i, 0] -= relax * work.stiffness[i, 3 + j] * middle[RATE + j]
@@ -287,10 +271,9 @@ def _apply(packed, dt, states, work, swing):
     for k in range(3):
         middle[VELOCITY + k] += step[k, 0]
         middle[RATE + k] += step[3 + k, 0]
-        swing.move[k, 0] = 0.5 * dt * step[k, 0]
-        if packed.freedoms == 6:
-            swing.move[3 + k, 0] = 0.5 * dt * step[3 + k, 0]
         size += step[k, 0] ** 2 + step[3 + k, 0] ** 2
+    for k in range(packed.freedoms):
+        swing.move[k, 0] = 0.5 * dt * step[k, 0]
     for i in range(packed.lines.shape[0]):
         row, y = packed.lines[i], states[i]
         if not is_slack(row, y):

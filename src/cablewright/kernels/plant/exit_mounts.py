@@ -1,27 +1,18 @@
 """Exits that give: the mount of each is displaced by the force of its cable, closed with lines and platform."""
 
-from math import cos, exp, sin
-
 import numpy as np
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
     DEAD,
     DEAD_COMPLIANCE,
-    EXIT_X,
     FREE,
     FREE_COMPLIANCE,
     NOT_CONVERGED,
     OK,
-    PHI,
-    PSI,
-    PULLS,
-    TAU,
-    UNKNOWNS,
-    WINCH_X,
-    WINCH_Z,
 )
 from cablewright.kernels.statics.forward import solve_warm
+from cablewright.kernels.statics.line.upright_lines import move_exit, pull_on_exit
 
 CLOSED = 1e-7  # m: last move of an exit in equilibrium
 ROUNDS = 100
@@ -54,13 +45,7 @@ def propose(lines, states, planes, ratio, compliance, displaced, steps):
 @jit
 def _propose(row, y, plane, ratio, soft, displaced, step):
     """As `propose`, of one line: *soft* is its compliance (3, 3)."""
-    has_dead = 1.0 if row[UNKNOWNS] > 3.0 else 0.0
-    tension = exp(y[TAU]) if row[PULLS] > 0.0 else 0.0
-    flat, dead_flat = cos(y[PHI]), has_dead * cos(y[PSI])
-    rise, dead_rise = sin(y[PHI]), has_dead * sin(y[PSI])
-    pull, gx, gz = tension * (flat + ratio * dead_flat), flat + dead_flat, rise + dead_rise
-    fx, fy, fz = pull * plane[0], pull * plane[1], tension * (rise + ratio * dead_rise)
-    gx, gy = gx * plane[0], gx * plane[1]
+    fx, fy, fz, gx, gy, gz = pull_on_exit(row, y, plane, ratio)
     missing_along, soft_along = 0.0, 0.0
     for k in range(3):
         g = gx if k == 0 else (gy if k == 1 else gz)
@@ -77,14 +62,9 @@ def _propose(row, y, plane, ratio, soft, displaced, step):
 def move(lines, planes, steps, scale, displaced):
     """Move exits by *scale* times *steps* (m, 3), m; winches, told from the exits, stay where they are."""
     for i in range(lines.shape[0]):
-        row = lines[i]
         for k in range(3):
             displaced[i, k] += scale * steps[i, k]
-            row[EXIT_X + k] += scale * steps[i, k]
-        if row[UNKNOWNS] > 3.0:
-            row[WINCH_Z] -= scale * steps[i, 2]
-        if row[UNKNOWNS] > 4.0:
-            row[WINCH_X] -= scale * (steps[i, 0] * planes[i, 0] + steps[i, 1] * planes[i, 1])
+        move_exit(lines[i], planes[i], steps[i], scale)
 
 
 @jit(allocates=True)

@@ -11,11 +11,10 @@ from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
 from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_points, turn_drive
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import turn_winches
-from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.line.sheave import straight, whole_length
 from cablewright.kernels.statics.line.upright import guess, is_slack, start_force
 from cablewright.kernels.statics.line.vertical_plane import place
-from cablewright.kernels.statics.platform import load_scale
+from cablewright.kernels.statics.platform import load_scale, place_platform, pose_of
 
 # Columns of a line's readings: tension at the sheave, N; tangent's angle, true and by an accelerometer, rad; length of
 # the straight line, m.
@@ -129,10 +128,8 @@ def carry_ends(motion, acceleration, arms, ends):
 def retry(packed, body, motion, before, after, dt, states, work, swing):
     """Repeat the step from guessed line states."""
     share = load_scale(packed) / packed.lines.shape[0]
-    for k in range(3):
-        swing.place[k] = motion[PLACE + k]
-    if packed.freedoms == 6:
-        matrix(motion[TURN : TURN + 3], work.rotation)
+    pose_of(motion[PLACE : PLACE + 3], motion[TURN : TURN + 3], swing.place)
+    place_platform(swing.place, work.rotation)
     for i in range(packed.lines.shape[0]):
         if is_slack(packed.lines[i], states[i]):
             continue

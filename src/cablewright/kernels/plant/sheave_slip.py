@@ -1,9 +1,10 @@
 """Sliding over sheaves: by the way of the cable, which part of the friction acts (Maxwell slip) and which way."""
 
-from math import exp, pi
+from math import exp
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import DEAD, DEAD_COMPLIANCE, FREE, PHI, PSI, RADIUS, SIDE, TAU
+from cablewright.kernels.layout import DEAD, DEAD_COMPLIANCE, FREE, TAU
+from cablewright.kernels.statics.line.sheave import contact_angle
 
 
 @jit
@@ -22,15 +23,5 @@ def slide(lines, states, rate, sticks, before, elements, ratio, stretch):
         for j in range(k):
             elements[i, j] = min(max(elements[i, j] + paid / sticks[j], -1.0), 1.0)
             held += elements[i, j]
-        ratio[i] = exp(-rate * turning(row, y) * held / k)
+        ratio[i] = exp(-rate * contact_angle(row, y) * held / k)
         stretch[i] = (ratio[i] - 1.0) * exp(y[TAU]) * row[DEAD_COMPLIANCE] * y[DEAD]
-
-
-@jit
-def turning(row, y):
-    """Angle (rad) by which a cable turns between its dead span and its free span; in an eyelet the shorter way."""
-    contact = row[SIDE] * (y[PSI] - y[PHI]) + pi
-    if row[RADIUS] > 0.0:
-        return max(contact, 0.0)
-    contact %= 2.0 * pi
-    return min(contact, 2.0 * pi - contact)

@@ -11,7 +11,7 @@ from cablewright.kernels import jit
 from cablewright.kernels.certificates.exclusion import SETTLED
 from cablewright.kernels.layout import COUNTERWEIGHT, END_SPRING, EXIT_X, FREE_COMPLIANCE, SPANS
 from cablewright.kernels.newton import copy, largest, largest_of_column, solve
-from cablewright.kernels.statics.line.interface import condense_line, settle_line, spring_line
+from cablewright.kernels.statics.line.interface import condense_line, reach_of_line, settle_line, spring_line
 from cablewright.kernels.statics.line.upright import FAILED
 from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE, add_line, place
 from cablewright.kernels.statics.platform import (
@@ -184,8 +184,7 @@ def place_below(packed, lengths, pose):
     pose[:3] = 0.0
     drop = 1e300
     for i in range(m):
-        if packed.lines[i, COUNTERWEIGHT] == 0.0:
-            drop = min(drop, 0.25 * lengths[i] / packed.lines[i, SPANS])
+        drop = min(drop, 0.25 * reach_of_line(packed.lines[i], lengths[i]))
     for k in range(3):
         low, high = 1e300, -1e300
         for i in range(m):

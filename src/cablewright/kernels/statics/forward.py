@@ -17,14 +17,13 @@ from cablewright.kernels.statics.equilibrium import (
 from cablewright.kernels.statics.line.interface import draw_line, guess_line
 from cablewright.kernels.statics.line.upright import SLACK_TENSION, is_slack
 from cablewright.kernels.statics.line.vertical_plane import place
-from cablewright.kernels.statics.platform import angle_of, load_scale, place_platform, turn_to_start
+from cablewright.kernels.statics.platform import angle_of, load_scale, place_platform, starts_of, turn_to_start
 
 FIRST_STEP = 0.25  # of the homotopy from taut lengths to the requested ones
 MIN_STEP = 1e-3
 POLISHES = 4  # Newton steps that balance taut lines where a pose's digits are too few to
 ROUGH = 1e-3  # of the load: unbalanced force at which Newton takes over from the descent
 LEVER_PULLS = (1.0, 10.0, 100.0)  # times a line's share of the load, at which levers are placed
-STARTS = 10  # start rotations of a rigid body
 UPRIGHT = 0.6  # rad: a solution rotated by less than this ends the search
 
 
@@ -103,12 +102,10 @@ def solve_cold(packed, lengths, pose, states, work):
     A rigid body is tried unrotated first, then from other rotations, until the solution is rotated by less than
     UPRIGHT: of several equilibria for the same lengths the one with the smallest rotation angle is returned.
     """
-    if packed.freedoms == 3:
-        return _solve_from_springs(packed, lengths, pose, states, work)
     answer, total, left = NOT_CONVERGED, 0, 0.0
     min_angle = 1e300
     best, best_states = pose.copy(), states.copy()
-    for start in range(STARTS):
+    for start in range(starts_of(packed)):
         turn_to_start(packed, pose, start)
         code, iterations, residual = _solve_from_springs(packed, lengths, pose, states, work)
         total += iterations

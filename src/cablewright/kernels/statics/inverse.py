@@ -35,7 +35,7 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.newton import copy, largest
 from cablewright.kernels.statics.equilibrium import evaluate, judge, judge_stability, unbalanced
-from cablewright.kernels.statics.line.counterweight import beyond_limits
+from cablewright.kernels.statics.line.counterweight import beyond_hung_limits, beyond_limits
 from cablewright.kernels.statics.line.interface import (
     add_line_pull,
     begin_line,
@@ -85,7 +85,7 @@ def solve_inverse(packed, pose, states, work, known):
 @jit
 def judge_held(packed, pose, states, work, code, violation):
     """Code and violation (N) of what tensions and lengths hold: by counterweights and stability; marks slack lines."""
-    if code == OK and packed.general is not None:
+    if code == OK:
         code, violation = _judge_hung(packed, states)
     if code == OK and packed.platform[MASSLESS] > 0.0:
         _mark_slack(packed, states, work.pulls)
@@ -121,9 +121,8 @@ def _judge_hung(packed, states):
     violation, most = 0.0, 0.0
     for i in range(packed.lines.shape[0]):
         row = packed.lines[i]
-        if row[COUNTERWEIGHT] > 0.0:
-            violation = max(violation, beyond_limits(row, states[i]))
-            most = max(most, row[COUNTERWEIGHT])
+        violation = max(violation, beyond_hung_limits(row, states[i]))
+        most = max(most, row[COUNTERWEIGHT])
     return (INFEASIBLE, violation) if violation > BALANCE_TOLERANCE * most else (OK, 0.0)
 
 

@@ -20,9 +20,12 @@ from cablewright.kernels.layout import (
     TENSION_MIN,
     WRENCH,
 )
+from cablewright.kernels.newton import copy, largest
 from cablewright.kernels.rotation import compose, left_jacobian, matrix, rotate
 
 POSE_STEP, TURN_STEP = 1.0, 0.3  # m, rad: the longest single move of the platform
+STARTS = 10  # start rotations of a rigid body
+MAX_DEVIATION = 0.05  # m, rad: of a solved pose from the one that its neighbours on a path make expect
 IN_PLANE = pi / 5.0  # rad: between the start rotations of a body in a plane
 
 
@@ -31,6 +34,22 @@ def place_platform(pose, rotation):
     """Write the *rotation* (3, 3) of the *pose* of a rigid body; a point has none, and it stays as it is."""
     if pose.shape[0] == 6:
         matrix(pose[3:], rotation)
+
+
+@jit
+def pose_of(position, rotation, pose):
+    """Write the *pose* (n,) of a platform at a *position* (3,), of a body with its *rotation* vector (3,)."""
+    copy(position, pose[:3])
+    if pose.shape[0] == 6:
+        copy(rotation, pose[3:])
+
+
+@jit
+def place_arm(lines, i, pose, rotation, arm):
+    """Write the *arm* (3,) of line *i*, from the platform's origin to its point, world."""
+    arm[0], arm[1], arm[2] = lines[i, POINT_X], lines[i, POINT_Y], lines[i, POINT_Z]
+    if pose.shape[0] == 6:
+        arm[0], arm[1], arm[2] = rotate(rotation, arm[0], arm[1], arm[2])
 
 
 @jit(inline=True)
@@ -67,6 +86,26 @@ def between(start, end, shift):
 
 
 @jit
+def move_freely(free, pose, step, moved):
+    """Write the *pose* (n,) after a *step* (p,) in its *free* directions, the columns of (n, p), to *moved*."""
+    n, p = free.shape
+    copy(pose, moved)
+    if p == n:
+        shift_pose(moved, step)
+        return
+    for c in range(3):
+        moved[c] += free[c, 0] * step[0] + free[c, 1] * step[1]
+    if n == 6:
+        compose(free[3, 2] * step[2], free[4, 2] * step[2], free[5, 2] * step[2], moved[3:])
+
+
+@jit
+def may_be_another(shift):
+    """Whether *shift* (n,) leads from an expected equilibrium to another: a point as a rule has only one."""
+    return shift.shape[0] == 6 and largest(shift, 6) > MAX_DEVIATION
+
+
+@jit
 def move_platform(pose, work):
     """Add work.move, shortened to the step limits, to *pose*. Returns the step's length (m) and whether it is full."""
     n = pose.shape[0]
@@ -84,6 +123,12 @@ def move_platform(pose, work):
         compose(work.move[3, 0], work.move[4, 0], work.move[5, 0], pose[3:])
         length += turn
     return length * held, held == 1.0
+
+
+@jit
+def starts_of(packed):
+    """Return the number of rotations to start from, see `turn_to_start`: 1 of a point."""
+    return STARTS if packed.freedoms == 6 else 1
 
 
 @jit
@@ -124,20 +169,36 @@ def load_scale(packed):
 
 
 @jit
+def own_load(packed, rotation, wrench):
+    """Set *wrench* (n,) to the platform's own load. Returns the arm of its weight, world; a point's load has none."""
+    platform = packed.platform
+    for k in range(packed.freedoms):
+        wrench[k] = platform[WRENCH + k]
+    weight = platform[PLATFORM_WEIGHT]
+    wrench[2] -= weight
+    if packed.freedoms < 6:
+        return 0.0, 0.0, 0.0
+    rx, ry, rz = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
+    _add_moment(wrench, rx, ry, rz, 0.0, 0.0, -weight)
+    return rx, ry, rz
+
+
+@jit
 def start_balance(packed, rotation, wrench, stiffness):
     """Set *wrench* (n,) to the platform's own load and *stiffness* (n, n) to minus its derivative by the pose."""
     n = packed.freedoms
-    platform = packed.platform
     for k in range(n):
-        wrench[k] = platform[WRENCH + k]
         for j in range(n):
             stiffness[k, j] = 0.0
-    weight = platform[PLATFORM_WEIGHT]
-    wrench[2] -= weight
+    rx, ry, rz = own_load(packed, rotation, wrench)
     if n == 6:
-        rx, ry, rz = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
-        _add_moment(wrench, rx, ry, rz, 0.0, 0.0, -weight)
-        add_turning(stiffness, rx, ry, rz, 0.0, 0.0, -weight)
+        add_turning(stiffness, 3, rx, ry, rz, 0.0, 0.0, -packed.platform[PLATFORM_WEIGHT])
+
+
+@jit
+def weight_without_moment(packed):
+    """Return the weight (N) of which `own_load` has no moment: that of a point platform."""
+    return packed.platform[PLATFORM_WEIGHT] if packed.freedoms == 3 else 0.0
 
 
 @jit(inline=True)
@@ -168,15 +229,18 @@ def _add_moment(wrench, rx, ry, rz, fx, fy, fz):
 
 
 @jit
-def add_turning(stiffness, rx, ry, rz, fx, fy, fz):
-    """Add -[f]x [r]x, minus the derivative of the moment r x f by a rotation of the arm under constant force."""
+def add_turning(stiffness, first, rx, ry, rz, fx, fy, fz):
+    """Add -[f]x [r]x, minus the derivative of the moment r x f by a rotation of the arm under constant force.
+
+    To the block of *stiffness* whose rows and columns begin with *first*.
+    """
     dot = rx * fx + ry * fy + rz * fz
     f = (fx, fy, fz)
     r = (rx, ry, rz)
     for i in range(3):
         for j in range(3):
-            stiffness[3 + i, 3 + j] -= r[i] * f[j]
-        stiffness[3 + i, 3 + i] += dot
+            stiffness[first + i, first + j] -= r[i] * f[j]
+        stiffness[first + i, first + i] += dot
 
 
 @jit

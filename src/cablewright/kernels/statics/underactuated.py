@@ -12,12 +12,13 @@ from cablewright.kernels.layout import FREE, FREE_COMPLIANCE, INFEASIBLE, NOT_CO
 from cablewright.kernels.newton import copy, copy_rows, largest, largest_of_column, solve
 from cablewright.kernels.statics.descent import SPRING, SPRING_TOLERANCE, descend, place_below
 from cablewright.kernels.statics.equilibrium import judge
-from cablewright.kernels.statics.forward import STARTS, UPRIGHT
+from cablewright.kernels.statics.forward import UPRIGHT
 from cablewright.kernels.statics.inverse import NEEDS_PUSH, balances, none_rigid, stays
 from cablewright.kernels.statics.line.counterweight import beyond_limits
 from cablewright.kernels.statics.line.interface import hang_line
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import (
+    STARTS,
     add_reactions,
     angle_of,
     keep_free,

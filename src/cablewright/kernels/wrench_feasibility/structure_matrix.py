@@ -4,7 +4,6 @@ Column i of A (n, m) is the wrench that line i exerts on the platform per newton
 the platform to where it leaves its mounting, and r x u about the platform's origin.
 """
 
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -12,23 +11,14 @@ from numpy.typing import NDArray
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import (
-    EXIT_X,
-    MASS_X,
     OK,
-    PLATFORM_WEIGHT,
-    POINT_X,
     PULLS,
     STATE,
-    TENSION_MAX,
-    TENSION_MIN,
-    UNDER_EXIT,
-    WRENCH,
 )
-from cablewright.kernels.rotation import rotate
 from cablewright.kernels.statics.equilibrium import Work, workspace_of
-from cablewright.kernels.statics.line.interface import aim_line
-from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE, NO_PLANE, is_eyelet, place
-from cablewright.kernels.statics.platform import place_platform
+from cablewright.kernels.statics.line.interface import aim_line_at
+from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE
+from cablewright.kernels.statics.platform import gradient_by_pose, own_load, place_platform
 
 DEPENDENT = 1e-10  # of a row's size: largest pivot of a freedom that the other freedoms determine
 WIDTH = 8  # rows of A, n or n + 1, padded so that a column fills whole registers
@@ -66,44 +56,20 @@ def structure_at(packed, pose, work):
 
     A line over a sheave leaves along the tangent; a lever has its angle at the mean of the line's tension limits.
     """
-    n, lines, platform = packed.freedoms, packed.lines, packed.platform
-    table, R, arm = work.table, work.base.rotation, work.base.arms[0]
-    place_platform(pose, R)
+    n, lines, table, arm = packed.freedoms, packed.lines, work.table, work.base.arms[0]
+    place_platform(pose, work.base.rotation)
     m, reach = lines.shape[0], AXIS_DISTANCE
     for i in range(m):
-        if is_eyelet(lines[i]):
-            rx, ry, rz = lines[i, POINT_X], lines[i, POINT_X + 1], lines[i, POINT_X + 2]
-            if n == 6:
-                rx, ry, rz = rotate(R, rx, ry, rz)
-            x = lines[i, EXIT_X] - pose[0] - rx
-            y = lines[i, EXIT_X + 1] - pose[1] - ry
-            z = lines[i, EXIT_X + 2] - pose[2] - rz
-            square = x * x + y * y + z * z
-            if not square > NO_PLANE * NO_PLANE:
-                return UNDER_EXIT
-            inverse = 1.0 / sqrt(square)
-            x, y, z = x * inverse, y * inverse, z * inverse
-        else:
-            place(lines, i, pose, R, arm, work.base.planes[0])
-            tension = 0.5 * (lines[i, TENSION_MIN] + lines[i, TENSION_MAX])
-            code, x, y, z = aim_line(lines[i], work.state, pose, 0, tension, work.base, work.base.spatial)
-            if code != OK:
-                return code
-            rx, ry, rz = arm[0], arm[1], arm[2]
-        x, y, z = lines[i, PULLS] * x, lines[i, PULLS] * y, lines[i, PULLS] * z
-        table[i, 0], table[i, 1], table[i, 2] = x, y, z
-        if n == 6:
-            table[i, 3], table[i, 4], table[i, 5] = ry * z - rz * y, rz * x - rx * z, rx * y - ry * x
-            reach = max(reach, abs(rx), abs(ry), abs(rz))
+        code, x, y, z = aim_line_at(lines, i, pose, work.state, work.base, work.base.spatial)
+        if code != OK:
+            return code
+        pulls = lines[i, PULLS]
+        gradient_by_pose(arm, pulls * x, pulls * y, pulls * z, table[i, :n])
+        reach = max(reach, abs(arm[0]), abs(arm[1]), abs(arm[2]))
+    own_load(packed, work.base.rotation, table[m])
     for k in range(n):
-        table[m, k] = -platform[WRENCH + k]
+        table[m, k] = -table[m, k]
         work.scale[k] = 1.0 if k < 3 else reach
-    weight = platform[PLATFORM_WEIGHT]
-    table[m, 2] += weight
-    if n == 6:
-        rx, ry, _ = rotate(R, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
-        table[m, 3] += ry * weight
-        table[m, 4] -= rx * weight
     return OK
 
 

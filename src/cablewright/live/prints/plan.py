@@ -61,6 +61,7 @@ class PrintOptions:
     it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
     layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
     places together teach by how much lengths are off, creep and follow the mounts that give, see `learnt_lengths`.
+    ``damping``: of a swinging drum by the platform, where its tilt is measured, on a plant that swings.
     """
 
     estimator: str | None = None
@@ -79,6 +80,7 @@ class PrintOptions:
     place_every: float = 0.0
     place_stops: int = 1
     place_learn: bool = False
+    damping: bool = True
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` for an unknown choice, `InputError` for a number that cannot be."""
@@ -219,7 +221,8 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
     """
     owner, simulation, choices = twin.settings.owner, twin.settings.simulation, twin.choices
     period = owner.period if choices.plant == "dynamic" else simulation.quasi_static_period
-    plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height)
+    damps = choices.damping and choices.plant == "dynamic"
+    plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height, damps=damps)
     if twin.path.attitude is not None:
         check_clear(Model(twin.robot), twin.job, choices.layers)
     return replace(plan, notes=(*plan.notes, *twin.notes))

@@ -171,6 +171,8 @@ def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) 
     Each counts at the sample where it is nearest to what its bead allows. Samples have their root mean square error,
     scaled to the expected error. Those that lay nothing have no limit, unless nothing is laid.
     """
+    laid = path.samples.extruding
+    displacement = np.where(laid | ~laid.any(), displacement, np.nan)
     allowed = path.allowed_errors()
     if expected is None or expected.sample is None:
         yield from error_finding(displacement, np.zeros(len(allowed)), allowed)

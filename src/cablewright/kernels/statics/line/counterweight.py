@@ -74,6 +74,12 @@ def beyond_limits(row, y):
 
 
 @jit
+def beyond_hung_limits(row, y):
+    """As `beyond_limits` of a line that a counterweight pulls; of another, whose winch decides, 0."""
+    return beyond_limits(row, y) if row[COUNTERWEIGHT] > 0.0 else 0.0
+
+
+@jit
 def read_lengths(packed, states, lengths):
     """Write to *lengths* (m,) the unstrained lengths, m, of the lines with a counterweight, which decides them."""
     for i in range(packed.lines.shape[0]):

@@ -26,10 +26,13 @@ from cablewright.kernels.layout import (
     DEAD,
     DEAD_COMPLIANCE,
     DEAD_LENGTH,
+    END_SPRING,
     FREE,
     FREE_COMPLIANCE,
+    GUIDE,
     LEVER,
     LEVER_MOMENT,
+    MOUNT,
     PHI,
     PSI,
     RADIUS,
@@ -41,11 +44,23 @@ from cablewright.kernels.layout import (
     WINCH_X,
     WINCH_Z,
 )
+from cablewright.kernels.statics.line.upright import is_slack
 
 PI = (3.141592653589793, 3.1415926535897936)
 HALF_PI = (1.5707963267948966, 1.5707963267948968)
 ZERO = (0.0, 0.0)
 ONE = (1.0, 1.0)
+ENCLOSABLE, SLACK, OUT_OF_PLANE, SOFT = 0, 4, 6, 7  # codes of a line, which are those of a certificate
+
+
+@jit
+def enclosable(row, y):
+    """Return ENCLOSABLE, or the code of why the equations here are not those of the line with the unknowns *y*."""
+    if row[GUIDE] > 0.0:
+        return OUT_OF_PLANE
+    if row[MOUNT] > 0.0 or row[END_SPRING] > 0.0:
+        return SOFT
+    return SLACK if is_slack(row, y) else ENCLOSABLE
 
 
 @jit

@@ -6,10 +6,24 @@ work.spatial: for a robot that is not general it is None, and Numba, which prune
 lines alone (`docs/decisions/0014-plain-robots-apart.md`). Wrenches are (n,), N and N m about the platform's origin.
 """
 
-from math import cos, sqrt
+from math import cos, inf, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import DEAD_LENGTH, DEAD_SPAN, EXIT_X, GUIDE, PHI, RADIUS, SPANS, UNKNOWNS
+from cablewright.kernels.layout import (
+    COUNTERWEIGHT,
+    DEAD_LENGTH,
+    DEAD_SPAN,
+    EXIT_X,
+    GUIDE,
+    OK,
+    PHI,
+    RADIUS,
+    SPANS,
+    TENSION_MAX,
+    TENSION_MIN,
+    UNDER_EXIT,
+    UNKNOWNS,
+)
 from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.line.spatial import GIVEN, advance_spatial
 from cablewright.kernels.statics.line.spatial_lines import (
@@ -60,8 +74,8 @@ from cablewright.kernels.statics.line.upright_pull import (
     measure_upright,
     settle_at_pull,
 )
-from cablewright.kernels.statics.line.vertical_plane import place
-from cablewright.kernels.statics.platform import place_platform
+from cablewright.kernels.statics.line.vertical_plane import NO_PLANE, is_eyelet, place
+from cablewright.kernels.statics.platform import place_arm, place_platform
 
 MIN_SPRING = 1e-3  # m
 PREDICTED = 1e-9  # of a pull: change up to which the predicted state of an upright line is exact to rounding
@@ -331,6 +345,35 @@ def spring_line(row, y, length, pose, i, tension, work, spatial):
     if drawn < 0.0:
         return drawn
     return max((length - drawn) / row[SPANS] + sqrt(x * x + plane[3] * plane[3]), MIN_SPRING)
+
+
+@jit
+def aim_line_at(lines, i, pose, y, work, spatial):
+    """Return a code and the unit vector along which the straight, massless line *i* pulls the platform at the *pose*.
+
+    A lever has its angle at the mean of the line's tension limits. Writes the line's arm to work.arms[0]; *work* is
+    scratch of one line, with the platform placed.
+    """
+    row, arm = lines[i], work.arms[0]
+    if not is_eyelet(row):
+        place(lines, i, pose, work.rotation, arm, work.planes[0])
+        tension = 0.5 * (row[TENSION_MIN] + row[TENSION_MAX])
+        return aim_line(row, y, pose, 0, tension, work, spatial)
+    place_arm(lines, i, pose, work.rotation, arm)
+    x = row[EXIT_X] - pose[0] - arm[0]
+    y = row[EXIT_X + 1] - pose[1] - arm[1]
+    z = row[EXIT_X + 2] - pose[2] - arm[2]
+    square = x * x + y * y + z * z
+    if not square > NO_PLANE * NO_PLANE:
+        return UNDER_EXIT, 0.0, 0.0, 0.0
+    inverse = 1.0 / sqrt(square)
+    return OK, x * inverse, y * inverse, z * inverse
+
+
+@jit
+def reach_of_line(row, length):
+    """Return the distance (m) up to which a line of unstrained *length* (m) reaches; of a counterweight's no bound."""
+    return length / row[SPANS] if row[COUNTERWEIGHT] == 0.0 else inf
 
 
 @jit

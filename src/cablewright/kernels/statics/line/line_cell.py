@@ -117,6 +117,12 @@ def sheet(row, cell):
 
 
 @jit
+def labels_of(row):
+    """Return the number of labels that shapes of a line have: HANGING, and over a lever STANDING too."""
+    return 2 if row[UNKNOWNS] == 6.0 else 1
+
+
+@jit
 def _label(row, phi, t, psi, beta):
     """Label by the lever's stability: HANGING if the moment about the joint surely falls with its angle."""
     if row[UNKNOWNS] < 6.0:

@@ -94,3 +94,13 @@ def unstrain(y, free_compliance, dead_compliance):
 def constant_length(row):
     """Length of the dead span where it is not modelled, m."""
     return row[DEAD_LENGTH] if row[UNKNOWNS] == 3.0 else 0.0
+
+
+@jit
+def contact_angle(row, y):
+    """Angle (rad) by which a cable turns between its dead span and its free span; in an eyelet the shorter way."""
+    contact = row[SIDE] * (y[PSI] - y[PHI]) + pi
+    if row[RADIUS] > 0.0:
+        return max(contact, 0.0)
+    contact %= 2.0 * pi
+    return min(contact, 2.0 * pi - contact)

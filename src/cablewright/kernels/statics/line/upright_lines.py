@@ -12,6 +12,7 @@ from cablewright.kernels.layout import (
     DEAD,
     DEAD_COMPLIANCE,
     END_SPRING,
+    EXIT_X,
     FREE,
     FREE_COMPLIANCE,
     INSIDE_SHEAVE,
@@ -33,6 +34,8 @@ from cablewright.kernels.layout import (
     UNKNOWNS,
     UNSTABLE,
     WEIGHT,
+    WINCH_X,
+    WINCH_Z,
 )
 from cablewright.kernels.newton import solve
 from cablewright.kernels.statics.line.sheave import straight, unstrain, whole_length, wrap
@@ -257,3 +260,29 @@ def start_upright(row, y):
     x += row[LEVER] * cos(y[BETA]) - turn * sin(y[PHI])
     z += row[LEVER] * sin(y[BETA]) + turn * cos(y[PHI])
     return x, z
+
+
+@jit
+def pull_on_exit(row, y, plane, ratio):
+    """Return the force (N) of both spans on the exit, and by how much they shorten as it moves: two vectors, world.
+
+    *ratio*: tension of the dead span over that of the free span. A winch that is not described moves with the exit.
+    """
+    has_dead = 1.0 if row[UNKNOWNS] > 3.0 else 0.0
+    tension = exp(y[TAU]) if row[PULLS] > 0.0 else 0.0
+    flat, dead_flat = cos(y[PHI]), has_dead * cos(y[PSI])
+    rise, dead_rise = sin(y[PHI]), has_dead * sin(y[PSI])
+    pull, shorter = tension * (flat + ratio * dead_flat), flat + dead_flat
+    fx, fy, fz = pull * plane[0], pull * plane[1], tension * (rise + ratio * dead_rise)
+    return fx, fy, fz, shorter * plane[0], shorter * plane[1], rise + dead_rise
+
+
+@jit
+def move_exit(row, plane, step, scale):
+    """Move the exit by *scale* times *step* (3,), m; the winch, whose place is given from the exit, stays."""
+    for k in range(3):
+        row[EXIT_X + k] += scale * step[k]
+    if row[UNKNOWNS] > 3.0:
+        row[WINCH_Z] -= scale * step[2]
+    if row[UNKNOWNS] > 4.0:
+        row[WINCH_X] -= scale * (step[0] * plane[0] + step[1] * plane[1])

@@ -3,9 +3,8 @@
 from math import hypot, sqrt
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import EXIT_X, GUIDE, LEVER, POINT_X, PULLS, RADIUS, UNKNOWNS
-from cablewright.kernels.rotation import rotate
-from cablewright.kernels.statics.platform import add_force, add_lever, add_turning
+from cablewright.kernels.layout import EXIT_X, GUIDE, LEVER, PULLS, RADIUS, UNKNOWNS
+from cablewright.kernels.statics.platform import add_force, add_lever, add_turning, place_arm
 
 AXIS_DISTANCE = 1e-12  # m: nearer to the vertical through the exit point the direction of a plane is arbitrary
 NO_PLANE = 1e-9  # m: nearer to the vertical through its exit point a line over a sheave has no plane
@@ -18,9 +17,7 @@ def place(lines, i, pose, rotation, arm, plane):
 
     The plane is given by its horizontal direction (ex, ey) and the platform point (x, z) in it, from the exit point.
     """
-    arm[0], arm[1], arm[2] = lines[i, POINT_X], lines[i, POINT_X + 1], lines[i, POINT_X + 2]
-    if pose.shape[0] == 6:
-        arm[0], arm[1], arm[2] = rotate(rotation, arm[0], arm[1], arm[2])
+    place_arm(lines, i, pose, rotation, arm)
     x = pose[0] + arm[0] - lines[i, EXIT_X]
     y = pose[1] + arm[1] - lines[i, EXIT_X + 1]
     distance = sqrt(x * x + y * y)
@@ -80,7 +77,7 @@ def add_line(row, arm, plane, h, v, kxx, kxz, kzx, kzz, wrench, stiffness):
     stiffness[2, 2] += kzz
     if wrench.shape[0] == 6:
         rx, ry, rz = arm[0], arm[1], arm[2]
-        add_turning(stiffness, rx, ry, rz, fx, fy, fz)
+        add_turning(stiffness, 3, rx, ry, rz, fx, fy, fz)
         add_lever(stiffness, rx, ry, rz, xx, xy, xz, xy, yy, yz, zx, zy, kzz)
 
 

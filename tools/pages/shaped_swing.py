@@ -1,4 +1,4 @@
-"""Draw ``docs/images/shaping.png``, and print the tables of ``docs/dynamics.md``: ``python tools/shaped_swing.py``."""
+"""Draw ``docs/images/shaping.png``, and print the tables of ``docs/dynamics.md``: ``python tools/pages/shaped_swing.py``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cablewright.printing.path import Samples
 from cablewright.printing.shaping import Shaper
 from cablewright.printing.timing import TimeLaw, time_law
 
-IMAGE: Final = Path(__file__).resolve().parent.parent / "docs" / "images" / "shaping.png"
+IMAGE: Final = Path(__file__).resolve().parent.parent.parent / "docs" / "images" / "shaping.png"
 FREQUENCY: Final = 1.7  # Hz, for which the motion of the tables is shaped
 WRONG: Final = (0.75, 0.9, 1.0, 1.1, 1.25, 2.0)
 STEP: Final = 2e-3  # s
