@@ -1,4 +1,4 @@
-"""Draw ``docs/images/shaping.png``, print the tables of ``docs/dynamics.md``: ``python tools/pages/shaped_swing.py``."""
+"""Draw ``docs/images/shaping.png`` and print the tables of ``docs/dynamics.md``: run it without arguments."""
 
 from __future__ import annotations
 
