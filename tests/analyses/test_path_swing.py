@@ -78,7 +78,12 @@ def printed(tmp_path: Path):
         file = tmp_path / "path.gcode"
         file.write_text("\n".join(lines) + "\n")
         job = Job.model_validate(
-            {"name": "path", "gcode": str(file), "motion": {"acceleration": 0.5, **motion}, "max_error": max_error}
+            {
+                "name": "path",
+                "gcode": str(file),
+                "motion": {"acceleration": 0.5, "shaping": "none", **motion},
+                "max_error": max_error,
+            }
         )
         return check(house(ratio), job, skip=("interference", "expected-error"))
 

@@ -31,7 +31,7 @@ G1 X3000 Y1000 E9
 def job_in(folder: Path, travel: str) -> Job:
     """Two walls with a travel move between them."""
     (folder / "walls.gcode").write_text(TWO_WALLS)
-    return Job(name="walls", gcode=folder / "walls.gcode", motion=Motion(travel=travel))
+    return Job(name="walls", gcode=folder / "walls.gcode", motion=Motion(travel=travel, shaping="none"))
 
 
 def with_post(*, height: float) -> Robot:

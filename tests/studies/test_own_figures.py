@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,10 +62,11 @@ def board(sided: str = "") -> Robot:
 def corners(tmp_path: Path):
     """A job of two sides of a square at a height, mm."""
 
-    def written(z: float, **more: object) -> Job:
+    def written(z: float, **more: Any) -> Job:
         file = tmp_path / "part.gcode"
         file.write_text(CORNERS.format(z=z))
-        return Job.model_validate({"name": "part", "gcode": str(file), **more})
+        motion = {"shaping": "none"} | more.pop("motion", {})  # corners and lengths are those of the path
+        return Job.model_validate({"name": "part", "gcode": str(file), "motion": motion, **more})
 
     return written
 

@@ -88,7 +88,7 @@ class Motion(Description):
     """Distance between a corner and the arc that replaces it; larger is faster. See `printing/timing.py`."""
     jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
     """Limit of the jerk along the path; None: unlimited."""
-    shaping: Literal["auto", "none"] = "none"
+    shaping: Literal["auto", "none"] = "auto"
     """Whether the motion is shaped so that the platform does not swing, where its modes are known."""
     pressure_advance: Annotated[Duration, Ge(-10.0), Le(10.0)] = 0.0
     """Time by which material leads the nozzle's motion; negative: lags."""

@@ -15,7 +15,7 @@ from cablewright.models.job_poses import poses_at
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
 from cablewright.printing.job import Job
-from cablewright.printing.layers import layer_table
+from cablewright.printing.layers import LayerTable, layer_table
 from cablewright.printing.path import Samples
 from cablewright.printing.shaping import Shaper
 from cablewright.printing.timing import TimeLaw
@@ -65,23 +65,24 @@ class JobMotion:
     shaper: Shaper | None  # None: the motion is not shaped
     slowest: float  # Hz, least frequency of the slowest mode along the path; NaN where it is not shaped for that
     why: str  # why it is not shaped; else empty
+    layers: LayerTable  # without shaping
 
     @classmethod
     def of(cls, robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Self:
         """Return the motion of a *job* on a *robot* along its *samples*, shaped where it can be. *room*: for it."""
         law, motion = job.time_law(samples, room), job.motion
-        mode = slowest_mode(robot, job, samples)
+        mode, layers = slowest_mode(robot, job, samples), layer_table(samples, law)
         if isinstance(mode, str):
-            return cls(samples, law, samples, law.duration, None, np.nan, mode)
+            return cls(samples, law, samples, law.duration, None, np.nan, mode, layers)
         shaper = Shaper(mode.period, motion.acceleration, motion.corner_deviation, motion.jerk)
-        return cls(*shaper.shaped(samples, room), samples, law.duration, shaper, mode.least, "")
+        return cls(*shaper.shaped(samples, room), samples, law.duration, shaper, mode.least, "", layers)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What shaping costs, and which layers are shorter than the shaper."""
         if self.shaper is None:
             return ()
-        more, layers = self.law.duration - self.unshaped, layer_table(self.samples, self.law)
+        more, layers = self.law.duration - self.unshaped, self.layers
         share, low = more / self.unshaped, self.slowest
         notes = [f"motion is shaped for modes from {low:.3g} Hz on, which takes {more:.0f} s ({share:.2%}) more"]
         length = 2.0 * float(self.shaper.kernel(self.samples.positions[:1]).reach[0])

@@ -31,6 +31,7 @@ from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.solvers.feeds import with_speeds
@@ -118,6 +119,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
+    require(robot, Capability.PRINT)
     if machine is None:
         if robot.name not in machine_names():
             known = ", ".join(machine_names())
