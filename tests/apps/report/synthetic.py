@@ -129,7 +129,9 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         job=job,
         samples=samples,
         law=law,
-        shaping=JobMotion(samples, law, samples, law.duration, None, np.nan, 'motion.shaping = "none"'),
+        shaping=JobMotion(
+            samples, law, samples, law.duration, None, np.nan, 'motion.shaping = "none"', layer_table(samples, law)
+        ),
         poses=positions,
         retraction=None,
         statics=statics,
