@@ -77,7 +77,7 @@ def test_errors_and_tensions_are_those_of_the_dynamic_plant(name: str, side: int
     ]
     (tmp_path / "square.gcode").write_text("\n".join(lines) + "\n")
     job = Job.model_validate(
-        {"name": "square", "gcode": str(tmp_path / "square.gcode"), "motion": {"acceleration": 0.5}}
+        {"name": "square", "gcode": str(tmp_path / "square.gcode"), "motion": {"acceleration": 0.5, "shaping": "none"}}
     )
     robot = load(name).model_copy(update={"dynamics": Dynamics(damping_ratio=RATIO)})
     found = check(robot, job, skip=("interference", "expected-error"))
