@@ -43,7 +43,7 @@ def test_pictures_of_the_quick_start_and_of_the_frame_are_drawn() -> None:
     with style.drawing():
         for name, made in (("check-path", tool["draw_check"](2.0)), ("frame", tool["draw_frame"]())):
             kept = (tool["IMAGES"] / f"{name}.png").read_bytes()
-            assert max(len(made), len(kept)) < 150_000
+            assert max(len(made), len(kept)) < 180_000
             assert struct.unpack(">II", made[16:24]) == struct.unpack(">II", kept[16:24])  # width and height
 
 

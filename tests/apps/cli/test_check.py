@@ -94,7 +94,7 @@ def test_bare_gcode_is_a_job(cli, tmp_path: Path) -> None:
     part.write_text("G21\nG90\nM83\nG1 Z500 F6000\nG1 X100 E1\nG1 Y100 E1\n")
     found = cli("check", "merlet2023", part, "--out", tmp_path / "run", "--json").json
     assert found["verdict"].startswith("merlet2023 can")
-    assert found["extruded_length"] == pytest.approx(0.2)
+    assert found["extruded_length"] == pytest.approx(0.2, rel=0.05)  # corners are rounded
 
 
 @pytest.mark.parametrize(

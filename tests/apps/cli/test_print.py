@@ -39,7 +39,7 @@ def test_a_print_leaves_log_figures_and_report(cli, job, tmp_path) -> None:
     assert all(values[key] is not None for key in KEYS)
     assert values["status"] == "finished"
     assert values["layers"] == 1
-    assert values["distance"] == pytest.approx(1.2566, rel=2e-3)
+    assert values["distance"] == pytest.approx(1.2566, rel=5e-3)
     assert values["max_path_error"] < 0.0482  # the paper's
     with read_log(values["log"]) as log:
         assert len(list(log.entries())) == values["steps"]
