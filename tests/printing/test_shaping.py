@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,10 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cablewright.foundation.paging import Room
+from cablewright.printing.job import Job
 from cablewright.printing.mean_motion import IntegratedLaw, Kernel
 from cablewright.printing.path import Samples, sample
 from cablewright.printing.shaping import Shaper
 from cablewright.printing.timing import TimeLaw, time_law
+from cablewright.robot import load
+from cablewright.solvers.shaping import JobMotion
 
 FREQUENCY = 1.7  # Hz
 ACCELERATION, DEVIATION = 0.5, 5e-3
@@ -180,3 +184,15 @@ def test_many_tiny_corners_cost_no_more_than_they_are(read):
     assert time.thread_time() - begin < 20.0
     assert len(shaped) < 1.5 * len(path)
     assert law.duration < 1.2 * time_law(path, ACCELERATION, DEVIATION).duration
+
+
+def test_a_path_in_a_tilted_plane_is_shaped_by_the_modes_in_it(tmp_path: Path) -> None:
+    robot = load("maslow4")
+    rise = -robot.platform.plane.across[1] / robot.platform.plane.across[2]
+    ends = [(0, 0), (100, 0), (100, 30), (0, 30)]
+    moves = [f"G1 X{x} Y{y} Z{rise * y:.6f} E{9 * i} F600" for i, (x, y) in enumerate(ends)]
+    (tmp_path / "flat.gcode").write_text("\n".join(["G21 G90", ";LAYER:0", *moves]) + "\n")
+    job = Job(name="flat", gcode=tmp_path / "flat.gcode")
+    found = JobMotion.of(robot, job, job.samples(job.toolpath()))
+    assert found.shaper is not None
+    assert found.slowest > 1.0

@@ -110,6 +110,9 @@ def slowest_mode(robot: Robot, job: Job, samples: Samples) -> SlowestMode | str:
         let_go(samples.positions)
     axes = [np.linspace(a, b, _ALONG if b > a else 1) for a, b in zip(low, high, strict=True)]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    if (plane := robot.platform.plane) is not None:  # a box about a path in a tilted plane leaves it
+        normal = np.array(plane.across)
+        places -= ((places - samples.positions[0]) @ normal)[..., None] * normal
     poses, retraction = poses_at(robot, job, places.reshape(-1, 3))
     found = lowest_frequencies(Model(with_inertia(robot)), poses, retraction)
     known = np.isfinite(found)
