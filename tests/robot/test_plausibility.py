@@ -418,3 +418,11 @@ def test_rotations_and_densities_in_other_units_are_refused() -> None:
         ScheduleStep(z=0.0, rotation=(0.0, 0.0, 30.0))
     with pytest.raises(InputError, match=r"density = 2\.1: must be at least 10 kg/m\^3: 2\.1 g/cm\^3\?"):
         validated(Extrusion, {"density": 2.1}, "own")
+
+
+def test_a_diameter_whose_square_is_no_number_is_named() -> None:
+    robot = cw.load("paty2021")
+    lines = tuple(
+        line.model_copy(update={"cable": line.cable.model_copy(update={"diameter": 1e-200})}) for line in robot.lines
+    )
+    assert any("kg/m" in str(each) for each in doubts(robot.model_copy(update={"lines": lines})))

@@ -35,6 +35,7 @@ _EXPANSION: Final = (-1e-3, 1e-3, 1e-5, {"ppm/K": 1e-6})  # 1/K
 _COMPLIANCES: Final = {"mm/N": 1e-3, "mm/kN": 1e-6}
 _RATES: Final = {"N/mm": 1e3}
 _OUTSIDE: Final = 0.2  # of a robot's size, beyond which a place is not of it
+_LEAST_AREA: Final = 1e-300  # m^2: the square of a diameter may be no number
 _HEAVY: Final = 5.0  # weight of all cables over the load
 _OUTLYING: Final = 2.5  # times the distance of the other exit points from their middle
 _WORDS: Final = (("left", "right"), ("front", "back"), ("front", "rear"), ("west", "east"), ("south", "north"))
@@ -231,7 +232,7 @@ def _cables(robot: Robot, size: float) -> Iterator[Doubt]:
     for line in {line.cable: line for line in reversed(robot.lines)}.values():
         cable, most, name = line.cable, line.tension_limits[1], f"line {line.name!r}: cable."
         mass, diameter = cable.linear_density, cable.diameter
-        area = cable.load_section if diameter is None else 0.25 * math.pi * diameter**2
+        area = cable.load_section if diameter is None else max(0.25 * math.pi * diameter**2, _LEAST_AREA)
         if cable.section is not None and cable.section > max(mass / 20.0, 1e-6 if mass else (0.1 * size) ** 2):
             unit = likely(cable.section, mass / 3000.0 or 1e-5, {"mm^2": 1e-6, "cm^2": 1e-4}, 30.0)
             yield Doubt(f"{name}section = {cable.section:g} m^2, with {mass:g} kg/m{unit}")
