@@ -92,7 +92,15 @@ class PathSwing:
         displacement, frequency = np.zeros(count), np.zeros(count)
         arrays = (mass, tangent, point, pull, heavy, moves[regular], offsets, spent[regular], dwell[regular])
         state = fresh, self._robot.damping.ratio, self._carried
-        swing_rows(*map(np.ascontiguousarray, arrays), *state, displacement, frequency, drop, rise, codes)
+        swing_rows(
+            *(np.require(each, requirements=("C", "W")) for each in arrays),
+            *state,
+            displacement,
+            frequency,
+            drop,
+            rise,
+            codes,
+        )
         deep = (drop < -DEEP * there.tensions).any(axis=1)
         drop[deep] = with_sag(there[deep], by_pose[deep], drop[deep])
         unknown, still = np.full(rows, np.nan), np.zeros((rows, m))
