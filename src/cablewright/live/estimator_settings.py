@@ -146,8 +146,7 @@ OBSERVERS: Final[Mapping[str, Observer]] = MappingProxyType({
 
 def with_drum_mass(robot: Robot, settings: MachineSettings) -> Robot:
     """Return *robot* with the initial mass of the drum and its powder."""
-    whole = {"mass": settings.carrier.full_mass, "loads": ()}
-    return robot.model_copy(update={"platform": robot.platform.model_copy(update=whole)})
+    return robot.with_platform(mass=settings.carrier.full_mass, loads=())
 
 
 def surveyed_walls(room: RoomSettings) -> RoomMap:

@@ -9,7 +9,8 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.models.rotation import matrices
-from cablewright.models.stiffness import Stiffness, along_chords
+from cablewright.models.statics import Equilibrium
+from cablewright.models.stiffness import Stiffness, along_chords, stiffness
 from cablewright.robot import RigidPlatform, Robot
 
 LEAST_ARM: Final = 0.01
@@ -55,9 +56,9 @@ def compensates(robot: Robot) -> bool:
 
 
 def inertia_wrenches(robot: Robot, poses: Array, accelerations: Array) -> Array:
-    """Return the wrenches (k, 6) of inertia, N and N m, world, on the platform at *poses* (k, n).
+    """Return the wrenches (k, 6) of the forces of inertia on the platform at *poses* (k, n): N and N m, world.
 
-    *accelerations* (k, 3): m/s^2, of the centre of mass, which translates; the moment is about the platform's origin.
+    *accelerations* (k, 3): m/s^2, of the platform, which does not turn. Moments are about the platform's origin.
     """
     platform, found = robot.platform, np.zeros((len(poses), 6))
     found[:, :3] = -platform.mass * accelerations
@@ -78,6 +79,23 @@ def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
     return np.asarray((np.sqrt(masses) * spans)[:, None] * directions)
 
 
+def moving_masses(robot: Robot, held: Equilibrium) -> tuple[Array, Array]:
+    """Return the mass matrix (k, n, n) with counterweights at k solved poses, and what their acceleration pulls.
+
+    The second (k, m, n) is the change of tensions at the sheaves, N, per acceleration of the platform, m/s^2 and
+    rad/s^2, with its pose held. Raises `InputError` as `mass_matrix`.
+    """
+    mass = mass_matrix(robot, held.pose)
+    pulled = np.zeros((len(mass), robot.m, robot.n))
+    if hung := list(robot.hung):
+        root = counterweight_root(robot, stiffness(held))
+        weights = np.array([robot.lines[i].counterweight for i in hung], np.float64)
+        cables = np.array([robot.lines[i].cables for i in hung], np.float64)
+        mass = mass + np.swapaxes(root, 1, 2) @ root
+        pulled[:, hung] = (np.sqrt(weights) / cables)[:, None] * root
+    return mass, pulled
+
+
 def with_inertia(robot: Robot) -> Robot:
     """Return the robot with an assumed inertia where it has a body of unknown inertia, else itself.
 
@@ -89,8 +107,7 @@ def with_inertia(robot: Robot) -> Robot:
         return robot
     arms = np.array([line.platform_point for line in robot.lines]) - np.asarray(platform.centre_of_mass)
     moment = 2.0 / 3.0 * platform.mass * max(float((arms * arms).sum(axis=1).mean()), LEAST_ARM**2)
-    inertia = platform.model_copy(update={"inertia": (moment, moment, moment)})
-    return robot.model_copy(update={"platform": inertia})
+    return robot.with_platform(inertia=(moment, moment, moment))
 
 
 def _inertia_root(name: str, platform: RigidPlatform) -> Array:

@@ -100,8 +100,7 @@ def with_box_inertia(robot: Robot) -> Robot:
     moments = tuple(platform.mass / 12.0 * (one + other) for one, other in ((yy, zz), (xx, zz), (xx, yy)))
     if min(moments) <= 0.0:
         raise InputError(f"robot {robot.name!r}: its platform points are on one line, and a box of them has no inertia")
-    update = {"inertia": moments, "inertia_products": (0.0, 0.0, 0.0)}
-    return robot.model_copy(update={"platform": platform.model_copy(update=update)})
+    return robot.with_platform(inertia=moments, inertia_products=(0.0, 0.0, 0.0))
 
 
 def nearest_exits(robot: Robot) -> tuple[float, tuple[str, str]] | None:

@@ -144,7 +144,7 @@ class Robot(FileDescription):
 
     @property
     def damping(self) -> Damping:
-        """The share of critical damping of every mode of the platform, and whether it is assumed."""
+        """Share of critical damping of every mode of the platform, and whether it is assumed."""
         return self.dynamics.damping
 
     def ranges(self) -> tuple[Range, ...]:
@@ -166,6 +166,10 @@ class Robot(FileDescription):
             changes["moment"] = about_origin
         elif any(about_origin):
             raise InputError(f"robot {self.name!r}: a point platform takes no moment; got {about_origin} N m")
+        return self.with_platform(**changes)
+
+    def with_platform(self, **changes: object) -> Robot:
+        """Return the robot with *changes* of its platform's fields, which are not checked."""
         return self.model_copy(update={"platform": self.platform.model_copy(update=changes)})
 
     def limited(self, tension_limits: tuple[float, float]) -> Robot:
@@ -174,7 +178,7 @@ class Robot(FileDescription):
         return self.model_copy(update={"lines": lines})
 
     def with_lines(self, names: Sequence[str]) -> Robot:
-        """Return the robot with the lines of these *names* alone, in their order in the file.
+        """Return the robot with only the lines that *names* has, in the order of the file.
 
         Raises `UnknownName`, and `InputError` for a name given twice and for lines that need one that is left out.
         """

@@ -10,7 +10,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
-from cablewright.models.inertia import counterweight_root, mass_root, with_inertia
+from cablewright.models.inertia import moving_masses, with_inertia
 from cablewright.models.job_poses import poses_at
 from cablewright.models.statics import Model
 from cablewright.models.stiffness import stiffness
@@ -131,8 +131,7 @@ def lowest_frequencies(model: Model, poses: Array, retraction: Array | None = No
     """
     held = solve_inverse(model, poses, retraction=retraction)
     parts = stiffness(held)
-    root = np.concatenate([mass_root(model.robot, held.pose), counterweight_root(model.robot, parts)], axis=-2)
-    mass, tangent = np.swapaxes(root, 1, 2) @ root, 0.5 * (parts.total + np.swapaxes(parts.total, 1, 2))
+    mass, tangent = moving_masses(model.robot, held)[0], 0.5 * (parts.total + np.swapaxes(parts.total, 1, 2))
     free = model.free_directions
     if free is not None:
         mass, tangent = free.T @ mass @ free, free.T @ tangent @ free

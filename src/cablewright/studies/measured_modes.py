@@ -283,8 +283,7 @@ def _numbers(robot: Robot) -> Iterator[_Number]:
         for axis in "xyz":
             (centre,) = parameters_of(robot, f"centre_of_mass.{axis}")
             yield _of_parameter(robot, centre, 0.3 * size)
-        moments = platform.inertia
-        yield _Number("inertia", "1", 1.0, (0.4, 2.5), lambda factor: _with_inertia(robot, platform, moments, factor))
+        yield _Number("inertia", "1", 1.0, (0.4, 2.5), lambda factor: _with_inertia(robot, platform, factor))
     for each in kinds:
         for parameter in each:
             yield _of_parameter(robot, parameter, 0.0)
@@ -297,10 +296,8 @@ def _of_parameter(robot: Robot, parameter: Parameter, room: float) -> _Number:
     return _Number(parameter.label, parameter.unit, value, bounds, lambda other: with_value(robot, parameter, other))
 
 
-def _with_inertia(robot: Robot, platform: RigidPlatform, moments: Any, factor: float) -> Robot:
-    """Return the robot with *factor* times the inertia about the centre of mass."""
-    scaled = {
-        "inertia": tuple(factor * each for each in moments),
-        "inertia_products": tuple(factor * each for each in platform.inertia_products),
-    }
-    return robot.model_copy(update={"platform": platform.model_copy(update=scaled)})
+def _with_inertia(robot: Robot, platform: RigidPlatform, factor: float) -> Robot:
+    """Return the robot with *factor* times the inertia about the centre of mass of its *platform*."""
+    assert platform.inertia is not None  # of which modes were computed
+    kinds = {"inertia": platform.inertia, "inertia_products": platform.inertia_products}
+    return robot.with_platform(**{key: tuple(factor * each for each in values) for key, values in kinds.items()})

@@ -18,10 +18,9 @@ import numpy as np
 from cablewright.analyses.motion.sagging import with_sag
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.motion.swing import CARRIED, swing_rows
-from cablewright.models.inertia import counterweight_root, mass_matrix, with_inertia
+from cablewright.models.inertia import moving_masses, with_inertia
 from cablewright.models.rotation import turn_between
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.stiffness import stiffness
 from cablewright.solvers.linearise import Linearisation, tension_changes
 from cablewright.solvers.parameters import at_nozzle
 
@@ -78,9 +77,9 @@ class PathSwing:
         fresh = ~np.concatenate([[self._held], regular[:-1]])[regular]
         self._held = bool(regular[-1])
         there, count = held[regular], int(regular.sum())
-        mass, heavy = self._masses(there)
-        by_pose, point, tangent = tension_changes(there).by_pose, self._at_nozzle(there), linear.stiffness
-        pull = by_pose
+        mass, heavy = moving_masses(self._robot, there)
+        pull = by_pose = tension_changes(there).by_pose
+        point, tangent = self._at_nozzle(there), linear.stiffness
         offsets = np.zeros((count, held.model.n))
         if compensated is not None:
             forced = mass[..., :3] @ compensated[regular][:, :, None]
@@ -116,18 +115,6 @@ class PathSwing:
         self._last = poses[-1].copy()
         moved = poses[:, :3] - before[:, :3]
         return moved if poses.shape[1] == 3 else np.hstack([moved, turn_between(before[:, 3:], poses[:, 3:])])
-
-    def _masses(self, held: Equilibrium) -> tuple[Array, Array]:
-        """The mass matrix (k, n, n), and the change of tensions (k, m, n) per acceleration of the platform."""
-        mass = mass_matrix(self._robot, held.pose)
-        heavy = np.zeros((len(mass), held.model.m, held.model.n))
-        if hung := list(self._robot.hung):
-            root = counterweight_root(self._robot, stiffness(held))
-            weights = np.array([self._robot.lines[i].counterweight for i in hung], np.float64)
-            cables = np.array([self._robot.lines[i].cables for i in hung], np.float64)
-            mass = mass + np.swapaxes(root, 1, 2) @ root
-            heavy[:, hung] = (np.sqrt(weights) / cables)[:, None] * root
-        return mass, heavy
 
     def _at_nozzle(self, held: Equilibrium) -> Array:
         """The motion (k, 3, n) of the nozzle per motion of the platform."""

@@ -3,26 +3,10 @@
 from math import sqrt
 
 from cablewright.kernels import jit
+from cablewright.kernels.newton import cholesky
 
 SWEEPS = 30
 SMALL = 1e-12  # of the largest diagonal entry: an entry beside the diagonal that counts as none
-
-
-@jit
-def factorise(matrix, lower):
-    """Write *lower* L (f, f) with L L^T = *matrix* (f, f), symmetric. False unless it is positive definite."""
-    for i in range(matrix.shape[0]):
-        for j in range(i + 1):
-            rest = 0.5 * (matrix[i, j] + matrix[j, i])
-            for k in range(j):
-                rest -= lower[i, k] * lower[j, k]
-            if i > j:
-                lower[i, j], lower[j, i] = rest / lower[j, j], 0.0
-            elif rest > 0.0:
-                lower[i, i] = sqrt(rest)
-            else:
-                return False
-    return True
 
 
 @jit
@@ -34,7 +18,10 @@ def follow_modes(mass, stiffness, lower, system, vectors, shapes, values):
     scratch. False for a mass that is not positive definite.
     """
     f = mass.shape[0]
-    if not factorise(mass, lower):
+    for i in range(f):
+        for j in range(i + 1):
+            lower[i, j] = 0.5 * (mass[i, j] + mass[j, i])
+    if not cholesky(lower, f):
         return False
     for c in range(f):  # shapes: the transposed inverse of lower, times the vectors
         for i in range(f - 1, -1, -1):

@@ -134,4 +134,4 @@ def _with_inertia(robot: Robot, settings: MachineSettings) -> Robot:
     if not isinstance(platform, RigidPlatform) or platform.inertia is not None or body is None or body.gyration is None:
         return robot
     x, y, z = (platform.mass * radius**2 for radius in body.gyration)
-    return robot.model_copy(update={"platform": platform.model_copy(update={"inertia": (x, y, z)})})
+    return robot.with_platform(inertia=(x, y, z))

@@ -160,7 +160,7 @@ class Rig:
         update: dict[str, object] = {"mass": float(self.body[dynamics.MASS]), "loads": ()}
         if isinstance(robot.platform, RigidPlatform):
             update["centre_of_mass"] = tuple(self.body[dynamics.CENTRE : dynamics.CENTRE + 3].tolist())
-        return robot.model_copy(update={"platform": robot.platform.model_copy(update=update)})
+        return robot.with_platform(**update)
 
     @property
     def pose(self) -> Array:
