@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cablewright.analyses.safe_travel import driven
+from cablewright.analyses.safe_travel import driven_job
 from cablewright.control.guide import TimedPath
 from cablewright.foundation.errors import InputError
 from cablewright.printing.job import Job, Motion, load_job
 from cablewright.robot import Robot, load
-from cablewright.solvers.feeds import fed, with_speeds
+from cablewright.solvers.feeds import fed
 from cablewright.studies.checks.check import check
 
 WALL = """G21 G90 M83
@@ -115,7 +115,7 @@ def test_a_check_says_what_the_fastest_would_take(house: Robot, tmp_path: Path) 
 
 def test_a_print_goes_as_fast_with_the_valve_open(house: Robot, tmp_path: Path) -> None:
     robot = quick(house, 0.6)
-    job = with_speeds(robot, wall(tmp_path, flow_limit="0.5 l/s", speed="fastest"))
-    path = TimedPath.of(job, samples=driven(robot, job))
+    job, samples = driven_job(robot, wall(tmp_path, flow_limit="0.5 l/s", speed="fastest"))
+    path = TimedPath.of(job, samples=samples)
     assert path.speed[path.samples.extruding].max() == pytest.approx(path.print_speed, rel=1e-6)
     assert path.duration == pytest.approx(check(robot, job, skip=SKIP).law.duration, rel=1e-6)

@@ -24,7 +24,7 @@ from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.robot import Robot
-from cablewright.solvers.feeds import fed
+from cablewright.solvers.feeds import fed, with_speeds
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 
 STEP: Final = 0.05
@@ -68,6 +68,12 @@ def driven(robot: Robot, job: Job, samples: Samples | None = None) -> Samples:
     if job.motion.travel == "gcode":
         return fast
     return led(Model.full(robot), job, fast, job.beads(job.toolpath()))[0]
+
+
+def driven_job(robot: Robot, job: Job) -> tuple[Job, Samples]:
+    """Return the *job* with the largest speeds of its motion on a *robot*, and its samples as `driven`."""
+    samples = driven(robot, job)
+    return with_speeds(job, samples), samples
 
 
 def led(

@@ -181,9 +181,8 @@ class TimedPath:
             return _STEADY
         found = np.zeros((2, 3))
         for row, path_time in enumerate((begin, end)):
-            i = min(max(bisect_right(self.arrival, path_time) - 1, 0), len(self.arrival) - 2)
-            left = float(self.start[i])
-            share = min(max((path_time - left) / (float(self.arrival[i + 1]) - left), 0.0), 1.0)
+            i, left, reached = self._between(path_time)
+            share = min(max((path_time - left) / (reached - left), 0.0), 1.0)
             found[row] = self.vector[i] + share * (self.vector[i + 1] - self.vector[i])
         return found
 
@@ -192,9 +191,8 @@ class TimedPath:
 
         Cubic Hermite interpolation between two points: exact for constant acceleration or speed.
         """
-        i = min(max(bisect_right(self.arrival, path_time) - 1, 0), len(self.arrival) - 2)
+        i, left, reached = self._between(path_time)
         begin, end = float(self.track.distance[i]), float(self.track.distance[i + 1])
-        left, reached = float(self.start[i]), float(self.arrival[i + 1])
         if path_time <= left:
             return begin
         whole = reached - left
@@ -202,6 +200,11 @@ class TimedPath:
         a, b, rise = float(self.speed[i]) * whole, float(self.speed[i + 1]) * whole, end - begin
         along = u * (a + u * (3.0 * rise - 2.0 * a - b + u * (a + b - 2.0 * rise)))
         return begin + min(max(along, 0.0), rise)
+
+    def _between(self, path_time: float) -> tuple[int, float, float]:
+        """Return the point before *path_time*, s, when the law leaves it, and when it reaches the next one, s."""
+        i = min(max(bisect_right(self.arrival, path_time) - 1, 0), len(self.arrival) - 2)
+        return i, float(self.start[i]), float(self.arrival[i + 1])
 
 
 @dataclass(eq=False)
@@ -236,8 +239,6 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     now = path.distance(begin)
     state.path_time = min(begin + state.speed_factor * dt, path.duration)
     then = path.distance(state.path_time)
-    early, late = (path.distance(each + path.motion.pressure_advance) for each in (begin, state.path_time))
-    laid = path.track.laying[path.track.piece(0.5 * (early + late))]
     here, there = path.track.at(now).position, path.track.at(then).position
     piece = path.track.piece(0.5 * (now + then))
     offset = np.array([0.0, 0.0, state.height_offset])
@@ -245,15 +246,32 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     extruding = bool(path.track.laying[piece])
     layer = int(path.track.layer[piece])
     path_speed, arrived = (then - now) / dt, state.speed_factor == 0.0
-    target = Target(here + offset, (there - here) / dt, now, layer, path_speed, extruding, arrived, finished)
-    target = target._replace(
-        flow=(late - early) / dt if laid else 0.0,
-        accelerations=path.accelerations(begin, state.path_time) * state.speed_factor**2,
+    flow = path_speed if extruding else 0.0
+    if lead := path.motion.pressure_advance:
+        flow = _flow(path, begin + lead, state.path_time + lead, dt)
+    moving = path.accelerations(begin, state.path_time) * state.speed_factor**2
+    target = Target(
+        here + offset,
+        (there - here) / dt,
+        now,
+        layer,
+        path_speed,
+        extruding,
+        arrived,
+        finished,
+        flow=flow,
+        accelerations=moving,
     )
     if path.attitude is None:
         return target
     turned, goal = path.attitude.rotation(float(here[2])), path.attitude.rotation(float(there[2]))
     return _carrying(path.attitude, target, here, there, turned, goal, dt)
+
+
+def _flow(path: TimedPath, begin: float, end: float, dt: float) -> float:
+    """Return the strand to lay in a step of *dt*, s, in m/s: that of the path from *begin* to *end*, s of its law."""
+    early, late = path.distance(begin), path.distance(end)
+    return (late - early) / dt if path.track.laying[path.track.piece(0.5 * (early + late))] else 0.0
 
 
 def leave_path(path: TimedPath, state: GuideState, position: Array, rotation: Array) -> None:

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.analyses.safe_travel import driven_job
 from cablewright.exchange import linuxcnc
 from cablewright.exchange.klipper_config import klipper_anchors
 from cablewright.exchange.klipper_motion import SQUARE_CORNER, Stepper, klipper_job, printer_config
@@ -26,7 +27,6 @@ from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.solvers.feeds import with_speeds
 from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_path
 
 
@@ -71,7 +71,7 @@ def firmware(
     if stepper is None:
         assumed.add(f"motors: {motor.full_steps} full steps a turn, {motor.microsteps} microsteps each")
     require(robot, Capability(f"export {name}"))
-    job = with_speeds(robot, job)
+    job, _ = driven_job(robot, job)
     drums = drums_of(robot, machine)
     close = _tolerance(name, motor, robot, drums) if tolerance is None else tolerance
     jump = TOLERANCE if tolerance is None else 0.0

@@ -45,14 +45,13 @@ def fed(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> Sample
     return replace(samples, speed_limit=limit)
 
 
-def with_speeds(robot: Robot, job: Job) -> Job:
-    """Return a *job* whose print and travel speeds are the largest of its motion on a *robot*, m/s.
+def with_speeds(job: Job, samples: Samples) -> Job:
+    """Return a *job* whose print and travel speeds are the largest of its *samples*, m/s, which are those of `fed`.
 
-    As it is, unless it asks for the fastest. Raises `InputError` as `fed`.
+    As it is, unless it asks for the fastest.
     """
     if job.motion.speed == "gcode":
         return job
-    samples = fed(robot, job, job.samples(job.toolpath()))
     limit, laid = np.minimum(samples.speed_limit[1:], FASTEST), samples.extruding[1:]
     speeds = {"print_speed": limit[laid], "travel_speed": limit[~laid]}
     found = {key: float(each.max()) for key, each in speeds.items() if len(each)}

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-from cablewright.analyses.safe_travel import driven
+from cablewright.analyses.safe_travel import driven_job
 from cablewright.control.guide import TimedPath
 from cablewright.control.procedure import Procedure
 from cablewright.foundation.choices import LawName
@@ -43,7 +43,6 @@ from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.running.store import MANIFEST, manifest_of
 from cablewright.running.user_key import signature
-from cablewright.solvers.feeds import with_speeds
 
 _UNREAD: Final = (Command, Drives, Encoders, Estimate, Tensions)
 _GAP: Final = 1.0  # s at least between the steps of two runs
@@ -148,12 +147,12 @@ def print_on_drives(
     """
     if job.robot not in (None, robot.name):
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
-    job = with_speeds(robot, job)
+    job, samples = driven_job(robot, job)
     bead, differing = job.typical_bead()
     owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
     lift = 0.0 if owner.extrusion is None else owner.point_drum.valve
-    path = TimedPath.of(job, layers, lift, samples=driven(robot, job), robot=robot)
+    path = TimedPath.of(job, layers, lift, samples=samples, robot=robot)
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""

@@ -9,7 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
-from cablewright.analyses.safe_travel import driven
+from cablewright.analyses.safe_travel import driven_job
 from cablewright.control.guide import TimedPath
 from cablewright.control.velocity import LAWS
 from cablewright.estimation.lidar.room import Laser
@@ -34,7 +34,6 @@ from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
-from cablewright.solvers.feeds import with_speeds
 
 HEIGHTS: Final = get_args(HeightRule)
 MOST_IRREGULAR: Final = 1e-4
@@ -129,7 +128,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
-    job = with_speeds(robot, job)
+    job, samples = driven_job(robot, job)
     bead, differing = job.typical_bead()
     owner = extruding(given.owner, bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
@@ -139,8 +138,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         settings = settings.with_simulation(quasi_static_period=choices.period)
     require_fit(robot, job, owner, choices.law)
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
-    samples, nozzle = driven(robot, job), nozzle_of(robot)
-    path = TimedPath.of(job, choices.layers, lift, nozzle, samples, robot)  # a strand's path is the nozzle's
+    path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot), samples, robot)  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
     chosen = choices.estimator or _best_estimator(owner)
     _require_places(choices, chosen, robot, owner)
