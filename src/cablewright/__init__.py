@@ -33,7 +33,7 @@ Pictured.draw = _draw
 
 
 def __getattr__(name: str) -> object:
-    """Import the module of a public name when the name is first used (PEP 562), and return its value."""
+    """Return the value of a public name, whose module is imported when the name is first used (PEP 562)."""
     if name not in _HOMES:
         raise AttributeError(f"module 'cablewright' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)

@@ -35,7 +35,7 @@ class SwingDamping:
 
     @classmethod
     def of(cls, gravity: float, centre: float, gyration: float) -> Self:
-        """Return the pendulum whose mass has its *centre*, m, below the platform, and that radius of *gyration*, m."""
+        """Return the pendulum of a mass whose *centre* is so far below the platform, m; *gyration*: its radius, m."""
         length = (centre * centre + gyration * gyration) / centre
         return cls(math.sqrt(gravity / length), length)
 

@@ -28,7 +28,7 @@ class Kernel(NamedTuple):
 
     @property
     def reach(self) -> Array:
-        """Half the length of the kernel, s."""
+        """How far the kernel reaches to either side of its middle, s."""
         return np.asarray(0.5 * (self.long + self.short))
 
     @property
@@ -48,7 +48,7 @@ class Kernel(NamedTuple):
 
 
 class IntegratedLaw(NamedTuple):
-    """IntegratedLaw of constant acceleration from some samples of a path on, and what is integrated from there."""
+    """Pieces of constant acceleration along samples of a path, with the integrals of the place up to each piece."""
 
     origin: Array  # (3,) m
     time: Array  # (p,) s, where each begins
@@ -56,7 +56,7 @@ class IntegratedLaw(NamedTuple):
 
     @classmethod
     def of(cls, samples: Samples, law: TimeLaw, acceleration: float, about: slice) -> Self:
-        """Return those *about* some samples; *law*: by `time_law` under that *acceleration*, m/s^2, without jerk."""
+        """Return the pieces along samples *about*; *law*: of `time_law` at that *acceleration*, m/s^2, without jerk."""
         knots, near = pieces(samples, law, acceleration, about)
         positions, along = samples.positions[about], samples.distance[about] - samples.distance[about.start]
         way = (np.diff(positions, axis=0) / np.diff(along)[:, None])[near]

@@ -1,8 +1,8 @@
 """Motion that excites no swing: the law of a path, averaged about each time over one and a half periods of the swing.
 
-The commanded position is the mean of the path's law about each time, with a kernel of two running means: one as long as
-the period of the platform's slowest mode, one of 0.45 periods. A mode answers the mean as it answers the law, times the
-kernel's spectrum: at most 0.1 of it from 0.9 times the slowest mode's frequency on, at most 0.3 from 0.75 times it on.
+The commanded position is the mean of the path's law about each time, with a kernel of two running means: one of 1.05
+periods of the platform's slowest mode, one of 0.55. A mode answers the mean as it answers the law, times the kernel's
+spectrum: at most 0.07 of it from 0.9 times the slowest mode's frequency on, at most 0.19 from 0.75 times it on.
 So frequencies may be wrong by 10 or 25 %, and faster modes need no notch of their own. The kernel follows the frequency
 along the path. It is symmetric and changes nothing where the law is steady; two means bound acceleration and jerk.
 
@@ -171,7 +171,7 @@ class _Motion:
         return counts, excess
 
     def sampled(self, counts: NDArray[np.int64], room: Room) -> tuple[Samples, TimeLaw]:
-        """Return the samples of the mean, so many of each segment, and their law."""
+        """Return the samples of the shaped motion, of each segment as many as *counts* (k - 1,) says, and their law."""
         old, rows = self.samples, int(counts.sum()) + 1
         made = {key: room.empty((rows, *value.shape[1:]), value.dtype) for key, value in vars(old).items()}
         time, speed, vector = room.empty((rows,)), room.empty((rows,)), room.empty((rows, 3))

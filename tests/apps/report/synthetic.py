@@ -12,6 +12,7 @@ from cablewright.analyses.accuracy.expected_error import ErrorCause, ExpectedErr
 from cablewright.analyses.feasibility import Finding, LineQuantities
 from cablewright.printing.job import load_job
 from cablewright.printing.layers import LayerTable, layer_table
+from cablewright.printing.path import Samples
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot, load, loads
 from cablewright.robot.uncertainty import ASSUMED, assumed_uncertainty
@@ -80,8 +81,36 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
     """Plausible numbers for `job` on `robot`; an infeasible one has too low tensions at one end."""
     samples = job.samples(job.toolpath())
     law = job.time_law(samples)
-    positions = samples.positions
-    k, m = len(samples), robot.m
+    statics = _statics(robot, samples.positions, law, feasible=feasible)
+    check = Check(
+        robot=robot,
+        job=job,
+        samples=samples,
+        law=law,
+        shaping=_unshaped(samples, law),
+        poses=samples.positions,
+        retraction=None,
+        statics=statics,
+        errors=SampleErrors.of(robot, samples, samples.positions, statics),
+        findings=tuple(_findings(robot, samples, statics.tensions)),
+        toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
+        travels=(),
+        fastest=None,
+        expected=_expected(robot, samples),
+        beads=job.beads(job.toolpath()),
+        uncertainty=ASSUMED,
+        distances=None,
+        not_checked=("wind", "interference of lines: switched off"),
+        step=0.05,
+        reserved=False,
+        verdict="Every sample is within all limits." if feasible else "A line hangs loose in layer 2.",
+    )
+    return check, layer_table(samples, law)
+
+
+def _statics(robot: Robot, positions: np.ndarray, law: TimeLaw, *, feasible: bool) -> PathStatics:
+    """Plausible statics at `positions`."""
+    k, m = len(positions), robot.m
     exits = np.array([line.exit_point for line in robot.lines])
     span = np.linalg.norm(positions[:, None] - exits, axis=2)  # (k, m)
     drop = np.maximum(exits[:, 2] - positions[:, 2:3], 0.3)
@@ -99,8 +128,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
     winch = robot.lines[0].winch
     rate = np.gradient(span, axis=0) / np.maximum(np.gradient(law.time), 1e-6)[:, None] if k > 1 else 0 * span
     unknown = np.full((k, m), np.nan)
-    findings = tuple(_findings(robot, samples, tensions))
-    statics = PathStatics(
+    return PathStatics(
         codes=np.zeros(k, dtype=np.int64) if feasible else np.where(tensions[:, 0] <= np.median(tensions[:, 0]), 7, 0),
         violations=np.zeros(k),
         tensions=tensions,
@@ -124,32 +152,12 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         elastic_only=positions + 0.0003 * (1 + positions[:, 2:3] / 3) * down,
         compensated=positions + wobble * down,
     )
-    check = Check(
-        robot=robot,
-        job=job,
-        samples=samples,
-        law=law,
-        shaping=JobMotion(
-            samples, law, samples, law.duration, None, np.nan, 'motion.shaping = "none"', layer_table(samples, law)
-        ),
-        poses=positions,
-        retraction=None,
-        statics=statics,
-        errors=SampleErrors.of(robot, samples, positions, statics),
-        findings=findings,
-        toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
-        travels=(),
-        fastest=None,
-        expected=_expected(robot, samples),
-        beads=job.beads(job.toolpath()),
-        uncertainty=ASSUMED,
-        distances=None,
-        not_checked=("wind", "interference of lines: switched off"),
-        step=0.05,
-        reserved=False,
-        verdict="Every sample is within all limits." if feasible else "A line hangs loose in layer 2.",
-    )
-    return check, layer_table(samples, law)
+
+
+def _unshaped(samples: Samples, law: TimeLaw) -> JobMotion:
+    """A motion that is not shaped."""
+    layers = layer_table(samples, law)
+    return JobMotion(samples, law, samples, law.duration, None, np.nan, 'motion.shaping = "none"', layers)
 
 
 def arrays_of(check: Check) -> dict[str, np.ndarray]:

@@ -24,7 +24,7 @@ TAUT: Final = 1e-4
 
 
 def with_sag(held: Equilibrium, by_pose: Array, falls: Array) -> Array:
-    """Return the falls (N, m), N, at most 0, of tensions at N solved poses, where those by stiffness alone are *falls*.
+    """Return the falls of tensions (N, m) at N solved poses with sag, from those by stiffness alone, *falls* (N, m), N.
 
     *by_pose* (N, m, n): changes of tensions with the platform's motion, N/m and N/rad. Falls that leave less than the
     weight of the span stay as they are: such a cable hangs slack.

@@ -120,7 +120,7 @@ def _swing(f, m):
 
 @jit
 def _is_stable(work):
-    """Whether the platform returns in every mode; set the modes' rates."""
+    """Set the rates of the modes. False where the platform is unstable in one of them."""
     for c in range(work.values.shape[0]):
         if not work.values[c] > 0.0:
             return False

@@ -101,7 +101,7 @@ def move_freely(free, pose, step, moved):
 
 @jit
 def may_be_another(shift):
-    """Whether *shift* (n,) leads from an expected equilibrium to another: a point as a rule has only one."""
+    """Whether a *shift* (n,) from the expected equilibrium is so large that it is another one. Never of a point."""
     return shift.shape[0] == 6 and largest(shift, 6) > MAX_DEVIATION
 
 

@@ -114,7 +114,7 @@ def turn(x, y, z, omega, rotation, out):
 
 @jit
 def turning_arm(packed, row):
-    """Bound the distance (m) of a line's platform point from the origin about which a body rotates; 0 of a point."""
+    """Return an upper bound of the distance, m, of a line's platform point from a body's origin; of a point 0."""
     if packed.freedoms == 3:
         return 0.0
     return sqrt(row[POINT_X] ** 2 + row[POINT_X + 1] ** 2 + row[POINT_X + 2] ** 2) * ROUNDING

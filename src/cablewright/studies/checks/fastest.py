@@ -27,7 +27,10 @@ class Fastest:
     def of(
         cls, robot: Robot, job: Job, toolpath: Toolpath, samples: Samples, lengths: Array, room: Room
     ) -> Self | None:
-        """Return the times of a path whose winches pay out *lengths* (k, m), m; None where nothing limits a speed."""
+        """Return the times of a path along *samples* (k,); None where nothing limits a speed.
+
+        *lengths* (k, m): m, of the lines at the samples, by which winches limit the speed.
+        """
         limits, speed = job.speed_limits(toolpath, fastest=True, room=room), room.empty((len(samples),))
         bound = float(samples.dwell.sum())
         for at in blocks(len(samples) - 1):

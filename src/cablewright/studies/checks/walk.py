@@ -147,7 +147,7 @@ class JobPath:
 
 
 def with_reserve(robot: Robot, found: Walked) -> Robot | None:
-    """Return the robot with tension limits that leave at rest what motion takes; None where nothing is left."""
+    """Return the robot with tension limits that are narrower by what motion changes; None where no range is left."""
     lines = []
     for line, drop, rise in zip(robot.lines, found.tension_drop, found.tension_rise, strict=True):
         low, high = line.tension_limits[0] + RESERVE * float(drop), line.tension_limits[1] - RESERVE * float(rise)

@@ -114,7 +114,7 @@ def drives_command(
     seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0,
     as_json: AsJson = False,
 ) -> int:
-    """Winches of the machine move. No performance level is claimed: the hard-wired emergency stop is the builder's.
+    """Moves the winches of the machine. No performance level is claimed: its builder adds a hard-wired emergency stop.
 
     Whoever types `enable`, `jog`, `tension` or `home` resets the drives and enables all winches; they are braked when
     the command ends, Ctrl-C included. Counts and lengths are kept beside FILE, in .counts.json and .lengths.json.

@@ -75,7 +75,7 @@ def beyond_limits(row, y):
 
 @jit
 def beyond_hung_limits(row, y):
-    """As `beyond_limits` of a line that a counterweight pulls; of another, whose winch decides, 0."""
+    """As `beyond_limits`, of a line that a counterweight pulls. 0 of any other: its winch sets the tension."""
     return beyond_limits(row, y) if row[COUNTERWEIGHT] > 0.0 else 0.0
 
 
