@@ -117,8 +117,11 @@ class Watch:
             self.found_again = False
 
     def _begins(self, step: Step, *, waits: bool) -> None:
-        """Whatever begins to move does so by an order that lives."""
-        state, wall = step.progress.state, self.machine.wall
+        """Whatever begins to move does so by an order that lives.
+
+        Of a hang that a simulated machine's clock does not see, an order grows older from the next step on.
+        """
+        state, wall = step.progress.state, self.machine.wall - self.machine.unseen
         live = [each for each in self.people.sent if self._is_live(each, wall)]
         assert not waits or {each.kind for each in live} & {*_RESUMES}, "an order waits that lives no more"
         begins = state in _MOVE and self.state not in _MOVE

@@ -143,6 +143,7 @@ class Shaken:
         self.jammed = 0  # line that pulls too hard during such a fault
         self.wrong: dict[str, float] = {}  # s until which a fault lasts
         self.hang_due = 0.0  # s, for which the control hangs in the next step
+        self.unseen = 0.0  # s of the last step that its own clock did not see
         self.hung = False  # whether it hung in the last one
         self.cleared = 0.0  # s, of the last reading of a clear barrier that the control may believe
         self.known_broken = False  # whether the newest reading that was sent is of a broken one
@@ -171,7 +172,8 @@ class Shaken:
         self._move(command.winch_speeds, elapsed)  # drives stop by themselves while the control hangs
         self.wall += elapsed + self.hang_due
         self.active += elapsed
-        self.time += elapsed if self.simulated else elapsed + self.hang_due
+        self.unseen = self.hang_due if self.simulated else 0.0
+        self.time += elapsed + self.hang_due - self.unseen
         self.hung, self.hang_due = self.hang_due > 1.0, 0.0
         if self._happens(0.03):
             fault = str(self.random.choice(_FAULTS))

@@ -99,6 +99,7 @@ from cablewright.printing.stl import read_stl as read_stl
 from cablewright.robot import Beam as Beam
 from cablewright.robot import Box as Box
 from cablewright.robot import Cable as Cable
+from cablewright.robot import Dynamics as Dynamics
 from cablewright.robot import Eyelet as Eyelet
 from cablewright.robot import GuideSheave as GuideSheave
 from cablewright.robot import Line as Line

@@ -49,3 +49,15 @@ def test_a_reading_of_before_a_jump_that_is_repeated_is_never_new(jump: float) -
         frame, _ = clock.tell(SensorFrame(1.0 + PERIOD * step + (jump if step > 50 else 0.0), (frozen,)))
         told += [times.is_new("barrier", each.time, frame.time) for each in frame.of(Barrier)]
     assert sum(told) == 1
+
+
+def test_a_stamp_of_before_a_jump_is_no_reading_of_after_it() -> None:
+    """A sensor falls silent with the jump, and repeats its last reading just as the clock reaches that time again."""
+    clock, frozen = FrameClock(PERIOD, 0.0), Barrier(1.5, broken=False)
+    told = []
+    for step in range(300):
+        now = 1.0 + PERIOD * step - (1.0 if step > 60 else 0.0)
+        readings = (frozen,) if 50 <= step <= 60 or now > 1.5 - 0.5 * PERIOD else ()
+        frame, _ = clock.tell(SensorFrame(now, readings))
+        told.append(len(frame.readings))
+    assert sum(told) == sum(told[:61]) > 0

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from tools.random_orders import run_sequence
+from tools.random_world import Followed, Shaken, desk, plan
 
 from cablewright.control import guard, manual, orders, supervisor
 from cablewright.control.transitions import TRANSITIONS
 from cablewright.foundation.reading_times import ReadingTimes, Timeliness
 from cablewright.foundation.signals import OrderKind, PrintState, WinchMode
 from cablewright.live.prints import loop
+from cablewright.live.prints.loop import Printer
 from cablewright.live.serve.operator import PageOperator
 
 SEEDS = range(300)
@@ -23,6 +25,27 @@ SEEDS = range(300)
 def test_no_promise_is_broken_and_every_state_is_seen() -> None:
     seen = set().union(*map(run_sequence, SEEDS))
     assert seen == set(PrintState)
+
+
+def test_what_waits_ends_by_the_servers_clock_where_the_machines_stands_still() -> None:
+    random = np.random.default_rng(0)
+    machine = Shaken(random, calm=True)
+    machine.simulated, machine.wrong = True, {"person": np.inf}
+    printer = Printer(plan(), machine, lambda _place, _radii: Followed(machine))
+    printer.supervisor.state = PrintState.PAUSED
+    waits: list[bool] = []
+    with desk(random, machine) as (people, operator):
+        people.lease = 1
+        for hangs in (0.0, 0.6, 0.5, 0.0):  # s; none is long enough to be a fault
+            people._tell(machine.wall)
+            if not waits:
+                people._send(OrderKind.RESUME, machine.wall)
+            machine.hang_due = hangs
+            step = printer.step(operator.orders(printer, printer.time))
+            operator.answered(printer, step.orders, step.frame.time)
+            waits.append(printer.supervisor.resume_ordered)
+    assert waits == [True, True, True, False]
+    assert printer.supervisor.state is PrintState.PAUSED
 
 
 def without(order: OrderKind, *states: PrintState) -> dict[Any, PrintState]:

@@ -15,6 +15,7 @@ BODIES = {
     "expo2015-lucia": 8,
     "fast-telescope": 6,
     "grab-four-lines": 4,
+    "grab-prototype": 4,
     "ipanema": 8,
     "ipanema1": 8,
     "ipanema2": 8,

@@ -85,7 +85,7 @@ def test_shapes_and_summary(found: Check) -> None:
     k = len(found.samples)
     shapes = {name: values.shape for name, values in arrays(found).items()}
     assert {shapes.pop(name) for name in POSES} == {(k, 3)}
-    assert {shapes.pop(name) for name in ("codes", "violations", "displacement", "plane_force")} == {(k,)}
+    assert {shapes.pop(name) for name in ("codes", "violations", "displacement", "frequency", "plane_force")} == {(k,)}
     assert set(shapes.values()) == {(k, 4)}
     assert len(shapes) == 11
     summary = found.to_dict()

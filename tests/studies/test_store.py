@@ -247,7 +247,7 @@ def test_the_same_input_gives_the_same_bytes(earlier: Path, tmp_path: Path, job_
 @pytest.mark.parametrize("name", ["merlet2023", "house-printer"])
 def test_lengths_between_samples_are_good_to_20_micrometres(name: str, tmp_path: Path) -> None:
     """Unless the job asks for another step; measured here at thirds of each segment, by the inverse problem anew."""
-    (tmp_path / "wall.gcode").write_text(";LAYER:0\nG1 X-500 Y-800 Z300 F9000\nG1 X500 Y700 E9\nG1 X-500 Y700 E19\n")
+    (tmp_path / "wall.gcode").write_text(";LAYER:0\nG1 X-500 Y-800 Z300 F900\nG1 X500 Y700 E9\nG1 X-500 Y700 E19\n")
     robot = load(name)
     found = check(robot, tmp_path / "wall.gcode", skip=("interference", "expected-error"))
     assert found.interpolation_error is not None

@@ -30,6 +30,11 @@ ABOUT = {
     "expo2015-lucia": ("exits and platform points (as measured), mass, cable", "tension limits", "cables from above"),
     "fast-telescope": ("exits, platform points", "mass, cable, min tension", "lines of 300 m: weight and sag"),
     "grab-four-lines": ("exits, platform, inertia", "cable, limits", "fewer lines than freedoms: it swings"),
+    "grab-prototype": (
+        "exits, sheaves, platform points, inertia (as measured)",
+        "cable, limits",
+        "fewer lines than freedoms; frequencies measured by motion capture",
+    ),
     "hangprinter-v4": (
         "exits and spools (calibrated), advantage",
         "mass, cable, min tension",

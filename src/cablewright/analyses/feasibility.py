@@ -141,7 +141,7 @@ TENSION_JUMP: Final = "jump of a tension"
 _OF_JOBS = {
     CLEARANCE: "below it lines touch each other, the platform, the frame or the part",
     EXPECTED_ERROR: "beyond it strands miss those below",
-    MOVED_ERROR: "beyond it strands miss those below; swinging comes on top, and is not checked",
+    MOVED_ERROR: "beyond it strands miss those below",
 }
 OF_CHECKS: Final = {
     PLANE_FORCE: "above it the platform lifts off its plane: let platform.plane.normal point out of the board, or give "

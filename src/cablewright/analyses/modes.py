@@ -16,9 +16,10 @@ from cablewright.foundation.results import Figure, Pictured
 from cablewright.models.equilibrium_figures import FIGURES as EQUILIBRIUM
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.inertia import counterweight_root, mass_root
+from cablewright.models.plane import projected
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.models.stiffness import Stiffness, stiffness
-from cablewright.robot import Robot
+from cablewright.models.stiffness import Stiffness, along_chords, stiffness
+from cablewright.robot import Damping, Robot
 from cablewright.solvers.inverse import solve_inverse
 
 FREEDOMS = ("x", "y", "z", "rx", "ry", "rz")
@@ -53,6 +54,10 @@ class Modes(Pictured):
     energy by freedom (see `FREEDOMS`), at the centre of mass; it sums to 1, with counterweights to 1 less their share.
     The energy of products of inertia is divided by the symmetric root of the inertia tensor.
 
+    `elastic_share` (n,): the part of a mode's stiffness from stretch of the lines, beside the size of the rest.
+    `inextensible` (n - m,), Hz: frequencies of the motions that m lines with fewer than n leave free where they do not
+    stretch, by the geometric stiffness alone (Ida, Briot and Carricato 2021). A line with a counterweight holds none.
+
     The stiffness is symmetrised, which changes no frequency to first order. `asymmetry` () is the largest entry of its
     skew part between any two modes, relative to their mean eigenvalue: 0 unless an external moment or the papers' rigid
     arc (`docs/theory/statics.md`) acts.
@@ -66,9 +71,21 @@ class Modes(Pictured):
                _if_balanced("frequencies"), "frequency", 5, along="mode"),
         Figure("dominant", "", "Freedom with the largest share of the mode's kinetic energy.", _if_balanced("mostly"),
                along="mode"),
+        Figure("damping", "1", "Share of critical damping of every mode.", "damping.ratio", digits=3, shown="%",
+               only=lambda found: found is None or not found.damping.is_assumed),
+        Figure("damping", "1", "The same, where the robot file gives none.", "damping.ratio", "damping (assumed)", 3,
+               shown="%", only=lambda found: found is not None and found.damping.is_assumed),
+        Figure("damping_assumed", "", "Whether the robot file gives no damping.", "damping.is_assumed", detail=True),
         Figure("participation", "1", "Share of the mode's kinetic energy by freedom.", _if_balanced("participation",
                True),
                "energy by freedom", 3, shown="%", along="mode"),
+        Figure("elastic_share", "1", "Share of the mode's stiffness from stretch of the lines: 0 of a pendulum.",
+               _if_balanced("elastic_share"), "from stretch", 3, shown="%", along="mode"),
+        Figure("motion", "", "stretch where more than half of the mode's stiffness is from it, else pendulum.",
+               _if_balanced("motion"), along="mode"),
+        Figure("inextensible_frequencies", "Hz", "Frequencies of the motions that remain if lines do not stretch.",
+               _if_balanced("inextensible"), "if lines do not stretch",
+               only=lambda found: found is not None and found.inextensible.size > 0),
         Figure("shapes", "m, rad", "Motion of the platform's origin in each mode, of unit modal mass.",
                _if_balanced("shapes", True), detail=True),
         Figure("stiffness", "N/m, N m/rad", "Tangent stiffness of the platform, winches held.",
@@ -94,6 +111,8 @@ class Modes(Pictured):
     shapes: Array
     participation: Array
     asymmetry: Array
+    elastic_share: Array
+    inextensible: Array
 
     @property
     def has_modes(self) -> bool:
@@ -104,6 +123,11 @@ class Modes(Pictured):
     def freedoms(self) -> tuple[str, ...]:
         """Names of the platform's freedoms."""
         return FREEDOMS[: self.equilibrium.model.n]
+
+    @property
+    def damping(self) -> Damping:
+        """The share of critical damping of every mode."""
+        return self.equilibrium.model.robot.damping
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -126,6 +150,11 @@ class Modes(Pictured):
     def mostly(self) -> Any:
         """The names of `dominant`: a list (n), or a list for each row of a batch."""
         return np.array(FREEDOMS)[self.dominant].tolist()
+
+    @property
+    def motion(self) -> Any:
+        """The kind of each mode, "stretch" or "pendulum": a list (n), or a list for each row of a batch."""
+        return np.where(np.nan_to_num(self.elastic_share) > 0.5, "stretch", "pendulum").tolist()
 
     @property
     def lowest(self) -> Array:
@@ -208,16 +237,47 @@ def _modes(equilibrium: Equilibrium, geometric: bool) -> Modes:
     values, vectors = np.linalg.eigh(0.5 * (scaled + mirrored))
     values = np.where(np.abs(values) <= ROUNDING * np.abs(values).max(axis=-1, keepdims=True), 0.0, values)
     skew = _left_out(0.5 * (scaled - mirrored), values, vectors)
+    elastic = np.swapaxes(back, -1, -2) @ np.where(good[..., None, None], parts.elastic, 0.0) @ back
+    loosely = np.swapaxes(back, -1, -2) @ np.where(good[..., None, None], parts.geometric, 0.0) @ back
+    shares = _diagonal(elastic, vectors), np.abs(_diagonal(loosely, vectors))
+    free_swings = _swings(loosely, _lengths_kept(equilibrium, parts) @ back)
     if free is not None:
         back, vectors = back @ np.swapaxes(moving, -1, -2), moving @ vectors
     vectors = _pointed(vectors)
     arrays = (
-        np.sign(values) * np.sqrt(np.abs(values)) / (2.0 * np.pi),
+        _hertz(values),
         back @ vectors,
         (vectors * vectors)[..., :n, :],
         skew,
+        shares[0] / np.maximum(shares[0] + shares[1], 1e-300),
+        free_swings,
     )
     return Modes(equilibrium, parts, geometric, *(_only(good, array) for array in arrays))
+
+
+def _hertz(squares: Array) -> Array:
+    """Frequencies, Hz, of squares, (rad/s)^2; negative where these are."""
+    return np.asarray(np.sign(squares) * np.sqrt(np.abs(squares)) / (2.0 * np.pi))
+
+
+def _diagonal(matrix: Array, vectors: Array) -> Array:
+    """The quadratic form of a matrix (..., n, n) for each column of *vectors*."""
+    return np.asarray(np.einsum("...ik,...ij,...jk->...k", vectors, matrix, vectors))
+
+
+def _lengths_kept(equilibrium: Equilibrium, parts: Stiffness) -> Array:
+    """The gradients (..., m, n) of the lengths of the lines on winches, by the platform's motion."""
+    model = equilibrium.model
+    held = [i for i in range(model.m) if i not in model.robot.hung]
+    wrenches = along_chords(model.n, np.nan_to_num(parts.chords[..., held, :]), parts.arms[..., held, :])
+    return np.asarray(projected(model.free_directions, wrenches))
+
+
+def _swings(stiffness: Array, gradients: Array) -> Array:
+    """Frequencies (..., n - m), Hz, of motions in which no length changes; *stiffness* is by unit modal mass."""
+    rows = np.linalg.svd(gradients)[2][..., gradients.shape[-2] :, :]
+    reduced = rows @ stiffness @ np.swapaxes(rows, -1, -2)
+    return _hertz(np.linalg.eigvalsh(0.5 * (reduced + np.swapaxes(reduced, -1, -2))))
 
 
 def _pointed(vectors: Array) -> Array:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import Final
 
 from cablewright.foundation.reading_times import CLOCK_TOLERANCE
-from cablewright.foundation.signals import Condition, Notice, SensorFrame
+from cablewright.foundation.signals import Condition, Notice, Reading, SensorFrame
 
 _SAME: Final = 1e-6  # of a period: elapsed times that differ by less are a period, told by a clock with rounding
 _LATE: Final = 1.5  # periods after which a step is an overrun
 _AHEAD: Final = 3600.0  # s after which no step was late, but the clock was set
+_STAMPS: Final = 256  # of each source that are known again after a jump
 _MOST: Final = 3.0  # periods for which the control goes on after a gap
 
 
@@ -22,6 +24,8 @@ class FrameClock:
         self._period, self._begin, self._offset = period, begin, 0.0
         self._now: float | None = None
         self._jump = -math.inf  # s, when the machine's clock jumped
+        self._stamps: dict[str, deque[float]] = {}  # s, of readings by their sources, since that jump ...
+        self._before: dict[str, deque[float]] = {}  # ... and those of before
 
     @property
     def now(self) -> float:
@@ -33,7 +37,8 @@ class FrameClock:
 
         A late frame has a notice. Where the machine's clock jumps, or tells no number, the frame has another; the
         times of all frames and readings from then on are shifted, so that this clock goes on by one period. Readings
-        without a time are left out, and those of before a jump: by which clock they are nobody knows.
+        without a time are left out, and those of before a jump: by which clock they are nobody knows. So are those that
+        repeat a stamp of before it: a frozen sensor's, which the clock has reached again.
         """
         period, notices, known = self._period, frame.notices, math.isfinite(frame.time)
         if self._now is None:
@@ -45,6 +50,9 @@ class FrameClock:
             if known:
                 self._offset = self._now + period - frame.time
             self._jump = now = self._now + period
+            for source, stamps in self._stamps.items():
+                self._before.setdefault(source, deque(maxlen=_STAMPS)).extend(stamps)
+            self._stamps.clear()
         else:
             now = frame.time + self._offset
             if abs(elapsed - period) <= _SAME * period:
@@ -52,8 +60,17 @@ class FrameClock:
             elif elapsed > _LATE * period:
                 notices = (*notices, Notice(Condition.OVERRUN))
         self._now = now
-        readings = frame.readings
-        if self._offset or not all(math.isfinite(each.time) for each in readings):
-            shifted = (each.stamped(each.stamp + self._offset) for each in readings if math.isfinite(each.time))
-            readings = tuple(each for each in shifted if each.time > self._jump + CLOCK_TOLERANCE)
-        return SensorFrame(now, readings, notices), min(elapsed, _MOST * period)
+        return SensorFrame(now, self._timely(frame), notices), min(elapsed, _MOST * period)
+
+    def _timely(self, frame: SensorFrame) -> tuple[Reading, ...]:
+        """The readings of a frame by this clock."""
+        for each in frame.readings:
+            stamps = self._stamps.setdefault(each.source, deque(maxlen=_STAMPS))
+            if not stamps or stamps[-1] != each.stamp:
+                stamps.append(each.stamp)
+        if not self._offset and all(math.isfinite(each.time) for each in frame.readings):
+            return frame.readings
+        known = (each for each in frame.readings if math.isfinite(each.time))
+        anew = (each for each in known if each.stamp not in self._before.get(each.source, ()))
+        shifted = (each.stamped(each.stamp + self._offset) for each in anew)
+        return tuple(each for each in shifted if each.time > self._jump + CLOCK_TOLERANCE)

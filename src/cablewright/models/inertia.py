@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from cablewright.foundation.arrays import Array
@@ -9,6 +11,9 @@ from cablewright.foundation.errors import InputError
 from cablewright.models.rotation import matrices
 from cablewright.models.stiffness import Stiffness, along_chords
 from cablewright.robot import RigidPlatform, Robot
+
+LEAST_ARM: Final = 0.01
+"""Least distance of a platform's mass from its centre, m, where its inertia is assumed."""
 
 
 def mass_matrix(robot: Robot, poses: Array) -> Array:
@@ -50,6 +55,21 @@ def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
     spans = np.array([robot.lines[i].advantage for i in hung], dtype=np.float64)
     directions = along_chords(robot.n, parts.chords[..., hung, :], parts.arms[..., hung, :])
     return np.asarray((np.sqrt(masses) * spans)[:, None] * directions)
+
+
+def with_inertia(robot: Robot) -> Robot:
+    """Return the robot with an assumed inertia where it has a body of unknown inertia, else itself.
+
+    Its mass counts in equal parts at its platform points, and the mean of the three moments about the centre of mass
+    for each axis.
+    """
+    platform = robot.platform
+    if not isinstance(platform, RigidPlatform) or platform.inertia is not None:
+        return robot
+    arms = np.array([line.platform_point for line in robot.lines]) - np.asarray(platform.centre_of_mass)
+    moment = 2.0 / 3.0 * platform.mass * max(float((arms * arms).sum(axis=1).mean()), LEAST_ARM**2)
+    inertia = platform.model_copy(update={"inertia": (moment, moment, moment)})
+    return robot.model_copy(update={"platform": inertia})
 
 
 def _inertia_root(name: str, platform: RigidPlatform) -> Array:

@@ -2,6 +2,7 @@
 
 from cablewright.robot.bracket import Bracket, load_bracket
 from cablewright.robot.cable import Cable
+from cablewright.robot.dynamics import ASSUMED_DAMPING, Damping, Dynamics
 from cablewright.robot.file_schema import json_schema
 from cablewright.robot.files import file_text, library_names, library_text, load, loads
 from cablewright.robot.line import Line
@@ -33,11 +34,14 @@ from cablewright.robot.winch import SharedWinch, Winch
 from cablewright.robot.write_back import update
 
 __all__ = [
+    "ASSUMED_DAMPING",
     "KINDS",
     "Beam",
     "Box",
     "Bracket",
     "Cable",
+    "Damping",
+    "Dynamics",
     "Eyelet",
     "GuideSheave",
     "Kind",

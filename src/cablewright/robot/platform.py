@@ -10,7 +10,7 @@ from cablewright.foundation.errors import UnknownName
 from cablewright.foundation.units import Force3, Inertia3, Length, Mass, Positive, Torque3, Vec3
 from cablewright.foundation.validation import Description, KeyPath, refusal, require_box, require_unique_names
 from cablewright.robot.direction import Direction, unit_vector
-from cablewright.robot.inertia import check_inertia
+from cablewright.robot.dynamics import check_inertia
 from cablewright.robot.plane import Plane
 from cablewright.robot.scene import MAX_SHAPES
 

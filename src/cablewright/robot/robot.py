@@ -9,9 +9,10 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.foundation.errors import InputError, suggestion
-from cablewright.foundation.validation import FileDescription, refusal, require_unique_names
+from cablewright.foundation.errors import InputError, UnknownName, suggestion
+from cablewright.foundation.validation import FileDescription, refusal, require_unique_names, validated
 from cablewright.robot.bracket import Bracket
+from cablewright.robot.dynamics import Damping, Dynamics
 from cablewright.robot.line import MAX_LINES, Line
 from cablewright.robot.plane import OFF_PLANE
 from cablewright.robot.platform import Platform, Retraction, RigidPlatform
@@ -23,8 +24,8 @@ from cablewright.robot.winch import SharedWinch, Winch
 class Robot(FileDescription):
     """m lines, one platform with n freedoms, and the scene. ``source``: paper or origin of the numbers.
 
-    ``bracket``: the bracket that holds each sheave; None: unknown. ``uncertainty``: how far the true numbers may be
-    from these; None: unknown.
+    ``dynamics``: how vibrations decay. ``bracket``: the bracket that holds each sheave; None: unknown. ``uncertainty``:
+    how far the true numbers may be from these; None: unknown.
     """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
@@ -33,6 +34,7 @@ class Robot(FileDescription):
     scene: Scene
     platform: Platform
     lines: Annotated[tuple[Line, ...], Field(max_length=MAX_LINES)]
+    dynamics: Dynamics = Dynamics()
     bracket: Bracket | None = None
     uncertainty: Uncertainty | None = None
 
@@ -140,6 +142,11 @@ class Robot(FileDescription):
         """The platform's retraction, if it has one."""
         return self.platform.retraction if isinstance(self.platform, RigidPlatform) else None
 
+    @property
+    def damping(self) -> Damping:
+        """The share of critical damping of every mode of the platform, and whether it is assumed."""
+        return self.dynamics.damping
+
     def ranges(self) -> tuple[Range, ...]:
         """Return the ranges of the file's uncertainty, or else those of `modulus_ranges`."""
         return modulus_ranges(self) if self.uncertainty is None else self.uncertainty.of(self)
@@ -165,6 +172,21 @@ class Robot(FileDescription):
         """Return the robot with *tension_limits*, min and max (N), of every line."""
         lines = tuple(line.model_copy(update={"tension_limits": tension_limits}) for line in self.lines)
         return self.model_copy(update={"lines": lines})
+
+    def with_lines(self, names: Sequence[str]) -> Robot:
+        """Return the robot with the lines of these *names* alone, in their order in the file.
+
+        Raises `UnknownName`, and `InputError` for a name given twice and for lines that need one that is left out.
+        """
+        own = [line.name for line in self.lines]
+        for name in names:
+            if name not in own:
+                raise UnknownName("line", name, own)
+            if names.count(name) > 1:
+                raise InputError(f"lines: {name!r} is named more than once")
+        values = self.model_dump(by_alias=True)
+        values["lines"] = [line for line in values["lines"] if line["name"] in names]
+        return validated(Robot, values, f"robot {self.name!r} with the lines {', '.join(names)}")
 
     def retraction_to(self, length: float) -> Retraction:
         """Return the platform's retraction. Raises `InputError` without one that has ``length`` (m) in its range."""

@@ -36,6 +36,10 @@ KEYS = {
     "axial_stiffness",
     "line_frequencies",
     "asymmetry",
+    "damping",
+    "damping_assumed",
+    "elastic_share",
+    "motion",
     "plot",
 }
 OF_BOUNDARIES = {

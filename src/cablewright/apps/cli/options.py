@@ -139,6 +139,9 @@ class RobotOptions:
     """The robot and what pulls at its platform."""
 
     robot: RobotName
+    lines: Annotated[
+        str | None, typer.Option("--lines", metavar="NAME,..", help="Lines that hold the platform; by default all.")
+    ] = None
     load: Annotated[
         str | None, typer.Option("--load", metavar="NAME", help="Load of the robot file that the platform carries.")
     ] = None
@@ -154,6 +157,8 @@ class RobotOptions:
     def loaded(self, retraction: float | None = None) -> cw.Robot:
         """The robot under its load and wrench, retracted to a length (m) where one is given. Raises `InputError`."""
         robot = cw.load(self.robot)
+        if self.lines is not None:
+            robot = robot.with_lines([name.strip() for name in self.lines.split(",")])
         if self.load is not None:
             robot = robot.under_load(self.load)
         if retraction is not None:

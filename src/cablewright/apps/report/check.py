@@ -11,6 +11,7 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.apps import style
 from cablewright.apps.figures import summary
 from cablewright.apps.pictures.lines import MAX_LINES, limits, tensions
+from cablewright.apps.pictures.motion import motion
 from cablewright.apps.pictures.path import MAX_NAMES, error_by_height, plan, side_view
 from cablewright.apps.quantities import count, quantity
 from cablewright.apps.report.digest import Digest
@@ -24,7 +25,6 @@ from cablewright.foundation.errors import Status
 from cablewright.foundation.paging import let_go
 from cablewright.printing.layers import LayerTable
 from cablewright.robot.uncertainty import ASSUMED
-from cablewright.studies.checks.path_statics import extreme
 from cablewright.studies.checks.result import Check
 
 Pictures = dict[str, bytes]
@@ -44,9 +44,9 @@ def write(check: Check, folder: Path, layers: LayerTable) -> Path:
 
 def _pictures(digest: Digest) -> Pictures:
     """Draw all pictures there is something to draw for."""
-    drawn, kinds = {}, (plan, side_view, tensions, error_by_height, limits)
+    drawn, kinds = {}, (plan, side_view, tensions, error_by_height, limits, motion)
     with style.drawing():
-        for name, draw in zip(("plan", "path-3d", "tensions", "error-height", "limits"), kinds, strict=True):
+        for name, draw in zip(("plan", "path-3d", "tensions", "error-height", "limits", "motion"), kinds, strict=True):
             figure = draw(digest)
             if figure is not None:
                 drawn[name] = style.png(figure)
@@ -70,6 +70,8 @@ def _body(digest: Digest, title: str, pictures: Pictures) -> Iterator[Html]:
         yield section("Expected error, and what makes it", *_expected(digest.check, digest.check.expected))
     yield section("The path, and how far off it is without compensation", *_path(digest, pictures))
     yield section("Tension of each line", *_tensions(digest, pictures))
+    if "motion" in pictures:
+        yield section("Error by motion", *_motion(digest.check, pictures))
     yield section("Error against height", *_errors(digest, pictures))
     yield section("Winches and sheaves", *_winches(digest, pictures))
     yield section("Inputs", inputs_table(digest))
@@ -97,9 +99,7 @@ def _expected(check: Check, expected: ExpectedError) -> Iterator[Html]:
         "p",
         f"95 of 100 machines whose numbers are uncertain as below ({source}) keep the nozzle within "
         f"{quantity(expected.value, 'm')} of the whole path that lays material. The numbers are drawn once for the "
-        "job, and each machine is solved. Forces of acceleration come on top: they displace the nozzle by "
-        f"{quantity(extreme(np.fmax, check.statics.displacement), 'm')}, which is not bounded: swinging is not "
-        "checked.",
+        "job, and each machine is solved. The motion of the platform comes on top.",
     )
     yield part_table(check, "expected_error_by")
     yield table(("uncertain number", "min", "max", "unit"), _ranges(expected), numbers=(1, 2))
@@ -133,13 +133,30 @@ def _tensions(digest: Digest, pictures: Pictures) -> Iterator[Html]:
         yield picture(
             pictures["tensions"],
             "Tension of the lines over the time of the print, with their limits",
-            f"Band: from the lowest to the highest tension {each}, anywhere along the line, with the forces of "
-            "acceleration. Line: the "
+            f"Band: from the lowest to the highest tension {each}, anywhere along the line, with the motion of the "
+            "platform. Line: the "
             f"median at the sheave, at rest. Dashed: the line's tension limits.{_some(m)}",
         )
     else:
         yield element("p", "Not known: no equilibrium was found.")
     yield along_table(digest.check, "line")
+
+
+def _motion(check: Check, pictures: Pictures) -> Iterator[Html]:
+    assert check.motion is not None
+    frequency, place = check.motion.frequency, check.where(check.motion.sample)
+    yield element(
+        "p",
+        f"Where material is laid the platform swings the nozzle at most {quantity(check.motion.largest, 'm')} from the "
+        f"path, at {frequency:.3g} Hz {place}; along 95 % of the length at most {quantity(check.motion.usual, 'm')}. "
+        f"Damping of every mode: {check.robot.damping} of the critical.",
+    )
+    yield picture(
+        pictures["motion"],
+        "Error of the nozzle by the motion of the platform over the time of the print, and its frequency",
+        "Above: largest and median in each part of the print, travel included. Below: frequency of the mode with most "
+        "of the error at the beginning of each part. Rings: the largest where material is laid.",
+    )
 
 
 def _errors(digest: Digest, pictures: Pictures) -> Iterator[Html]:

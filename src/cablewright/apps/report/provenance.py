@@ -57,7 +57,8 @@ def assumptions(robot: Robot) -> list[str]:
     return [
         (
             "Lengths and tensions are those of hanging, elastic cables (catenaries) in equilibrium with the platform. "
-            "Forces of acceleration change tensions and move the platform as a slow force would: nothing swings."
+            "The platform swings about them as a linear system of its mass, the stiffness at each sample and the same "
+            f"damping of every mode, {robot.damping}, while lengths go linearly in time between samples."
         ),
         (
             f"Lengths paid out {COMPENSATIONS['none'].words} are those of straight cables that do not stretch, "

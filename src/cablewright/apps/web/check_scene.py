@@ -177,7 +177,7 @@ def _quantities(robot: Robot, positions: Array, columns: Mapping[str, Any]) -> l
         Quantity.of("height", "height", "m", positions[:, 2]),
     ]
     if columns["displacement"] is not None:
-        made.append(Quantity.of("displacement", "displacement by acceleration", "m", columns["displacement"]))
+        made.append(Quantity.of("displacement", "error by motion", "m", columns["displacement"]))
     if columns["clearance"] is not None and np.isfinite(columns["clearance"]).any():
         near = np.where(np.isfinite(columns["clearance"]), columns["clearance"], np.nan)
         made.append(Quantity.of("clearance", "distance of lines from the nearest thing", "m", near))

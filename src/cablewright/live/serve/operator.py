@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -11,13 +12,15 @@ import numpy as np
 from cablewright.control.manual import LEASE
 from cablewright.control.orders import CALMING
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.signals import Order, OrderKind, PrintState
+from cablewright.foundation.signals import ORDER_LIFE, Order, OrderKind, PrintState
 from cablewright.live.prints.loop import Printer
 from cablewright.live.serve.events import Events
 from cablewright.live.serve.link import ControlLink
 from cablewright.live.serve.messages import LoadMessage, OrderMessage
 
 _NOBODY: Final = "the control: nobody operates any more"
+_TOO_OLD: Final = f"the control: it was ordered over {ORDER_LIFE:g} s ago"
+_GOING_ON: Final = (OrderKind.RESUME, OrderKind.REFILLED)
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)
 _AT_REST: Final = (
     PrintState.FAULT,
@@ -42,6 +45,7 @@ class PageOperator:
     home_at: Callable[[Array | None], None] = lambda _place: None
     load: LoadMessage | None = None  # taken up next
     _lease: int = field(default=0, repr=False)  # under which somebody operates
+    _resumed: float = field(default=math.inf, repr=False)  # s of the server's clock, of the last order to go on
     _waiting: list[tuple[int, str]] = field(default_factory=list, repr=False)
     _jog: tuple[str, float, int] | None = field(default=None, repr=False)  # who, last time, how often
 
@@ -61,6 +65,7 @@ class PageOperator:
                 self._answer(message.number, message.by, message.kind.value, why)
             else:
                 self._waiting.append((message.number, message.kind.value))
+                self._resumed = message.at if message.kind in _GOING_ON else self._resumed
                 given.append(Order(message.kind, message.by, now - self.link.age(message), message.arguments))
         return tuple(given)
 
@@ -84,14 +89,19 @@ class PageOperator:
             self._keep(by, "jog", "", {}, f"ended after {times} leases; {printer.supervisor.state}")
 
     def _withdrawal(self, printer: Printer, now: float) -> list[Order]:
-        """Orders to end what moves by hand or by a procedure, or waits to go on, once its lease has ended."""
+        """Orders to end what moves by hand or by a procedure, or waits to go on, once its lease has ended.
+
+        What waits also ends as it gets too old by the server's clock: that of a simulated machine stands still while
+        the control hangs.
+        """
         before, self._lease = self._lease, self.link.lease
-        supervised = printer.supervisor
-        if self._lease == before or not (supervised.resume_ordered or supervised.state in _HANDLED):
+        waits, ended = printer.supervisor.resume_ordered, self._lease != before
+        too_old = waits and self.link.clock() - self._resumed > ORDER_LIFE
+        if not (too_old or (ended and (waits or printer.supervisor.state in _HANDLED))):
             return []
-        kind = OrderKind.PAUSE if supervised.resume_ordered else OrderKind.STOP
+        kind = OrderKind.PAUSE if waits else OrderKind.STOP
         self._waiting.append((0, kind.value))
-        return [Order(kind, _NOBODY, now)]
+        return [Order(kind, _NOBODY if ended else _TOO_OLD, now)]
 
     def _refusal(self, printer: Printer, message: OrderMessage) -> str | None:
         """Why an order does not reach the loop; None: it does."""

@@ -22,7 +22,6 @@ from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.beads import Bead
 from cablewright.printing.job import Job, load_job
-from cablewright.printing.schedule import Schedule
 from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import LENGTHS
@@ -72,7 +71,7 @@ def check(
     samples, which is then not in memory; the arrays of the result are those of files without a name.
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
-    compared with the statics and, to first order, with the forces of the time law's accelerations. Raises `InputError`
+    compared with the statics and, to first order, with the motion of the platform by the time law. Raises `InputError`
     for a model under another law, a robot with fewer lines than freedoms, a schedule that it cannot follow, a path many
     times as large as the frame or a G-code file that cannot be used; `EnvironmentFault` where more memory is needed
     than is free; an infeasible job raises nothing.
@@ -115,7 +114,7 @@ def check(
         expected=expected,
         uncertainty=source,
         distances=walked.distances,
-        not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip, Schedule(job.schedule).turns)),
+        not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip)),
         step=step,
         reserved=careful is not robot,
     )
@@ -125,13 +124,14 @@ def check(
 def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked, Robot]:
     """What was found along the path, and the robot with the tension limits that were kept at rest.
 
-    These leave a reserve where poses can be held at rest, acceleration breaks tension limits, and with it does not.
+    These leave a reserve where poses can be held at rest, motion breaks tension limits, and with it does not.
     """
     walked = path.walk(Model.full(robot), *settings)
-    if walked.statics.codes.any() or not _breaks_tensions(path.judged(robot, walked)):
+    findings = path.judged(robot, walked)
+    if walked.statics.codes.any() or not _breaks_tensions(findings):
         return walked, robot
     careful = with_reserve(robot, walked)
-    if careful is None:
+    if careful is None or not path.is_held(Model.full(careful), [each.sample for each in findings]):
         return walked, robot
     reserved = path.walk(Model.full(careful), *settings)
     return (walked, robot) if _breaks_tensions(path.judged(robot, reserved)) else (reserved, careful)
@@ -152,7 +152,7 @@ def _breaks_tensions(findings: tuple[Finding, ...]) -> bool:
 
 
 def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) -> Iterator[Finding]:
-    """Yield the expected error, and its sum with the *displacement* (k,) by acceleration, as limits.
+    """Yield the expected error, and its sum with the *displacement* (k,) by motion, as limits.
 
     Each counts at the sample where it is nearest to what its bead allows. Samples have their root mean square error,
     scaled to the expected error. Those that lay nothing have no limit, unless nothing is laid.
@@ -170,7 +170,7 @@ def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) 
     shown = value if worst == expected.sample else float(error[worst])
     bound = float(allowed[worst])
     yield Finding(EXPECTED_ERROR, "m", bound - shown, shown, (-np.inf, bound), None, worst, int((margin < 0.0).sum()))
-    if shown <= bound:  # where the nozzle swings by that is not known: the largest error counts at each sample
+    if shown <= bound:  # of the machines that are off anywhere by the expected error: it counts at each sample
         yield from error_finding(displacement, np.full(len(allowed), value), allowed)
 
 

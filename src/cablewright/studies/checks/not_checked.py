@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from cablewright.models.inertia import with_inertia
 from cablewright.models.support import Capability, cells
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Uncertainty
@@ -27,17 +28,15 @@ _LIMITS: Final = (
 )
 _LEFT_OUT: Final = (
     "platform and nozzle against the part and the frame",
-    "swinging and vibration",
-    "inertia of drums and motors",
+    "vibration of cables between their ends, and of the frame",
+    "inertia of drums and motors, and their lag",
     "friction, hysteresis and backlash",
     "wind",
 )
 
 
-def not_checked(
-    robot: Robot, uncertain: Uncertainty, statics: PathStatics, skip: Collection[str], turns: bool
-) -> list[str]:
-    """Return what a check of *robot* does not cover; *turns*: whether the platform turns on its way."""
+def not_checked(robot: Robot, uncertain: Uncertainty, statics: PathStatics, skip: Collection[str]) -> list[str]:
+    """Return what a check of *robot* does not cover."""
     found = [f"{what}: switched off" for name, what in SKIPPABLE.items() if name in skip]
     found += _without_limit(robot)
     stiff = [line.name for line in robot.lines if line.exit_compliance is None]
@@ -48,13 +47,16 @@ def not_checked(
         found += _without_shape(robot)
     singular = int(np.isnan(statics.displacement).sum())
     if singular:
-        what = "forces of acceleration" + ("" if "expected-error" in skip else " and expected error")
+        what = "motion of the platform" + ("" if "expected-error" in skip else " and expected error")
         found.append(f"{what} at {singular} of {len(statics.displacement)} samples: no regular equilibrium")
+    if robot.damping.is_assumed:
+        found.append(f"damping of the platform: the robot file gives no dynamics.damping_ratio: {robot.damping}")
+    if with_inertia(robot) is not robot:
+        found.append("inertia of the platform: the robot file gives no platform.inertia: mass at the platform points")
     if robot.platform.plane is not None and not robot.platform.plane.pulls:
         found.append("tipping on the plane")
     found += [f"{cell.because}: {cell.instead}" for _, cell in cells(robot, Capability.CHECK)]
-    turning = ("angular acceleration of the platform",) if turns else ()
-    return [*found, *_LEFT_OUT, *turning]
+    return [*found, *_LEFT_OUT]
 
 
 def _without_limit(robot: Robot) -> Iterator[str]:

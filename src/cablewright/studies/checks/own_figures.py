@@ -56,7 +56,7 @@ def line_findings(robot: Robot, samples: Samples, law: TimeLaw, statics: PathSta
 
 
 def error_finding(displacement: Array, expected: Array, allowed: Array) -> list[Finding]:
-    """Return the sum of the *expected* error (k,) and the *displacement* (k,) by acceleration as a limit, m.
+    """Return the sum of the *expected* error (k,) and the *displacement* (k,) by motion as a limit, m.
 
     *allowed* (k,): m, inf where there is no limit. Samples whose error is not known do not count.
     """

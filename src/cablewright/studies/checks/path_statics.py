@@ -1,4 +1,4 @@
-"""Statics of the samples of a path, with the forces of acceleration where they change a limited quantity."""
+"""Statics of the samples of a path, with the motion of the platform where that changes a limited quantity."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cablewright.analyses.accuracy.compensation import COMPENSATIONS, Reached
 from cablewright.analyses.feasibility import LineQuantities, plane_forces
-from cablewright.analyses.inertia_forces import InertiaEffects
+from cablewright.analyses.motion.path_swing import SwingExtremes
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import blocks, let_go
 from cablewright.models.statics import Equilibrium
@@ -26,9 +26,10 @@ class PathStatics:
     codes: NDArray[np.int64]  # (k,) status of the inverse problem
     violations: Array  # (k,) N, largest excess of a tension over its limits
     tensions: Array  # (k, m) N, at the sheave, at rest
-    lines: LineQuantities  # (k, m) each: quantities that have limits, with the forces of acceleration
-    displacement: Array  # (k,) m, of the nozzle by the forces of acceleration; NaN where it is not known
-    plane_force: Array  # (k,) N, largest along the plane's normal with these forces; NaN without a plane
+    lines: LineQuantities  # (k, m) each: quantities that have limits, with the motion of the platform
+    displacement: Array  # (k,) m, largest of the nozzle by motion on the way there; NaN where it is not known
+    frequency: Array  # (k,) Hz, of the mode with most of that
+    plane_force: Array  # (k,) N, largest along the plane's normal with motion; NaN without a plane
     rigid_lengths: Array  # (k, m) m, paid out without compensation: cables as rigid
     lengths: Array  # (k, m) m, paid out with full compensation
     uncompensated: Array  # (k, n) poses of the full model with the rigid lengths; NaN where none
@@ -56,6 +57,7 @@ class PathStatics:
             tensions=held.tensions,
             lines=LineQuantities.of(held),
             displacement=np.full(len(poses), np.nan),
+            frequency=np.full(len(poses), np.nan),
             plane_force=plane_forces(held),
             rigid_lengths=rigid,
             lengths=held.lengths,
@@ -64,20 +66,17 @@ class PathStatics:
             compensated=reached(held.lengths, start),
         )
 
-    def accelerated(self, robot: Robot, rows: NDArray[np.bool_], effects: InertiaEffects, drum_arms: Array) -> Self:
-        """Return the same with *effects* of acceleration at *rows* (k,); *drum_arms* (..., m), m, NaN if unknown."""
-        lines, drop, rise = self.lines, np.zeros_like(self.tensions), np.zeros_like(self.tensions)
-        drop[rows], rise[rows] = effects.tension_drop, effects.tension_rise
-        displacement, plane_force = self.displacement.copy(), self.plane_force.copy()
-        displacement[rows] = effects.displacement
-        plane_force[rows] += effects.plane_rise
-        accelerated = replace(
+    def moving(self, robot: Robot, swing: SwingExtremes, drum_arms: Array) -> Self:
+        """Return the same with the motion of the platform; *drum_arms* (..., m), m, NaN if unknown."""
+        lines, drop, rise = self.lines, swing.tension_drop, swing.tension_rise
+        moved = replace(
             lines,
             lowest_tension=lines.lowest_tension + drop,
             highest_tension=lines.highest_tension + rise,
             winch_torque=lines.winch_torque + rise_on_drums(robot, drop * drum_arms, rise * drum_arms),
         )
-        return replace(self, lines=accelerated, displacement=displacement, plane_force=plane_force)
+        force = self.plane_force + swing.plane_rise
+        return replace(self, lines=moved, displacement=swing.displacement, frequency=swing.frequency, plane_force=force)
 
 
 def extreme(choose: np.ufunc, values: Array) -> float:

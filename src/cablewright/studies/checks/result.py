@@ -30,6 +30,7 @@ from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched, units_inside
 from cablewright.solvers.preferred import preferred_note, preferred_tensions
+from cablewright.studies.checks.motion_error import MotionError
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.checks.sample_errors import SampleErrors
 
@@ -114,9 +115,20 @@ class Check(Result):
         Figure("bead_by", "", "Where widths and heights of beads are from.", "beads.source", "bead"),
         Figure("uncertainty", "", "Where the uncertainties are from: a file, the robot file, or assumed.",
                name="uncertainties"),
-        Figure("acceleration_displacement", "m", "Largest displacement of the nozzle by the forces of acceleration as "
-               "of a spring, beside the expected error; not bounded: swinging is not checked.",
-               lambda found: extreme(np.fmax, found.statics.displacement), digits=3, shown="mm"),
+        Figure("motion_error", "m", "Largest error of the nozzle by the motion of the platform where material is laid, "
+               "beside the expected error; null where it is not known.", "motion.largest", "error by motion", 3,
+               shown="mm"),
+        Figure("motion_error_95", "m", "Error by motion that is not exceeded along 95 % of the laid length.",
+               "motion.usual", "95th percentile of it", 3, shown="mm"),
+        Figure("motion_error_frequency", "Hz", "Frequency of the mode with most of the largest error by motion.",
+               "motion.frequency", "frequency of it", 3),
+        Figure("motion_error_place", "", "Place of the largest error by motion.", "motion_place", parts=PLACE,
+               detail=True),
+        Figure("damping", "1", "Share of critical damping of every mode.", "robot.damping.ratio", digits=3, shown="%"),
+        Figure("damping_assumed", "", "Whether the robot file gives no damping.", "robot.damping.is_assumed",
+               detail=True),
+        Figure("acceleration_displacement", "m", "The same as `motion_error`: its name before the platform swung.",
+               "motion.largest", digits=3, shown="mm", detail=True),
         Figure("clearance", "m", "Smallest distance of a line from another, the platform, the frame and the part as "
                "printed by then; null where it was not checked or there is nothing.", "nearest.margin",
                "clearance of lines", shown="mm"),
@@ -138,12 +150,12 @@ class Check(Result):
         Figure("extruded_length", "m", "Length of path on which material is laid.", "samples.extruded_length"),
         Figure("travel_length", "m", "Length of path on which none is laid.", "samples.travel_length"),
         Figure("duration", "s", "Duration of the job.", "law.duration"),
-        _extreme_of("min_tension", "N", "Smallest tension, anywhere along a line, with the forces of acceleration.",
+        _extreme_of("min_tension", "N", "Smallest tension, anywhere along a line, with the motion of the platform.",
                     np.fmin, "statics.lines.lowest_tension", shown="N"),
-        _extreme_of("max_tension", "N", "Largest tension, anywhere along a line, with the forces of acceleration.",
+        _extreme_of("max_tension", "N", "Largest tension, anywhere along a line, with the motion of the platform.",
                     np.fmax, "statics.lines.highest_tension", shown="N"),
-        _extreme_of("max_plane_force", "N", "Largest force on the plane along its normal, with the forces of "
-                    "acceleration; positive lifts off a plane that only pushes.", np.fmax, "statics.plane_force",
+        _extreme_of("max_plane_force", "N", "Largest force on the plane along its normal, with the motion of "
+                    "the platform; positive lifts off a plane that only pushes.", np.fmax, "statics.plane_force",
                     only=lambda found: found.robot.platform.plane is not None, shown="N"),
         *_errors(),
         Figure("median_error_uncompensated", "m", "Median error of the nozzle without compensation.",
@@ -207,7 +219,7 @@ class Check(Result):
     distances: Clearances | None  # of lines; None where they were not asked for
     not_checked: tuple[str, ...]
     step: float  # m, max distance of samples
-    reserved: bool  # whether tensions at rest keep from their limits what acceleration takes
+    reserved: bool  # whether tensions at rest keep from their limits what motion takes
     toolpath: Toolpath
     beads: Beads
 
@@ -301,7 +313,7 @@ class Check(Result):
             )
         if self.reserved:
             notes.append(
-                "tensions at rest keep so far from their limits that lines are within them while the nozzle accelerates"
+                "tensions at rest keep so far from their limits that lines are within them while the platform swings"
             )
         notes += [note] if (note := preferred_note(self.preferred_tensions)) else []
         if units := units_inside([end.tolist() for end in ends], self.robot):
@@ -319,6 +331,16 @@ class Check(Result):
     def nearest_place(self) -> Place | None:
         """Where a line is nearest to something."""
         return None if self.nearest is None else self.place(self.nearest.row)
+
+    @cached_property
+    def motion(self) -> MotionError | None:
+        """The error by the motion of the platform; None where it is not known."""
+        return MotionError.of(self.samples, self.statics)
+
+    @property
+    def motion_place(self) -> Place | None:
+        """Where the error by motion is largest."""
+        return None if self.motion is None else self.place(self.motion.sample)
 
     @property
     def refusal(self) -> str:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, MOVED_ERROR, OF_CHECKS, Finding
+from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, MOVED_ERROR, OF_CHECKS, TENSION_LIMITS, Finding
 from cablewright.foundation.units import spell_length
 from cablewright.robot.uncertainty import ASSUMED
-from cablewright.studies.checks.path_statics import extreme
 from cablewright.studies.checks.result import Check
 
 
@@ -31,6 +30,13 @@ def verdict(found: Check, nowhere: int) -> str:
     limits = [finding.limit for finding in others if not finding.is_status]
     if limits:
         told += f" Also out of bounds: {', '.join(limits)}."
+    if slack := next(
+        (each.line for each in (worst, *others) if each.limit == TENSION_LIMITS[0] and each.value <= 0.0), None
+    ):
+        told += (
+            f" Line {slack} goes slack, which this linear model of motion does not follow: cablewright print ROBOT JOB "
+            "--plant dynamic does."
+        )
     told += "".join(f" At {each.violations} samples {each.limit}." for each in others if each.is_status)
     if nowhere:
         told += (
@@ -46,12 +52,18 @@ def _shown(found: Check) -> list[str]:
     if found.nearest is not None:
         parts.append(f"lines keep {spell_length(found.nearest.margin)} from all that is described")
     if found.expected is not None and found.expected.sample is not None:
+        parts.append(f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}")
+    if (motion := found.motion) is not None:
         parts.append(
-            f"95 of 100 machines {_machines(found)} print it to within {spell_length(found.expected.value)}; "
-            f"acceleration displaces the nozzle by {spell_length(extreme(np.fmax, found.statics.displacement))} more, "
-            "which is not bounded: swinging is not checked"
+            f"the platform's motion adds at most {spell_length(motion.largest)}{_swinging(motion.frequency)} with "
+            f"{found.robot.damping} of damping"
         )
     return parts
+
+
+def _swinging(frequency: float) -> str:
+    """At which frequency the platform swings, in words; empty at rest."""
+    return f" at {frequency:.3g} Hz" if frequency > 0.0 else ""
 
 
 def _machines(found: Check) -> str:
@@ -82,11 +94,14 @@ def _broken(found: Check, worst: Finding) -> str:
         )
     if worst.limit == MOVED_ERROR:
         return (
-            f"expected error and displacement by acceleration are {spell_length(worst.value)} together, where "
+            f"expected error and error by motion are {spell_length(worst.value)} together, where "
             f"{spell_length(worst.allowed[1])} is allowed, largest {where}"
+            f"{_swinging(found.statics.frequency[worst.sample])}"
         )
     line = f" of line {worst.line}" if worst.line else ""
     why = f": {worst.why}" if worst.limit in OF_CHECKS else ""
+    if worst.limit in TENSION_LIMITS:
+        where += _swinging(found.statics.frequency[worst.sample])
     return (
         f"{worst.limit}{line} is out of bounds at {worst.violations} of {total} samples, worst {worst.value:.4g} "
         f"{worst.unit} where {worst.bounds()} is allowed, {where}{why}"

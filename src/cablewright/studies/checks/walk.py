@@ -1,4 +1,4 @@
-"""The samples of a job, walked block by block: statics, forces of acceleration, distances of lines, expected error."""
+"""The samples of a job, walked block by block: statics, motion of the platform, distances of lines, expected error."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from cablewright.analyses.accuracy.expected_error import ExpectedErrorSearch
 from cablewright.analyses.feasibility import Finding, judge
-from cablewright.analyses.inertia_forces import InertiaEffects, inertia_effects
 from cablewright.analyses.job_distances import Clearances, JobDistances
+from cablewright.analyses.motion.path_swing import PathSwing, SwingExtremes
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress
@@ -19,7 +19,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
-from cablewright.printing.timing import TimeLaw, accelerations, corner_speeds
+from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import BLOCK, solve_inverse
@@ -30,7 +30,7 @@ from cablewright.studies.checks.own_figures import line_findings, paces
 from cablewright.studies.checks.path_statics import PathStatics
 
 RESERVE: Final = 1.1
-"""Tension kept from the limits at rest, in units of what acceleration takes."""
+"""Tension kept from the limits at rest, in units of what motion takes."""
 
 WalkSettings = tuple[Sequence[Range], Collection[str], int, Progress]
 """Ranges of the uncertain numbers, what to leave out, the seed of the machines drawn, and the progress."""
@@ -41,7 +41,7 @@ class Walked:
     """What was found along the path; None where it was not looked for."""
 
     statics: PathStatics
-    tension_drop: Array  # (m,) N, at least 0: the most that acceleration takes from the tension of each line
+    tension_drop: Array  # (m,) N, at least 0: the most that motion takes from the tension of each line
     tension_rise: Array  # (m,) N, at least 0
     distances: Clearances | None
     search: ExpectedErrorSearch | None
@@ -63,8 +63,7 @@ class JobPath:
         """Solve the inverse and forward problems, and look for all that is not in *skip*."""
         distances = None if "interference" in skip else JobDistances.of(self.beads, self.samples, room=self.room)
         search = None if "expected-error" in skip else ExpectedErrorSearch(ranges, self.samples, seed)
-        motion, rows = self.job.motion, len(self.poses)
-        corner = corner_speeds(self.samples, motion.acceleration, motion.corner_deviation, self.room)
+        rows, swing = len(self.poses), PathSwing(full)
         solved: PathStatics | None = None
         drop, rise = np.zeros(full.m), np.zeros(full.m)
         for first in range(0, rows, BLOCK):
@@ -73,14 +72,12 @@ class JobPath:
             retraction = None if self.retraction is None else self.retraction[block]
             held = solve_inverse(full, self.poses[block], path=True, retraction=retraction)
             regular, linear = linearise_solved(held)
-            moved = accelerations(self.samples, self.law, corner, motion.acceleration, block)[regular]
-            effects = inertia_effects(held[regular], linear, moved)
-            still, arms = PathStatics.of(held, self.poses[block], retraction), drum_arms(held)
-            found = still.accelerated(full.robot, regular, effects, arms)
+            moved = swing.take(held, regular, linear, *self._times(block))
+            found = PathStatics.of(held, self.poses[block], retraction).moving(full.robot, moved, drum_arms(held))
             solved = room_for(found, rows, self.room) if solved is None else solved
             write_rows(found, solved, first)
-            let_go((solved, self.samples, self.law, self.poses, corner))
-            drop, rise = _largest(drop, rise, effects)
+            let_go((solved, self.samples, self.law, self.poses))
+            drop, rise = _largest(drop, rise, moved)
             if distances is not None:
                 distances.take(held, first)
             if search is not None:
@@ -91,6 +88,17 @@ class JobPath:
         lines = replace(solved.lines, cable_length=solved.lengths)
         clearances = None if distances is None else distances.clearances
         return Walked(replace(solved, lines=lines), drop, rise, clearances, search)
+
+    def is_held(self, model: Model, rows: Sequence[int]) -> bool:
+        """Whether a model holds the platform at some samples."""
+        retraction = None if self.retraction is None else self.retraction[rows]
+        return bool(solve_inverse(model, self.poses[rows], retraction=retraction).ok.all())
+
+    def _times(self, block: slice) -> tuple[Array, Array]:
+        """Time (b,), s, on the way to each of a *block* of samples from the one before, and at the sample."""
+        time, dwell = (each[max(block.start - 1, 0) : block.stop] for each in (self.law.time, self.samples.dwell))
+        spent = np.diff(time) - dwell[:-1]
+        return (spent, dwell[1:]) if block.start else (np.concatenate([[0.0], spent]), dwell)
 
     def allowed_errors(self) -> Array:
         """Return the expected error that is allowed at each sample (k,), m; inf for travel, if anything is laid."""
@@ -116,7 +124,7 @@ class JobPath:
 
 
 def with_reserve(robot: Robot, found: Walked) -> Robot | None:
-    """Return the robot with tension limits that leave at rest what acceleration takes; None where nothing is left."""
+    """Return the robot with tension limits that leave at rest what motion takes; None where nothing is left."""
     lines = []
     for line, drop, rise in zip(robot.lines, found.tension_drop, found.tension_rise, strict=True):
         low, high = line.tension_limits[0] + RESERVE * float(drop), line.tension_limits[1] - RESERVE * float(rise)
@@ -126,10 +134,10 @@ def with_reserve(robot: Robot, found: Walked) -> Robot | None:
     return robot.model_copy(update={"lines": tuple(lines)})
 
 
-def _largest(drop: Array, rise: Array, effects: InertiaEffects) -> tuple[Array, Array]:
+def _largest(drop: Array, rise: Array, moved: SwingExtremes) -> tuple[Array, Array]:
     """The largest changes of tension so far (m,), N."""
-    most_drop = np.max(-effects.tension_drop, axis=0, initial=0.0)
-    return np.maximum(drop, most_drop), np.maximum(rise, np.max(effects.tension_rise, axis=0, initial=0.0))
+    most_drop = np.max(-moved.tension_drop, axis=0, initial=0.0)
+    return np.maximum(drop, most_drop), np.maximum(rise, np.max(moved.tension_rise, axis=0, initial=0.0))
 
 
 def _add_speeds(speeds: Array, lengths: Array, samples: Samples, law: TimeLaw) -> None:

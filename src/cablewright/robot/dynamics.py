@@ -1,9 +1,48 @@
-"""The check that six numbers are the inertia tensor of a body."""
+"""What makes a platform swing as it does: how its vibrations decay, and the check of its inertia tensor."""
 
 from __future__ import annotations
 
+from typing import Annotated, Final, NamedTuple, Self
+
+from pydantic import Strict, model_validator
+
 from cablewright.foundation.units import Inertia3
-from cablewright.foundation.validation import KeyPath, refusal
+from cablewright.foundation.validation import Description, KeyPath, refusal
+
+ASSUMED_DAMPING: Final = 0.01
+"""Share of critical damping of a robot whose file gives none: real suspended robots have 0.002 to 0.06."""
+
+
+class Damping(NamedTuple):
+    """The share of critical damping of every mode of a platform, and whether it is assumed."""
+
+    ratio: float
+    is_assumed: bool
+
+    def __str__(self) -> str:
+        return f"{100.0 * self.ratio:.3g} %{' (assumed)' if self.is_assumed else ''}"
+
+
+class Dynamics(Description):
+    """What the file tells of vibrations. ``damping_ratio``: share of critical damping of each mode; None: unknown."""
+
+    damping_ratio: Annotated[float, Strict()] | None = None
+
+    @model_validator(mode="after")
+    def _oscillates(self) -> Self:
+        ratio = self.damping_ratio
+        if ratio is not None and not 0.0 <= ratio < 1.0:
+            meant = f"; did you mean {ratio:g} %, {ratio / 100.0:g}?" if 1.0 < ratio < 100.0 else ""
+            why = f"must be a share of critical damping, at least 0 and below 1{meant}"
+            raise refusal("damping_ratio", why)
+        return self
+
+    @property
+    def damping(self) -> Damping:
+        """The damping to use: that of the file, or else `ASSUMED_DAMPING`."""
+        assumed = self.damping_ratio is None
+        return Damping(ASSUMED_DAMPING if self.damping_ratio is None else self.damping_ratio, assumed)
+
 
 _TOLERANCE = 1e-12
 """Minimum of the smallest principal moment, as a share of their sum; below it is rounding."""
