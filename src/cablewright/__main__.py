@@ -3,8 +3,6 @@
 The application takes a while to import. Whoever asks it to end before it can answer finds it gone, without a traceback.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 

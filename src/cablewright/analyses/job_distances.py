@@ -1,7 +1,5 @@
 """Distances of lines along a job whose part grows, taken block by block."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Self

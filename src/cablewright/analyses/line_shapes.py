@@ -1,7 +1,5 @@
 """The sagging lines of solved poses as polylines."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

@@ -1,7 +1,5 @@
 """The ratio of the sheaves' radii to those of their cables."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from cablewright.robot import Eyelet, GuideSheave, Robot

@@ -1,7 +1,5 @@
 """Figures of results as people read them: values with their units, and tables; the same for terminal and reports."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The terms of reports and docs, one line each, with the symbols that the papers have for them."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

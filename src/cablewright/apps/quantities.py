@@ -1,7 +1,5 @@
 """Numbers for people: SI in, a text with the unit a builder reads out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """JSON Schemas of all files that are read, by their kind."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any, Final
 

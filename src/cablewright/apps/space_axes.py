@@ -1,7 +1,5 @@
 """Pictures in space: axes of one scale without perspective, the machine's frame, and what stands in it."""
 
-from __future__ import annotations
-
 from itertools import combinations, product
 from typing import Any, Final
 

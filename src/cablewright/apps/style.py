@@ -4,8 +4,6 @@ Colours can be told apart by colour-blind readers. Matplotlib's object interface
 figure that outlives its function.
 """
 
-from __future__ import annotations
-
 import io
 import math
 from collections.abc import Iterator, Sequence

@@ -3,8 +3,6 @@
 Self-calibration from encoders alone: Wang, Caro 2021. Plain least squares first, then gross errors are rejected.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The plan of a calibration: unknowns, sigmas of the sensors, further measurements, and the datum of the frame."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, TypeVar

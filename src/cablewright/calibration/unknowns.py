@@ -1,7 +1,5 @@
 """The unknowns of a calibration: numbers of a robot, and the column of each among the numbers of a line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain

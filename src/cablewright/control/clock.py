@@ -1,7 +1,5 @@
 """The clock of a control loop: a machine's, made to go on whatever that does."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from typing import Final

@@ -4,8 +4,6 @@ It is coarse, as tensions are, but knows nothing of the lengths, so that it also
 that was measured, or typed, wrong.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final

@@ -5,8 +5,6 @@ beside them. What it finds stops all winches together (`stop`). It is software o
 torque off and the drives' own limits are the builder's.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Control of the platform's height over the structure, by the fictive height (Merlet and Papegay 2023, III.A)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ The model chooses them within its limits, near a preferred tension. Lengths that
 sheaves, so that a platform whose lengths are these has both the pose and the tensions.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ way the tensions have to carry the platform there. Only a machine whose lengths 
 test can see is told too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final

@@ -5,8 +5,6 @@ something: with m lines and n freedoms m - n numbers. With two or more, a wrong 
 with one, each line could be the wrong one, by another offset; with none, nothing can be tested.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

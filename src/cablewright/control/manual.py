@@ -1,7 +1,5 @@
 """Motion of the platform by hand: a jog, held to run, or a straight line to a place."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple

@@ -1,7 +1,5 @@
 """Orders as they come, from anybody: which can be obeyed whatever the state, and who counts more."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Procedures that a machine runs by itself before a print, such as taking up its lines."""
 
-from __future__ import annotations
-
 from typing import NamedTuple, Protocol
 
 from cablewright.foundation.arrays import Array

@@ -5,8 +5,6 @@ line is always slack. Its accelerometer measures its sag, an angle, at the platf
 root of the excess of length and is far more sensitive than the length.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ down along the path and then holds the winches, so that all lines keep their ten
 every hard limit end in `PrintState.FAULT`, from which only a reset leads, once its cause is gone.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace

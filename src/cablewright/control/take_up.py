@@ -3,8 +3,6 @@
 A line that pulls already is held: in torque mode at a low tension it would let its load down.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass
 from typing import Final

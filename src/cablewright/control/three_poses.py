@@ -4,8 +4,6 @@ At one pose each line could be the wrong one, by an offset of its own. The platf
 the offset of the line that is wrong stays, those of the others change.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final

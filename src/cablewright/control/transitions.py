@@ -5,8 +5,6 @@ near the machine ends by itself: it takes an order, or `Happening.MAY_RESUME`, w
 position was lost.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from enum import StrEnum
 from types import MappingProxyType

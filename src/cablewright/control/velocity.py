@@ -10,8 +10,6 @@ target, so that pose and tensions follow it together. The estimated lengths are 
 and other sensors correct them, whichever the estimate is made of: the tensions are then closed on what is measured.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Final, get_args

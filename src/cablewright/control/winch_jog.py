@@ -1,7 +1,5 @@
 """One winch by hand, held to run, with a cap on its line's tension."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final

@@ -5,8 +5,6 @@ creeps as the robot's file says, from the beginning on. Load cells help where a 
 lengths are learnt, each place adds to what is known of them (`learnt_lengths`).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Final

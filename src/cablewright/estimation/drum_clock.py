@@ -6,8 +6,6 @@ bounds it from the other. Between both bounds nothing is known; the filter estim
 see.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Iterable

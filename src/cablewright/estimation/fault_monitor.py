@@ -1,7 +1,5 @@
 """Active faults of an estimate, and which sensors are silent."""
 
-from __future__ import annotations
-
 from cablewright.foundation.reading_times import ReadingTimes, Timeliness
 from cablewright.foundation.signals import Fault
 

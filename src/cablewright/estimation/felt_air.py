@@ -1,7 +1,5 @@
 """The climate that cables creep in, by the readings of one sensor."""
 
-from __future__ import annotations
-
 from collections import deque
 from statistics import median
 from typing import Final

@@ -1,7 +1,5 @@
 """Height of B from the vertical lidar, over the floor and over the structure (Merlet and Papegay 2023, III.A)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from statistics import NormalDist

@@ -5,8 +5,6 @@ what loads that changed made different is made good in the next second. Cables a
 filter learns a rate that is another.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

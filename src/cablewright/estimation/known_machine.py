@@ -1,7 +1,5 @@
 """What the estimators of a point platform know of the machine, and the limits by which they accept readings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

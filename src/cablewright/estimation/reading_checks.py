@@ -3,8 +3,6 @@
 Repeated, implausible and jumping readings are rejected; others are sorted, and lidar turns wait.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 The chain is no part of the filter: it runs until it has a position, hands that over, and is gone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from cablewright.estimation.chain import observer

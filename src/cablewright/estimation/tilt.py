@@ -3,8 +3,6 @@
 Tilt is the rotation vector (x, y), rad, that tilts the level drum, in the drum's own level frame: yaw comes after it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Timestamped rows with linear interpolation, for readings that arrive late."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Robots of firmware: a point that prints, on straight lines from anchors. What their files leave out is assumed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final

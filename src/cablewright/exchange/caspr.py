@@ -1,7 +1,5 @@
 """CASPR models, a file of bodies and one of cables: read. One body, cables of one span without stretch. All SI."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What other formats do not say of a robot and a robot file needs: assumed by a stated rule, and told."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path

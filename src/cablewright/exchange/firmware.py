@@ -1,7 +1,5 @@
 """A robot and a job as the files of a firmware: configuration, and motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

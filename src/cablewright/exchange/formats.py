@@ -1,7 +1,5 @@
 """The formats by name: which are read and which are written, and how a file is told to be of one."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Klipper has anchors, a line each from there to the one point that prints, straight and rigid, and a drum without layers.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Mapping

@@ -4,8 +4,6 @@ Each line moves the winches, in degrees of their drums, and a virtual X Y Z, the
 so that it does not stop between the pieces of a straight line, as it does where extra axes move alone.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final

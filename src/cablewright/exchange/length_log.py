@@ -4,8 +4,6 @@ Columns ``length NAME`` or ``length_NAME`` for every line, with a unit, and one 
 which is SI, may leave the units out.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Final

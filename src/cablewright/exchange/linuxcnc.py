@@ -4,8 +4,6 @@ LinuxCNC has nine axes; X Y Z are the nozzle's place, virtual, and winches take 
 output that is set in time with the motion (M67), mm of strand per mm of way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Which keys of a robot another format does not have: all that the robot gives but those that it carries."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """Anchors of a Maslow 4 from its ``maslow.yaml``: read. Lengths are mm, x to the right, y up the board, z out of it."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

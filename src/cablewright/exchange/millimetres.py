@@ -1,7 +1,5 @@
 """Lengths in mm, as firmware has them: to the last digit, there and back."""
 
-from __future__ import annotations
-
 import math
 
 from cablewright.exchange.xml_input import finite

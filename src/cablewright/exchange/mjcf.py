@@ -4,8 +4,6 @@ Each cable runs from its winch over a sheave that swivels to the platform, and c
 `forward` in another physics engine. A motor pulls at each for those who control tensions instead.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Final

@@ -5,8 +5,6 @@ swivel turns away from its cable. Here a follower, two slides without weight fro
 goes, keeps the wheel in the cable's plane. It takes no force there.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

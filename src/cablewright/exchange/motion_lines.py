@@ -1,7 +1,5 @@
 """Lines of G-code that move a virtual X Y Z, mm, and the winches, degrees of their drums, together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

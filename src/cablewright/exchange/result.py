@@ -1,7 +1,5 @@
 """What `import` and `export` answer: which file was made of which, and what was lost and assumed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar

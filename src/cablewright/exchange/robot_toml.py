@@ -1,7 +1,5 @@
 """The TOML text of a robot from elsewhere: what all lines share is there once, and what was lost as comments."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from typing import Any

@@ -4,8 +4,6 @@ RepRapFirmware 3.6 has up to five anchors, and a point that prints on straight l
 cables side by side, one rate of build-up, and how a line stretches.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence

@@ -5,8 +5,6 @@ origin, k2 = -U O Q and k0 proportional to U / k2: versions 3.3 to 3.6 divide by
 a large one bends a drum that has no build-up. Lengths are mm, as there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final

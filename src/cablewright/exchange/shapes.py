@@ -4,8 +4,6 @@ The frame is its bars, or where it has none thin bars along the edges of its box
 platform its boxes, or the hull of its platform points. Lines are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import combinations, product
 from typing import Final

@@ -1,7 +1,5 @@
 """What a translation between formats is: its text, and what is carried, lost and assumed on the way."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 The platform floats, slides in a plane, or where it is a point keeps its rotation as URDF has no joint of three slides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 from xml.sax.saxutils import quoteattr

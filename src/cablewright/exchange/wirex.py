@@ -1,7 +1,5 @@
 """WireX files (``.wcrfx``), schema versions 0.31 and 0.32: read. All numbers are SI."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import chain

@@ -1,7 +1,5 @@
 """WireX files (``.wcrfx``), schema versions 0.31 and 0.32: written. All numbers are SI, spelled to the last digit."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Final

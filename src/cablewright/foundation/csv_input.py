@@ -4,8 +4,6 @@ A column is found by its name; a unit may follow it: ``force (kN)``, ``elongatio
 are in a row below the names. A cell of dashes has no value.
 """
 
-from __future__ import annotations
-
 import io
 import math
 import re

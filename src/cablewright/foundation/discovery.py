@@ -1,7 +1,5 @@
 """Declarations that modules of a package make, found rather than listed: one more needs no entry anywhere."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from importlib import import_module
 from pkgutil import iter_modules

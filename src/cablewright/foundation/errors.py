@@ -1,7 +1,5 @@
 """Statuses of solves, and the one family of exceptions: a line for people, an exit code for programs."""
 
-from __future__ import annotations
-
 import difflib
 import math
 from collections.abc import Iterable

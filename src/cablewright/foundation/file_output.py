@@ -1,7 +1,5 @@
 """Writing files so that each is complete or absent, even if the program is interrupted."""
 
-from __future__ import annotations
-
 import os
 import re
 import secrets

@@ -1,7 +1,5 @@
 """The callback by which a long computation reports its progress."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 Progress = Callable[[str, int, int], None]

@@ -4,8 +4,6 @@ Guard, supervisor, procedures, orders and estimators follow it. A time is that o
 not that of the frame in which it arrives.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from enum import Enum

@@ -1,7 +1,5 @@
 """Reading files that a stranger wrote: their size is limited before they are parsed, and errors are one line."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A surface of triangles: its volume, area and sections, whether it is closed, and its STL and glTF files."""
 
-from __future__ import annotations
-
 import json
 import struct
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Texts are not evaluated: a text is one number and one unit of the field's dimension.
 """
 
-from __future__ import annotations
-
 import decimal
 import math
 import re

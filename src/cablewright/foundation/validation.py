@@ -3,8 +3,6 @@
 An error names the file, the key, its value and what is allowed.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final, TypeVar, get_args

@@ -4,8 +4,6 @@ They are entries of the cache like others, in a folder of their stamp, compiled 
 processor that builds the wheel. `docs/decisions/0020-wheels-with-kernels.md` says more.
 """
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 from typing import Any

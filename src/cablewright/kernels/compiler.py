@@ -5,8 +5,6 @@ as it was lowered, a part, until the kernel that Python calls is complete. `docs
 the measurements, and what of Numba this relies on.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary

@@ -1,7 +1,5 @@
 """The estimator of a rigid platform, from what a machine's owner knows."""
 
-from __future__ import annotations
-
 import math
 from typing import ClassVar, Final
 

@@ -4,8 +4,6 @@ The pilot replaces the controller: it controls each winch by its true length, wh
 log shows a machine that moves as intended, to test estimators on.
 """
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Statistics of an estimator's errors."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """Settings of the estimators, from what a machine's owner knows: its description, a survey, and data sheets."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

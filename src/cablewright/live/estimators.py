@@ -1,7 +1,5 @@
 """The estimators of a print by name: each takes a sensor frame and returns an estimate."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress

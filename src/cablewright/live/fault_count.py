@@ -1,7 +1,5 @@
 """Counts the faults that estimates report along a log."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Final
 

@@ -4,8 +4,6 @@ The platform need not be in equilibrium. A line that is shorter than the straigh
 drawn straight.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

@@ -1,7 +1,5 @@
 """Positions of the nozzle to analyse: a plane, a helix, the whole workspace."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal, Self
 

@@ -1,7 +1,5 @@
 """Runs an estimator on a machine's log and compares it with the truth where the log has it."""
 
-from __future__ import annotations
-
 import math
 import time
 from array import array

@@ -3,8 +3,6 @@
 And a lattice of poses about it, each solved at rest: what a person may look at before any job.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -1,7 +1,5 @@
 """`simulate`: a simulated machine driven along a path or held in place, and its log."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How well a machine with a rigid platform is known: standard deviations of what it is from its description."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

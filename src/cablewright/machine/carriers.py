@@ -1,7 +1,5 @@
 """What a machine's lines carry, as its owner knows it: a drum below a point, or a body."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self

@@ -1,7 +1,5 @@
 """The cable on a winch drum of a machine, from what its owner knows: as layers that lie regularly."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.errors import InputError

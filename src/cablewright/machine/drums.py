@@ -1,7 +1,5 @@
 """The drums of a robot's winches, with the layers of cable that a machine file tells of."""
 
-from __future__ import annotations
-
 from cablewright.foundation.errors import InputError
 from cablewright.machine.coils import coil_of
 from cablewright.machine.settings import MachineSettings

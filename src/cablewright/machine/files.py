@@ -1,7 +1,5 @@
 """Machine files: those of the library and one's own, and of each the part that its owner knows."""
 
-from __future__ import annotations
-
 from importlib import resources
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Interface of a machine, simulated, replayed or real: it takes a command for one step and returns its readings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A simulated machine at the pace of a real one."""
 
-from __future__ import annotations
-
 import time
 from array import array
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Numbers of machine files: kinds with their ranges, and pairs that must rise."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

@@ -3,8 +3,6 @@
 What only a simulation has, such as errors of the machine as built, is in `cablewright.machine.simulated.settings`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Self, TypeVar
 

@@ -10,8 +10,6 @@ have lost power: the counts go on, and whether somebody turned a drum meanwhile,
 else is a motion that nobody has counted: a new epoch begins.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import time

@@ -1,7 +1,5 @@
 """Cable on a winch drum, turn by turn in layers: radius, length and position of each turn."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -12,8 +12,6 @@ element, which is advanced exactly for a load that changes linearly. Where the p
 (`models.creep_pace`) these times are those that creep counts.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -6,8 +6,6 @@ by exp(E / R (1 / T0 - 1 / T)), with activation energy E (Arrhenius). For fibres
 by exp(k (h - h0)) is assumed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 

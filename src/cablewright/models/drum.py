@@ -1,7 +1,5 @@
 """Angle of a winch's drum by the length of its line: of a bare drum, with a build-up, or with layers of cable."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The figures of an equilibrium: what JSON, terminal and reports say of one, or of a batch by rows."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from cablewright.foundation.results import Figure

@@ -1,7 +1,5 @@
 """Poses of the platform that bring the nozzle along a job's path."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

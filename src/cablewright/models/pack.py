@@ -1,7 +1,5 @@
 """A robot under one fidelity as arrays for the kernels."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Named columns of the kernels' arrays, to read and write `Packed` and the states of lines."""
 
-from __future__ import annotations
-
 from typing import Self, overload
 
 import numpy as np

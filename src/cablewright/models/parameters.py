@@ -1,7 +1,5 @@
 """The registry's parameters in arrays: columns of `Packed`, lengths paid out, columns of the linearisation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """The directions that a plane leaves free."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

@@ -3,8 +3,6 @@
 `matrix_of` and `motion_between` are of one alone, for loops of control: they take a tenth of the time.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Results of one solve or of a batch, whose arrays then have a leading axis."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Self, TypeVar
 

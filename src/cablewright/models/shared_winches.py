@@ -1,7 +1,5 @@
 """Lines on the drums of others, as a table for the kernels, and by how much lengths miss their drums."""
 
-from __future__ import annotations
-
 from itertools import chain, permutations
 
 import numpy as np

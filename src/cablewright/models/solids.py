@@ -1,7 +1,5 @@
 """Parts for the kernels: beads or triangles in a tree of boxes, each with the time from which on it exists."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple, Self

@@ -14,8 +14,6 @@ With c_i the unit vector along the chord of its free span, from where the cable 
 Behzadipour and Khajepour 2006 for straight lines. Examples and limits: `docs/modes.md`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar
 

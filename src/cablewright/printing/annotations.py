@@ -1,7 +1,5 @@
 """What slicers say in comments and object labels: layers, line types, objects, beads, settings; and who they are."""
 
-from __future__ import annotations
-
 import re
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Arcs of G2 and G3 as straight pieces: the centre from I and J or from R, then equal sub-arcs."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

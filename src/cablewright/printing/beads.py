@@ -1,7 +1,5 @@
 """Beads of a part, move by move: given, as a slicer's comments say, from E, from heights of layers, or assumed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A number that holds from one row of a table until it changes: a layer, a line type, a switch."""
 
-from __future__ import annotations
-
 from array import array
 
 import numpy as np

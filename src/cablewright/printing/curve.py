@@ -6,8 +6,6 @@ closes the curve: length and curvature are then known exactly. Curves that do no
 that curve number k of a seed does not depend on how many are drawn.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Final

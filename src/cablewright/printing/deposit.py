@@ -1,7 +1,5 @@
 """The growing part as boxes: pieces of strands, each with the sample at which it is complete."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -6,8 +6,6 @@ a profile of 0 within half a bead's width and infinity beyond gives a strand tha
 fills grooves between its neighbours. A surface no steeper than the repose stays so. Volume is conserved to rounding.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """A first part for a new robot: a small square of three layers, or for a plane a short wall, as G-code with its job."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -4,8 +4,6 @@ The file is read in blocks, so that memory depends on the number of moves only. 
 meaning of the words.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One row per layer: its height, extruded length, travel length and duration."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

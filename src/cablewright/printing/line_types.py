@@ -1,7 +1,5 @@
 """What a move of a part is for, under one set of names for all slicers."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Final
 

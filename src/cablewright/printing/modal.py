@@ -14,8 +14,6 @@ Choices where dialects differ:
   and ignored; codes that would change the path are refused.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import struct

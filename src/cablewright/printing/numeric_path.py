@@ -1,7 +1,5 @@
 """Paths that a job describes by numbers, with rounds at rising heights: a random closed curve, a helix."""
 
-from __future__ import annotations
-
 from typing import Annotated, Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The path of the nozzle in machine coordinates: a toolpath scaled, shifted and sampled along its length."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from typing import Final
 

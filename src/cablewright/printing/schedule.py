@@ -1,7 +1,5 @@
 """Rotation and retraction of a rigid platform as the part grows, by the nozzle's height."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Self

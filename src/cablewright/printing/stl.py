@@ -1,7 +1,5 @@
 """STL files from strangers, binary and text, read with bounded memory."""
 
-from __future__ import annotations
-
 import math
 import os
 from array import array

@@ -1,7 +1,5 @@
 """The straight moves of a part, at the scale of its file, and what its file says of each."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, Literal, get_args

@@ -4,8 +4,6 @@ An ``E`` always begins a word, because ``G1X1E5`` is legal without spaces. Only 
 in capitals (``X1e5``) is an exponent, which G-code does not have: no word begins there.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Final

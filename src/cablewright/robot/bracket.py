@@ -6,8 +6,6 @@ the joint between them. Two bearings in the block's vertical bore hold the spind
 joint's pin, on which the two cheeks of the lever turn, with the sheave between them.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Final, Self
 

@@ -1,7 +1,5 @@
 """The cable: its stiffness, weight and breaking load."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import pairwise

@@ -4,8 +4,6 @@ Each is the text of a table ``[cable]`` whose comments name the source of every 
 "assumed". A cable that was measured is better than any of these: `cablewright modulus` finds its EA.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The tables ``[cable] [sheave] [winch] [line]`` of a robot file: defaults for every line."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from cablewright.foundation.errors import InputError, suggestion

@@ -4,8 +4,6 @@ A name is one of `NAMED`, a kind of `KINDS` for all lines or the platform, or a 
 ``exit_point.z@south``. Names joined by + take the same value: ``width-top-x+width-bottom-y``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Directions in robot files: three numbers of any length but zero."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Robots from TOML: a file, a text, or a name of the library."""
 
-from __future__ import annotations
-
 import logging
 import os
 from functools import partial

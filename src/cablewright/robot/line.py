@@ -1,7 +1,5 @@
 """A line: one cable with all that it passes from the winch exit to the platform."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Annotated, Self

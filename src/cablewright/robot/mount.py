@@ -1,7 +1,5 @@
 """The compliance of what holds an exit point: how far it gives per force."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Final
 

@@ -1,7 +1,5 @@
 """Kinds of parameters: where each is in a line or a platform, and how it is read and set."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

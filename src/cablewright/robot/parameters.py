@@ -4,8 +4,6 @@ Uncertainty files, design variables, calibrations, the simulated machine's toler
 new parameter is an entry of `KINDS`, and its columns in `cablewright.models.parameters`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """A plane that carries the platform across it: a board, a table, guides."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from cablewright.foundation.units import Length, Vec3

@@ -1,7 +1,5 @@
 """The platform that the lines carry: a point mass, or a rigid body."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator

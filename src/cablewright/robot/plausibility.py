@@ -1,7 +1,5 @@
 """Numbers of a robot that are likely in another unit than was meant: each in one line, with the unit that fits."""
 
-from __future__ import annotations
-
 import math
 import operator
 import re

@@ -1,7 +1,5 @@
 """The surroundings: gravity, the box in which the platform may be, and the beams of the frame."""
 
-from __future__ import annotations
-
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator

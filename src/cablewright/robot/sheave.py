@@ -3,8 +3,6 @@
 Also a swivel or a pulley on the platform, and a wheel on the way from the winch.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal, Self
 

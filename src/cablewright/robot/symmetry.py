@@ -1,7 +1,5 @@
 """Declared symmetry: what is set for one line is set, mirrored, for its mirror images."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

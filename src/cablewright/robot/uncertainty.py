@@ -1,7 +1,5 @@
 """The uncertainty of a robot's parameters: its TOML file, and the ranges that follow for one robot."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from pathlib import Path

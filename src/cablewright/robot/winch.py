@@ -1,7 +1,5 @@
 """The winch: radius and capacity of its drum, its speed and torque; and whose drum a line is on instead."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator

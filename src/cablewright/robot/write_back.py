@@ -1,7 +1,5 @@
 """Writing a changed robot back into its own file: comments, units and all that did not change stay."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

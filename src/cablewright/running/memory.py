@@ -1,7 +1,5 @@
 """How much memory is free, so that work that needs more is refused before it begins."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Statistics of millions of numbers that arrive in blocks: exact moments, histograms, and thinned rows to plot."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """Run folders and their files: each appears complete, by rename, or not at all."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

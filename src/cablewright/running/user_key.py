@@ -4,8 +4,6 @@ A checksum shows that a file is whole, not who wrote it: a stranger can compute 
 is believed only if the file was signed with the key, which no other user of a well-kept system can read.
 """
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 import os

@@ -1,7 +1,5 @@
 """Arguments of the solvers: shapes, finite numbers, and the choice of the serial or the parallel kernel."""
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np

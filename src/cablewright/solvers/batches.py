@@ -1,7 +1,5 @@
 """Rows of a batch on all threads: kernels hold no lock of Python's, so that plain threads can share them."""
 
-from __future__ import annotations
-
 import logging
 import os
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Certificates: proofs that exactly one equilibrium lies near a numerical one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, ClassVar
 

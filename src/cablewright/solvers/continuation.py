@@ -1,7 +1,5 @@
 """Tracking of one equilibrium as the lengths change, for a control loop."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

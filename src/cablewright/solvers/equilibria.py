@@ -1,7 +1,5 @@
 """All equilibria for given lengths that many starts find: slack or taut, stable or not, with levers upside down too."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field

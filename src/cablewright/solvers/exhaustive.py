@@ -1,7 +1,5 @@
 """Exhaustive search for the equilibria of a point load: proof that the known ones are all in a box."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Forward problem: the pose of the platform for given unstrained lengths."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Inverse problem: the unstrained lengths and tensions that hold the platform at a pose."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

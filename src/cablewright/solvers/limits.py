@@ -1,7 +1,5 @@
 """Quantities of solved lines that the hardware limits: sheave angles, clearances and winch torques."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

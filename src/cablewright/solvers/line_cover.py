@@ -1,7 +1,5 @@
 """Covers of the lines' shapes by small boxes (leaves) for given lengths, as the exhaustive search needs them."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

@@ -1,7 +1,5 @@
 """The linearisation of a solved equilibrium: stiffness, and motion and tension per length and parameter of a line."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -4,8 +4,6 @@ Planes are those of `vertical_plane.place`: ex, ey (world, towards the platform)
 exit point, m.
 """
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Callable

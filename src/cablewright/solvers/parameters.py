@@ -1,7 +1,5 @@
 """First-order motion of the platform and change of tensions per uncertain parameter, from the linearisation."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np

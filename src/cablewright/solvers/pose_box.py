@@ -1,7 +1,5 @@
 """A box that contains the pose, as `cablewright.solvers.pose_hull` finds it: apart from that search, which few need."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

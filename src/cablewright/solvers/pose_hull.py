@@ -1,7 +1,5 @@
 """A guaranteed enclosure of the pose for all lengths within some error."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 

@@ -3,8 +3,6 @@
 The least norm then lies where lines carry nothing: their shapes are many, and the solution jumps between them.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import Final
 

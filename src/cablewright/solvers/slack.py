@@ -9,8 +9,6 @@ here that an excess >= 0 is given, and that the line has no lowest tension limit
 Source: Merlet and Papegay, ICRA 2023, section II.C; `docs/slack.md`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

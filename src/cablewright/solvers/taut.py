@@ -1,7 +1,5 @@
 """All lines of a platform as straight tangents, for each step of a control loop."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

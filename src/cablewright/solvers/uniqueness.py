@@ -1,7 +1,5 @@
 """Among which equilibria a theorem says that a given one is the only one: `docs/theory/uniqueness.md`."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

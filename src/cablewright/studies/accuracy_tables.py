@@ -1,7 +1,5 @@
 """The table of an accuracy study: places.parquet, written some places at a time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pyarrow as pa

@@ -1,7 +1,5 @@
 """`bracket`: largest stress in a robot's sheave brackets at a pose, along a job or over its workspace."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

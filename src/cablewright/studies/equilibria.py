@@ -4,8 +4,6 @@ A finished search is a proof, and its file says what is proved already. So the f
 its content and all that the proof rests on; a file of somebody else is refused.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import logging

@@ -1,7 +1,5 @@
 """`interference`: distances of lines from everything else at poses, and along a job whose part grows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Final

@@ -1,7 +1,5 @@
 """A new robot in a folder of its own: its robot file, a machine file, and a first part to check and to print."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar

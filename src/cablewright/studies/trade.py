@@ -1,7 +1,5 @@
 """`trade`: workspace against lowest natural frequency for all combinations of values of design variables."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace

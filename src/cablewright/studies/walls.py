@@ -1,7 +1,5 @@
 """`walls`: walls in a planar lidar's scan, and the lidar's place and yaw in a surveyed room."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

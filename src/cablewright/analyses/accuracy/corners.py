@@ -1,7 +1,5 @@
 """Corners of the box of uncertain parameters: all of them, or those that can be extreme."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -4,8 +4,6 @@ Tension stiffens a line and reduces its sag, so the redundant tension decides ho
 platform.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 

@@ -5,8 +5,6 @@ conventional design splines hold the lever level: it rotates about the vertical 
 about the pin.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

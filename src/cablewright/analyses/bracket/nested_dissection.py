@@ -4,8 +4,6 @@ A plane of the grid separates the unknowns into two independent sets, each order
 last.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -6,8 +6,6 @@ sharp inner edge, a clamped edge or a contact the peak stress diverges under ref
 Nothing is evaluated within half a thickness of such edges.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

@@ -5,8 +5,6 @@ the error estimate, as in Richardson's extrapolation of first order, which is co
 is evaluated.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise

@@ -3,8 +3,6 @@
 The plane is searched as the volume of a plate on which the criterion does not change from one side to the other.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar, Unpack
 

@@ -3,8 +3,6 @@
 Paty 2021, section 4.1: tension limits, swing and elevation of the sheaves, no collision in them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Natural frequencies of the platform along the boundary of its workspace, where its stiffness is often lowest."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Unpack, get_args

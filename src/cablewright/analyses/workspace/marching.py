@@ -4,8 +4,6 @@ A cell consists of six tetrahedra along one of its diagonals. Neighbouring cells
 on the diagonals of their common faces and a symmetric function has a symmetric surface.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import permutations
 from typing import Final

@@ -3,8 +3,6 @@
 Jung 2020, Eqs. 13 to 15: the area of each level slice is maximised over the length l, and a line l(z) is fitted.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """The workspace of a robot under a criterion: volume with an error, surface and slices, or a count of grid nodes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar, Unpack
 

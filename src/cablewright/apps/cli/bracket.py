@@ -1,7 +1,5 @@
 """`bracket`: stress in the brackets of the sheaves, on universal joints and with the second rotation blocked."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated

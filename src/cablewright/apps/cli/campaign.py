@@ -1,7 +1,5 @@
 """`campaign`: the same print on many machines that the tolerances allow."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`check`: a sliced part on a robot, with a run folder."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -4,8 +4,6 @@
 the help. A parameter whose type is a class made by `options` is a group of options.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from copy import copy

@@ -1,7 +1,5 @@
 """`curves`: random closed curves to choose one from."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

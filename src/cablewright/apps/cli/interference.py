@@ -1,7 +1,5 @@
 """`interference`: how far lines keep from each other, the platform, the frame and a part, at a pose or along a job."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated

@@ -1,7 +1,5 @@
 """Entry point: one application, one place where errors become a line and an exit code."""
 
-from __future__ import annotations
-
 import errno
 import io
 import logging

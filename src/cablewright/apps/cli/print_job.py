@@ -1,7 +1,5 @@
 """`print`: a job printed in closed loop on a simulated machine, in a run folder from which it can be resumed."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated

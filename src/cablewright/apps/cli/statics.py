@@ -1,7 +1,5 @@
 """`inverse`, `forward` and `equilibria`: a pose to lengths, and lengths to a pose or to all poses."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

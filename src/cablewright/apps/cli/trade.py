@@ -1,7 +1,5 @@
 """`trade`: workspace against lowest frequency, while design parameters of the robot vary."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`workspace` and `retraction`: where a robot can be by a criterion, and how far to retract its end-effector there."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How far off the nozzle is along a path and over a plane, and how much each uncertain number contributes."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Final

@@ -1,7 +1,5 @@
 """The stress of a bracket: base and lever of both designs, coloured by von Mises stress, seen from outside."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

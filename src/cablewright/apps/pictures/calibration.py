@@ -1,7 +1,5 @@
 """A calibration: residuals of the lengths, uncertainty of the exit points, correlations of the unknowns."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

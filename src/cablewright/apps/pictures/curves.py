@@ -1,7 +1,5 @@
 """Contact sheet of random curves."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The picture of each result, which `Pictured.plot` draws."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from pathlib import Path
 from typing import Final

@@ -1,7 +1,5 @@
 """Interference: the lines and what they come nearest to; along a job also the distance by layer, and free heights."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

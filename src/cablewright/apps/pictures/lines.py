@@ -1,7 +1,5 @@
 """The tension of each line along the print, and the part of its limits that it uses."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, Final, NamedTuple
 

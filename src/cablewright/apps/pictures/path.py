@@ -1,7 +1,5 @@
 """The error of the nozzle along the path, from above and from the side, and at each height."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Final
 

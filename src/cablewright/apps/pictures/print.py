@@ -1,7 +1,5 @@
 """A print: error and speed along its path, angles and states over time. Pictures are of a record's thinned rows."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

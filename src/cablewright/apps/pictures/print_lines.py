@@ -1,7 +1,5 @@
 """The lines in a print: their angles and tensions, how cable lies on the winch drums, and their frequencies."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

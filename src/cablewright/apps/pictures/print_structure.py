@@ -1,7 +1,5 @@
 """The structure that a print left: height maps, true and rebuilt, their difference, and cuts across the path."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The region in which the nozzle may be at one place: its hull, and its shadows on three planes, in mm."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

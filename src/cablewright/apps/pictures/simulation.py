@@ -1,7 +1,5 @@
 """A simulated drive, a replayed log, and angles over time as Merlet and Papegay 2023 draw them (Figs. 5 to 7)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """Slack lines: what a machine does while a line is let out, and what an inclinometer measures on a slack one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rooms from above: a survey with its ellipses and residuals, and a lidar's scan with the walls in it."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

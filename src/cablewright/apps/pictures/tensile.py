@@ -1,7 +1,5 @@
 """Tests of a cable: force and modulus of a tensile test, creep and its law of a test that holds a load."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

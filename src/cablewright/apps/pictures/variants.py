@@ -1,7 +1,5 @@
 """Many variants of a machine: machines as built, candidates of a design, combinations of values (Jung 2020)."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Workspaces: surface and sections, areas by retraction length (Jung 2020, Fig. 10), and the limits that end them."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

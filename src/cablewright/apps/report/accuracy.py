@@ -1,7 +1,5 @@
 """The reports of `cablewright accuracy`: how far off a robot prints, over a shape or at one pose."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final

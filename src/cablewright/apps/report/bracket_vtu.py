@@ -1,7 +1,5 @@
 """A bracket's displacement and stress as a file for ParaView: base and one cheek of both designs, side by side."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final

@@ -1,7 +1,5 @@
 """The report of `cablewright calibrate`: what was found, how well it is known, what the data leave open."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from cablewright.apps import style

@@ -1,7 +1,5 @@
 """A check boiled down to what pictures and tables show: errors, stretches of the print, heights, extremes of lines."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A whole report: verdict, terms explained at its end, views of scenes with the program that draws them, pictures."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from importlib import resources

@@ -1,7 +1,5 @@
 """The worst place of every limit, violations first, in plain words."""
 
-from __future__ import annotations
-
 import math
 
 from cablewright.analyses.feasibility import Finding

@@ -1,7 +1,5 @@
 """One HTML page without a single outside request. Whatever is not `Html` is foreign text and is escaped."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,5 @@
 """The report of `cablewright print`: what was printed, its errors, and what they say about the machine."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Tables of a print's report."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

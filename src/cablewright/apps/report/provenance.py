@@ -1,7 +1,5 @@
 """What went into a report, and what the model takes for granted, as the robot file says it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, version
 

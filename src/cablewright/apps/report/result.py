@@ -1,7 +1,5 @@
 """Declared figures as cards and tables, and the page of any result, which commands write with ``--report``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 
 from cablewright.apps import style

@@ -1,7 +1,5 @@
 """The page of `cablewright show`: a robot to turn, alone or with a job, a run or a log."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from cablewright.apps.quantities import quantity

@@ -1,7 +1,5 @@
 """Fewer segments than the path has, chosen so that a picture of them looks like the whole."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

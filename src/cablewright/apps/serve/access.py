@@ -1,7 +1,5 @@
 """Who may do what: hosts, origins, the token and its cookie, and how often."""
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 import re

@@ -1,7 +1,5 @@
 """The files of the page, read once: nothing else can be asked for by name."""
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import resources
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Checks and reports wait their turn: one at a time, each in a capped process."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import sys

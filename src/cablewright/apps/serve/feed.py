@@ -1,7 +1,5 @@
 """The latest state as all pages get it: read from the control's memory, with the lines as they hang."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import logging

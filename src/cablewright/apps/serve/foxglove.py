@@ -3,8 +3,6 @@
 Each topic's latest message is sent, ten times a second; the log of a run has them all.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import struct

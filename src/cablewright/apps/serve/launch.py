@@ -1,7 +1,5 @@
 """`serve`: the control in this process, and the page's server in another one, which is started again if it ends."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import ipaddress

@@ -1,7 +1,5 @@
 """One open page: it gets the latest state, and what it asks for is examined before the control hears of it."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import time

@@ -1,7 +1,5 @@
 """Who watches, and who operates: one at a time, as long as that page is there."""
 
-from __future__ import annotations
-
 import re
 import secrets
 import time

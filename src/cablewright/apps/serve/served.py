@@ -1,7 +1,5 @@
 """What the routes and the open pages share: the way to the control and what came from it."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import time

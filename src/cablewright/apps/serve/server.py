@@ -3,8 +3,6 @@
 Its configuration is a line of JSON on the standard input, and it ends when that ends: with the control.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

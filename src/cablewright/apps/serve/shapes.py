@@ -1,7 +1,5 @@
 """The 3-D view of a machine that runs: its scene, and its lines as they hang now, by the product's own statics."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

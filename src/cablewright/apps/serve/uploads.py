@@ -1,7 +1,5 @@
 """Jobs that people send, and the runs of them: names are made here, so that nobody's names a place."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import re

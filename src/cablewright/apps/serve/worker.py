@@ -3,8 +3,6 @@
 `python -m cablewright.apps.serve.worker check FOLDER JOB`, or `report FOLDER RUN`; it ends with its standard input.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

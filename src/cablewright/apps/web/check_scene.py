@@ -1,7 +1,5 @@
 """Scenes of a path on a robot: of a job, of a check, and of the folder that a check wrote."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Colours of scales, from small to large values, for light and for dark pages. Colour-blind readers can tell them."""
 
-from __future__ import annotations
-
 from typing import Final
 
 RAMPS: Final[dict[str, dict[str, tuple[str, ...]]]] = {

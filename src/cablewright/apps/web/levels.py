@@ -1,7 +1,5 @@
 """Arrays for the viewer: packed into text, and polylines by level of detail."""
 
-from __future__ import annotations
-
 import base64
 import zlib
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """The scene of a machine's log, as far as it can be read."""
 
-from __future__ import annotations
-
 from array import array
 from dataclasses import replace
 from pathlib import Path

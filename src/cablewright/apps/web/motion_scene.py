@@ -1,7 +1,5 @@
 """A machine in motion: where its platform was, where the estimation took it to be, and its lines meanwhile."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final

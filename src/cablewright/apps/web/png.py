@@ -1,7 +1,5 @@
 """A scene as a picture file, drawn without a browser."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The scene of a print's record: its thinned steps, and the structure that was printed."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scenes of a robot in few states: at rest, of a result at a pose, and of accuracy studies at their worst place."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Final

@@ -4,8 +4,6 @@ A later calibration is compared with it: which exit points moved by more than bo
 one another by the best translation and yaw, which encoders do not determine.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Selection of the poses to measure: those with most information on the unknowns, in an order with short travel."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Final, get_args

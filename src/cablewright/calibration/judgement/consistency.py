@@ -7,8 +7,6 @@ Lengths alone: how well they fit without any other row, and whether they do so t
 sigma beside other sensors is estimated, and would grow until everything fits: this is what tests it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Final

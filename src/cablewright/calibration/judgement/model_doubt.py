@@ -5,8 +5,6 @@ and what that shifts is added to the covariance: little where data deny a shift,
 tell. Beside it stands the covariance by the scatter of poses and of surveyed points (a sandwich, clustered, HC3).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Data whose lines are in another order or count the other way: which rearrangement explains them much better."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -6,8 +6,6 @@ take cheap steps, here of linear equations where a fit is slow or re-weighting s
 fitted.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Final
 

@@ -6,8 +6,6 @@ that is the variance component of restricted maximum likelihood.
 A row's leverage is the share of it that the fit takes as its own: rows of redundancy 1 - leverage test the fit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final

@@ -6,8 +6,6 @@ other, by how much of the squares they explain less what as many amounts explain
 rest is noise; of one line the simplest that explains as much.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final

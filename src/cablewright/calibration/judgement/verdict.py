@@ -4,8 +4,6 @@ Before it stands the status: whether a fit has an answer at all, converged, with
 and what to do where not.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple

@@ -1,7 +1,5 @@
 """The range of each unknown: what is physical, and near the robot file unless the plan says otherwise."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Final

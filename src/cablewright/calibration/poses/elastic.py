@@ -6,8 +6,6 @@ are those of `solvers.linearise`. Levers of sheaves on universal joints, mounts 
 of the equilibrium.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar, Final
 

@@ -1,7 +1,5 @@
 """Fits of a calibration's equations: from given starts, from rough dimensions, and moved to the file's frame."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Final
 

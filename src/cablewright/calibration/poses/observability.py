@@ -3,8 +3,6 @@
 Poses are eliminated by orthogonal projection, not by the normal equations, so that small singular values keep digits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice

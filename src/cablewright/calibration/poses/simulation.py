@@ -1,7 +1,5 @@
 """Simulated measurements of a robot for a calibration, and the alignment that its errors are measured after."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
 

@@ -3,8 +3,6 @@
 Lines that stretch start from the answer of straight ones, at equilibria near its poses.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain, islice, repeat

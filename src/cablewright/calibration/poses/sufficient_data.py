@@ -1,7 +1,5 @@
 """Checks, before any fit, of whether the data can calibrate a robot at all."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rows of angles: swivels of sheaves, tilt and yaw of the platform."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

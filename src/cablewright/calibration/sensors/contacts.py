@@ -1,7 +1,5 @@
 """Rows of the nozzle at poses: planes that it touched, and its distances from known points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

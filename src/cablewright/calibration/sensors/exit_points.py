@@ -1,7 +1,5 @@
 """What a plan says apart from poses: surveyed exit points, their distances and level, priors, and the datum."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import chain
 from typing import Final

@@ -1,7 +1,5 @@
 """Rows of load cells: the tension of each line that stretches, or the balance of forces of straight lines."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The kinds of measurements at poses: what people, plans and messages call them, and how their rows may be wrong."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 

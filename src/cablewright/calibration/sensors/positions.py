@@ -4,8 +4,6 @@ The unknowns of a pose are those that the plane leaves: 2 of a point, 3 of a bod
 says of them; how far it is off the plane tests the plane alone, and is looked at before any fit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Final
 

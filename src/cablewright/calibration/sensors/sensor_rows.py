@@ -1,7 +1,5 @@
 """The rows of all sensors of a calibration, in the order in which they stand in its equations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The frame of a survey, z up, y along a wall and x into the room, and features with Jacobians expressed in it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

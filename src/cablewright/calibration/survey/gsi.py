@@ -6,8 +6,6 @@ A word as in Leica's manuals (TPS1100 user manual, chapter "Data format"): posit
 position 6 the unit, position 7 the sign, then the digits, without a decimal point; the unit says where it is.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

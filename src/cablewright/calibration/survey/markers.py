@@ -1,7 +1,5 @@
 """Markers from shots: the repeated shots of a marker become one position with a covariance, on a known feature."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

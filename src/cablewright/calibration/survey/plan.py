@@ -4,8 +4,6 @@ A marker's name says which feature it is on: `X3-1` is the first marker of the e
 TOML file, has what differs from that.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The measurements of a total station: shots at markers, read from a GSI file or a CSV with limits on size."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The survey frame has z up and by default its y axis along the west wall; x points from that wall into the room.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Creep of a cable from a test in which a load is held, or changes, over some decades of time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The nominal modulus is the secant modulus of Paty et al. 2021, section 2.2.3, Eq. 22.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

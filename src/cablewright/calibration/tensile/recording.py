@@ -1,7 +1,5 @@
 """The recording of a tensile test, read from a CSV with limits on size and one-line errors."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Where a platform hangs once one of its lines is broken: the equilibrium of those that remain."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ Tensions are not linear in the lengths: a line that sags is several times softer
 are off by more than a line's stretch, so that one linear step would leave the unknowns wrong and sure of it.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lengths of the lines by the encoders, and counts that jump by more than a winch can turn."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

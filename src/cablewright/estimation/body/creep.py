@@ -4,8 +4,6 @@ Creep as it is described lengthens the lines; how far it is off that is one unkn
 deviations of its law. Hysteresis is nowhere described: a strain that is another one after each change of load.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Final

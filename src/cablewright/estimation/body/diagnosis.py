@@ -7,8 +7,6 @@ contradiction is named. After a line is lost the platform swings, and readings w
 once, and the line is named by the mean of some measurements that follow.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -6,8 +6,6 @@ load) is a state of constants with sigmas. Load cells and accelerometer measure 
 the constants, linearised at each equilibrium.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

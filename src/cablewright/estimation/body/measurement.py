@@ -5,8 +5,6 @@ equilibrium. The platform's acceleration moves tensions as a wrench would; in th
 none they are not moved by it, and these weigh most.
 """
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

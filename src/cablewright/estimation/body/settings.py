@@ -1,7 +1,5 @@
 """What the estimator of a rigid platform is told: its model, its sensors, and how far all of it may be off."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from cablewright.estimation.body.updates.update import Update

@@ -1,7 +1,5 @@
 """State of the estimator of a rigid platform."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -8,8 +8,6 @@ loads. Only the length by which cable lies unevenly on a drum changes, with the 
 hysteresis, with the load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from itertools import pairwise
 from typing import Final

@@ -5,8 +5,6 @@ paid out in a second, and 2 mm of lidar noise are a tenth of that. So by default
 line estimates length and radius from all lidar states.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple

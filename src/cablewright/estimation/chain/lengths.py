@@ -1,7 +1,5 @@
 """Unstrained lengths that hang the drum at the lidars' position, with the slack that the accelerometers measure."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

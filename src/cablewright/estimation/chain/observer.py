@@ -5,8 +5,6 @@ About once a second lidars give the drum's pose and line accelerometers the slac
 drum's position.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Settings and state of the observer: the chain of Merlet and Papegay 2023, section III."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Attitude of the drum: predicted by the gyro, updated by gravity and by hanging from one point."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

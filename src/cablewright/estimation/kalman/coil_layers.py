@@ -1,7 +1,5 @@
 """Where the radius of a winch drum steps: the layers of its cable, whose ends an owner knows to about half a turn."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from statistics import NormalDist
 from typing import Final

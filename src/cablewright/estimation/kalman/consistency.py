@@ -4,8 +4,6 @@ Normalised innovations squared have a mean of 1 for each degree of freedom where
 ones say that a sensor, or what is told of it, is worse than the covariance knows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final

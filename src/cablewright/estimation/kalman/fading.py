@@ -4,8 +4,6 @@ Lidars see no shift of all walls and mounts together. Without fading, what is wr
 each layer of a print, would move them farther and farther.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -5,8 +5,6 @@ update them, and with them the radii of the winch drums and the biases of gyro, 
 a position that others have found. docs/estimation.md has the equations.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The ground as the vertical lidar saw it: a height reference where what was laid hides the floor."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -1,7 +1,5 @@
 """Ground that the vertical lidar saw before, which tells the height where no floor is in sight."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

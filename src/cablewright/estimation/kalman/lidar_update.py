@@ -4,8 +4,6 @@ Each is an equation rho(state) = 0 at the time when the beam passed the middle o
 by the rotations that encoders and gyro measured since. So a turn that arrives late is used at its own time.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from typing import Final

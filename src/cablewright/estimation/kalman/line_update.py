@@ -6,8 +6,6 @@ measured; a taut line is shorter than its taut length by its stretch, which bala
 is known only within bounds.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

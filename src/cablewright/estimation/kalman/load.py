@@ -1,7 +1,5 @@
 """The drum's mass as it changes: powder leaves, and it is refilled."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

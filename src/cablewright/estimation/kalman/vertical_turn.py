@@ -1,7 +1,5 @@
 """One turn of the vertical lidar: where its points are by the estimate, and what the mean height of some measures."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -4,8 +4,6 @@ The bias is the same in every range, so it changes the height the less the farth
 changes the sum of the distances to two opposite walls, which is known.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

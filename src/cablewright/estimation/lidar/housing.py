@@ -1,7 +1,5 @@
 """Where a lidar sees its own housing or mount: short runs of nearly constant range that no straight wall explains."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

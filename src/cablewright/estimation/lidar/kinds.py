@@ -3,8 +3,6 @@
 Lines behind glass are no walls of the room: they are dropped.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Final, Literal, NamedTuple, get_args

@@ -4,8 +4,6 @@ Clusters are sought among points of about one noise each, so that a near window 
 far wall stays in one piece.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

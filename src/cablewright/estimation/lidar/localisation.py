@@ -3,8 +3,6 @@
 `step` takes one turn of one lidar: settings and state in, state and answer out.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """How noisy a lidar's ranges are, and how that grows with range, from the differences of neighbours in one scan."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -1,7 +1,5 @@
 """One turn of a planar lidar: the model of the unit, its points, corrected for tilt and motion, and their clusters."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Reads text dumps of laser scans, as ``ros2 topic echo`` and ``rostopic echo`` print them: a plain subset of YAML."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

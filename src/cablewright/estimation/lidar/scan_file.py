@@ -3,8 +3,6 @@
 Units that the file does not name are guessed from the size of its numbers, and the guess is reported.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from array import array

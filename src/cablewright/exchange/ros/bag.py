@@ -3,8 +3,6 @@
 A bag is a folder: one MCAP file of messages in CDR with the definitions of their types, and ``metadata.yaml``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -3,8 +3,6 @@
 Fields that are left out are zero. SI and radians, as ROS has them; a line is a joint that slides: m and N.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final, NamedTuple

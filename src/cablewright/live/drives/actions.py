@@ -1,7 +1,5 @@
 """What people do with the drives of a machine besides printing."""
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What the commands for drives answer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar, Final

@@ -1,7 +1,5 @@
 """Lengths of a machine's lines by the counts of its winches: kept on disk, and trusted once homing has passed them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

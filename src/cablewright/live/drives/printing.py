@@ -1,7 +1,5 @@
 """A job printed on a real machine, in a run folder, by the orders of a person."""
 
-from __future__ import annotations
-
 import gc
 import json
 import time

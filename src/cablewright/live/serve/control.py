@@ -1,7 +1,5 @@
 """The control of a machine that people operate: sitting after sitting, whatever becomes of those who watch."""
 
-from __future__ import annotations
-
 import gc
 import json
 import logging

@@ -3,8 +3,6 @@
 A folder has ``part.gcode`` or ``job.toml`` or both, and, once it was checked, ``check.json`` with the answer.
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A place in memory shared by two processes that holds the latest message only: who writes never waits for a reader."""
 
-from __future__ import annotations
-
 import mmap
 import os
 import struct

@@ -3,8 +3,6 @@
 Times of messages are by the computer's monotonic clock, which both processes share.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError

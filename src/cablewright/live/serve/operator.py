@@ -1,7 +1,5 @@
 """Whoever gives orders from the page: messages become orders of the loop, and answers go back."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field

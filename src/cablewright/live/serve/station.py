@@ -4,8 +4,6 @@ A sitting is one run of the control loop: with a job to be printed, or without, 
 Each begins in a fault with brakes closed, as `cablewright.live.prints.loop.Printer` does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """What the control tells all who watch: the latest state as JSON, and the latest message of each topic of the log."""
 
-from __future__ import annotations
-
 import json
 import math
 import struct

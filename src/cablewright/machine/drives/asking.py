@@ -1,7 +1,5 @@
 """What is asked of drives by single objects while they are not commanded in cycles, whatever carries the objects."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 

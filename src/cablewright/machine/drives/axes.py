@@ -1,7 +1,5 @@
 """The drives that a machine file gives to the lines of a robot."""
 
-from __future__ import annotations
-
 from cablewright.foundation.errors import InputError
 from cablewright.machine.drives.axis import Axis
 from cablewright.machine.drives.scale import scales_of

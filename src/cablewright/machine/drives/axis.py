@@ -1,7 +1,5 @@
 """One winch's drive as the bus shows it."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass, field

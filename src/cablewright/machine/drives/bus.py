@@ -1,7 +1,5 @@
 """Frames of a CAN bus, and the port by which a program takes part in one, in real or in virtual time."""
 
-from __future__ import annotations
-
 from typing import NamedTuple, Protocol
 
 

@@ -1,7 +1,5 @@
 """CANopen drives of the profile CiA 402, as `WinchDrives`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Final
 

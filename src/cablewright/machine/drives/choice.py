@@ -1,7 +1,5 @@
 """Which drives a machine file means: by its kind."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from cablewright.machine.drives.bus import Port

@@ -1,7 +1,5 @@
 """The state machine of CiA 402 (IEC 61800-7-201): a drive's state from its statusword, and the controlword to go on."""
 
-from __future__ import annotations
-
 from enum import Enum, IntEnum
 from typing import Final
 

@@ -5,8 +5,6 @@ one step, with all winches held; the frame tells the time that it took. After an
 off until a person has reset them.
 """
 
-from __future__ import annotations
-
 import math
 from contextlib import suppress
 from typing import Final

@@ -1,7 +1,5 @@
 """Error codes of drives (CiA 301 and CiA 402, object 0x603F) as texts, and what to do about each."""
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 

@@ -1,7 +1,5 @@
 """Who a drive is, by what it tells of itself."""
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 from cablewright.foundation.errors import InputError

@@ -1,7 +1,5 @@
 """What a machine file allows its drives, held against the robot's file: before anything is sent."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -4,8 +4,6 @@ The process of the drives is the hub: it tells each frame to all others that tak
 be used for it, since that listens on all networks of the computer.
 """
 
-from __future__ import annotations
-
 import select
 import socket
 import time

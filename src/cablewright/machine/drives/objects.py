@@ -1,7 +1,5 @@
 """Objects of CiA 301 and CiA 402 that are used: index, subindex, size, sign."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final

@@ -1,7 +1,5 @@
 """Whether drives that are to be off are known to be off: by what they tell, within the time that they need."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

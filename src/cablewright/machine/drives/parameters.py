@@ -1,7 +1,5 @@
 """What is written into a drive, and read back: PDOs, what it watches by itself, and how it stops."""
 
-from __future__ import annotations
-
 import math
 from typing import Final, NamedTuple
 

@@ -1,7 +1,5 @@
 """What a set of winch drives is to the machine that is made of them, whatever bus they are on."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """Units of one winch: from radians, rad/s and N m of its drum to the numbers of its drive, and back."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

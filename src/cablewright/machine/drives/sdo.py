@@ -4,8 +4,6 @@ A client is a small state machine that is fed with frames, so that it waits for 
 texts, which are only read, in segments.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The table ``[drives]`` of a machine file: the bus, its nodes, and what the drives themselves watch."""
 
-from __future__ import annotations
-
 from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, model_validator

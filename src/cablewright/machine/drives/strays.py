@@ -1,7 +1,5 @@
 """Winches that turn otherwise than commanded, which their own drives may not see."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Single objects of a drive to be read and written, beside the cyclic traffic, whatever carries them."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from dataclasses import dataclass

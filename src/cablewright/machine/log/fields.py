@@ -1,7 +1,5 @@
 """Kinds of values in a log's messages: the JSON schema of each, and its conversions from a signal's value and back."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Heads of logs of schema 1, whose settings did not tell what the owner knows from what only a simulation has."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Final
 

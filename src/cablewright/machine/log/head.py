@@ -1,7 +1,5 @@
 """The head of a log: what machine it is of, and how and when it was made."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields

@@ -1,7 +1,5 @@
 """Joins the segments of a log into one file that other programs can read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

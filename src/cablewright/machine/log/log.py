@@ -1,7 +1,5 @@
 """A machine's log: an MCAP file with all frames, commands and, of a simulation, the truth; readable even if cut off."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """One MCAP file of a machine's log, as far as it is intact, as messages that are not decoded yet."""
 
-from __future__ import annotations
-
 import struct
 import zlib
 from collections.abc import Collection, Iterator, Mapping

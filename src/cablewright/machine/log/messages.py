@@ -1,7 +1,5 @@
 """Signals as the JSON messages of a log, and back, exactly."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence

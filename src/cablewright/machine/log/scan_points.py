@@ -1,7 +1,5 @@
 """Where in the world the points are that the lidars of a log saw: by the pose of the platform while they turned."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 

@@ -4,8 +4,6 @@ In a run folder they are ``log.mcap``, if segments were joined before, then ``lo
 Steps of a file at or after the first step of a later one are superseded by the later one.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence

@@ -6,8 +6,6 @@ Scans, inertial readings and encoders have the schemas that Foxglove draws by it
 sensor_msgs/Imu and JointState); further keys hold what those lack.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Annotated, Any, Final, NamedTuple, get_type_hints

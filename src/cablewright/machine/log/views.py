@@ -4,8 +4,6 @@ Lines are straight here, from the exit point to the platform: a log knows no sag
 log has the truth, and else what the estimation told.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, Final
 

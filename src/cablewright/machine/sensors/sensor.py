@@ -1,7 +1,5 @@
 """What the declaration of a sensor's data sheet says: whose readings it is about, and where a machine file has it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 

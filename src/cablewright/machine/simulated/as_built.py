@@ -1,7 +1,5 @@
 """A robot as built: its description with random deviations within the tolerances."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.errors import InputError

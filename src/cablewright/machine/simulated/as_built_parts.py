@@ -4,8 +4,6 @@ Each error has a random generator of its own, so that changing one tolerance cha
 leaves the owner's own value, to the bit.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, Final
 

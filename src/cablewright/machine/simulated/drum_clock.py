@@ -1,7 +1,5 @@
 """The clock on the drum, which stamps the readings that come over the wireless link."""
 
-from __future__ import annotations
-
 import bisect
 from itertools import accumulate
 

@@ -1,7 +1,5 @@
 """The room as lidars find it: walls as they stand, some of glass or dark, and who walks about."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

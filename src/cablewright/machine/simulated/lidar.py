@@ -1,7 +1,5 @@
 """Simulated planar lidar on the drum: its rays are cast one after another while the drum moves."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Simulated link: readings arrive late and in order, some are lost, none pass during a gap."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable
 from typing import Annotated, Any, Final

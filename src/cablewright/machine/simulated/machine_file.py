@@ -1,7 +1,5 @@
 """The machine file for any robot: its own numbers where its file has them, else assumed ones."""
 
-from __future__ import annotations
-
 import math
 from itertools import product
 from typing import Final

@@ -1,7 +1,5 @@
 """The machine as built, for the sensors that are mounted on it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """People in the room: when somebody walks there, and where."""
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Two plants that advance a rig: dynamic, in substeps of milliseconds, or from equilibrium to equilibrium."""
 
-from __future__ import annotations
-
 from typing import Final, Protocol
 
 import numpy as np

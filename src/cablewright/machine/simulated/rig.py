@@ -1,7 +1,5 @@
 """The true state of the simulated machine: lines, winches, drum or body, falling powder, what is laid, and climate."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Tolerances of the machine as built, laws of the plant, flaws of single sensors, 
 is for estimation, control or plans, which see `cablewright.machine.settings` alone; an import contract holds that.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

@@ -3,8 +3,6 @@
 An owner who knows how good the survey was knows the standard deviations, and nothing else.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Any, Final
 

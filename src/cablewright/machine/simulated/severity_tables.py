@@ -4,8 +4,6 @@ One of three names, fixed before anything was estimated with them. An owner who 
 standard deviations, and nothing else.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from types import MappingProxyType

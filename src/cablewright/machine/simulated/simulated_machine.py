@@ -1,7 +1,5 @@
 """The simulated machine: a true robot moved by a plant, measured by sensors over imperfect links."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import math

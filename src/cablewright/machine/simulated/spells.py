@@ -1,7 +1,5 @@
 """Spells: times in which something lasts for a while, again and again, at random."""
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The floor below the machine, with the deposited material."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

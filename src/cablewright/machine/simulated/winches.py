@@ -1,7 +1,5 @@
 """Simulated winches: motors, and drums with irregularly wound cable, as arrays for the kernels."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The executor that people choose by two options: how many processes, or a cluster's address."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -3,8 +3,6 @@
 The scheduler and the workers run what any client sends: they belong in a trusted network, or behind TLS.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterable, Iterator
 from itertools import islice

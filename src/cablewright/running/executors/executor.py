@@ -1,7 +1,5 @@
 """Executors: who computes chunks. The one here computes them in this program, one after the other."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """Results on the client's disk, by key: a file to which a line is added for each, so that a study can be resumed."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

@@ -1,7 +1,5 @@
 """Processes on this machine: started afresh, one thread each, replaced when they die."""
 
-from __future__ import annotations
-
 import signal
 from collections import deque
 from collections.abc import Iterable, Iterator

@@ -1,7 +1,5 @@
 """The spread of errors at many places, computed by an executor: blocks of places are items, with results on disk."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, fields
 from typing import Any, Final, NamedTuple
 

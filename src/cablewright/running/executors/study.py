@@ -1,7 +1,5 @@
 """All items of a study: those with a kept result are done; the others are computed in chunks of about a second."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Final

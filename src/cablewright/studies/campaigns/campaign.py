@@ -1,7 +1,5 @@
 """`campaign`: the same print on N machines as built, and what each tolerance does to it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One print of a campaign: on a machine as its seed builds it, with one tolerance met exactly or with none."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """The result of a print campaign: how many of the machines succeed, how far off they are, which tolerance matters."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property

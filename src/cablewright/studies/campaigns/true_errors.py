@@ -1,7 +1,5 @@
 """The true errors of a print while it runs, for prints of which nobody reads a log."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -4,8 +4,6 @@ All are deterministic by their seed, so that a search that was interrupted asks 
 finds the answers on the disk.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

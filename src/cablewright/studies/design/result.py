@@ -1,7 +1,5 @@
 """The result of a search for designs: every candidate, those that no other beats, and three to look at."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """`design`: the values of design variables with which a robot serves its part best."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`calibrate`, `simulate-calibration`: numbers of a robot from what was measured at poses; and data to try it with."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from datetime import UTC, datetime

@@ -1,7 +1,5 @@
 """`poses`: which poses to measure for a calibration."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`survey` and `walls`: exit points and walls from a total station, and walls and the lidar's place from its scan."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """Machine files of real machines, for the commands that move them."""
 
-from __future__ import annotations
-
 import cablewright as cw
 
 

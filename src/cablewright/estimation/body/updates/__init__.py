@@ -1,7 +1,5 @@
 """Updates of the estimator of a rigid platform, one of each kind of sensors. Modules are found, not listed."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from cablewright.estimation.body.updates.cells import Cells

@@ -5,8 +5,6 @@ outputs: it is armed and read back before anything is enabled. Where the heartbe
 more, and inputs are read without them.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from typing import Final

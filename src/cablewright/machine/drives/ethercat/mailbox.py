@@ -1,7 +1,5 @@
 """Transfers with drives beside the cycles: on a thread, as a mailbox keeps whoever asks waiting."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ Registers of the slave controller (ETG.1000.4) stand below the object dictionary
 are read and written as objects.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 from cablewright.foundation.errors import InputError

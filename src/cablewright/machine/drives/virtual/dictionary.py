@@ -1,7 +1,5 @@
 """The object dictionary of a virtual drive, and its server for service data objects."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final

@@ -1,7 +1,5 @@
 """A ring of virtual EtherCAT drives on one end of a cable, by the clock: datagrams on their way through all of them."""
 
-from __future__ import annotations
-
 import select
 import socket
 import struct

@@ -1,7 +1,5 @@
 """A virtual drive behind an EtherCAT slave controller: states, mailbox, process data, and the watch over its master."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Final

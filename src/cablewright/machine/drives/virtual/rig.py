@@ -1,7 +1,5 @@
 """Virtual drives and the simulated plant behind them, on one bus, in virtual time or by the clock."""
 
-from __future__ import annotations
-
 import heapq
 import math
 import time

@@ -3,8 +3,6 @@
 As in ETG.1000.4, without distributed clocks.
 """
 
-from __future__ import annotations
-
 import struct
 from typing import Final, NamedTuple
 

@@ -1,7 +1,5 @@
 """A servo drive as CiA 301 and CiA 402 describe it: states, ramps, limits, brake, and what makes it stop by itself."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Final

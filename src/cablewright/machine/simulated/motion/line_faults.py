@@ -1,7 +1,5 @@
 """Planned faults of lines: one that breaks, one that leaves its sheave."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Mass, centre and inertia of what the lines carry: of a drum on a point platform, or a rigid body."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

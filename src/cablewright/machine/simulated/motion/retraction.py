@@ -1,7 +1,5 @@
 """The drive that retracts a simulated platform, as arrays for the kernels."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

@@ -1,7 +1,5 @@
 """Where a body comes to rest when the equilibrium it was in is no more: by its own motion, well damped."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Simulated sensors: the flaws of one unit, and how it reads the true state. Modules are found, not listed."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 from cablewright.foundation.discovery import declared

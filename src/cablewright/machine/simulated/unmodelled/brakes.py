@@ -6,8 +6,6 @@ lines let it, a line is as soft as its last slip has shown. A brake only takes e
 encoders count the way.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Creep of the cables of a machine that no model has, by the law of `models.creep`. All numbers here are assumed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

@@ -6,8 +6,6 @@ Trans. Automatic Control 50). It follows no rate: a load that returns to where i
 it takes r w times the way that p goes, never less than 0. Thresholds are assumed.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -4,8 +4,6 @@ What motors count and what drums pay out differ. Gears twist in proportion to th
 drum by a sine of its own angle; and cable slides out under its pull, in proportion to the way that the drum turns.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ described sits on the same mount, whose own forces cancel out. d is from where t
 winch stays where it is.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array, Indices

@@ -4,8 +4,6 @@ A line that pulls turns its drum against one flank, always the same: nothing is 
 that pulls less than the bearings' friction leaves the drum where it stands until the other flank takes it along.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

@@ -1,7 +1,5 @@
 """Wind: a horizontal force on the platform, a first-order Gauss-Markov process, exact for any step."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ An inextensible catenary: with u = w d / 2H over the horizontal distance d and t
 sinh(u) / u = sqrt(L^2 - h^2) / d (Irvine 1981). It touches nothing, and does not bend against its stiffness.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

@@ -1,7 +1,5 @@
 """How much a plant has of what no model knows: tables of ``[simulation]``. All of it is 0, so absent, by default."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Annotated, TypeVar
 

@@ -4,8 +4,6 @@ Settling follows the largest load so far, in proportion to it. With the stiffnes
 of the robot file at the reference load R, a line stretches less above R and more below it. Neither depends on time.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

@@ -1,7 +1,5 @@
 """A person who pushes the platform now and then: a horizontal force that lasts for a while."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array

@@ -5,8 +5,6 @@ state of sliding, 1 while it is paid out and -1 while it is reeled in. Where the
 to the other over a short way, by elements that stick first and slip then (Maxwell slip): no jump, and no rate.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Final
 

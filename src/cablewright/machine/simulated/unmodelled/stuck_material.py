@@ -4,8 +4,6 @@ A share of what leaves the valve sticks, less and less as the crust nears the mo
 with f what has left the valve, so that m = M (1 - exp(-s f / M)), exact for any step. None of it falls off.
 """
 
-from __future__ import annotations
-
 import math
 
 from cablewright.machine.simulated.unmodelled.laws import StickingMaterial

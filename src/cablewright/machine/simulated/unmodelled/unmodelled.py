@@ -1,7 +1,5 @@
 """All of it on one rig, advanced at the end of each step of the machine for the next one; see `docs/machine.md`."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from cablewright.foundation.arrays import Array
