@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import json
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
 from benchmarks.processes import ROOT, alone
 from benchmarks.timing import Row, best
+from cablewright.analyses.motion.path_swing import PathSwing, SwingExtremes
 from cablewright.apps.cli.main import COMMANDS
 from cablewright.printing.gcode import parse
+from cablewright.robot import load
+from cablewright.studies.checks.check import check
 
 EXAMPLES = ROOT / "examples"
 CABLEWRIGHT = ("-m", "cablewright")
@@ -52,6 +58,27 @@ def rows(size: Size) -> Iterator[Row]:
         ratio = seconds / min(limits for _, limits in pairs)
         yield Row("  over that of its limits alone", ratio, "x", "<= 1.7", ratio <= 1.7)
         yield Row("  its largest memory", memory / 1e9, "GB", "<= 0.5", memory <= 0.5e9)
+        yield motion_row(house(place, size.moves))
+
+
+def motion_row(job: Path) -> Row:
+    """Time of the limits along a job over that without the motion of the platform, in this process."""
+    spent, take = [0.0], PathSwing.take
+
+    def timed(*given: Any) -> SwingExtremes:
+        begin = time.perf_counter()
+        found = take(*given)
+        spent[0] += time.perf_counter() - begin
+        return found
+
+    def limits() -> None:
+        spent[0] = 0.0
+        check(load("house-printer"), job, skip=("interference", "expected-error"))
+
+    with patch.object(PathSwing, "take", timed):
+        whole = best(limits, 1)
+    ratio = whole / (whole - spent[0])
+    return Row("  its limits, over that without motion of the platform", ratio, "x", "<= 1.5", ratio <= 1.5)
 
 
 def help_rows(starts: int) -> Iterator[Row]:

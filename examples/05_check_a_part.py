@@ -5,7 +5,7 @@ from tempfile import TemporaryDirectory
 
 import cablewright as cw
 
-gcode = ["G21", "G90", "M83", "G0 X-1000 Y-1000 Z20 F18000"]  # mm, absolute, relative extrusion
+gcode = ["G21", "G90", "M83", "G0 X-1000 Y-1000 Z20 F6000"]  # mm, absolute, relative extrusion
 for layer, height in enumerate((20, 40)):
     gcode += [f";LAYER:{layer}", f"G0 Z{height}"]
     gcode += [f"G1 X{x} Y{y} E50" for x, y in ((1000, -1000), (1000, 1000), (-1000, 1000), (-1000, -1000))]

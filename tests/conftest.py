@@ -25,7 +25,10 @@ CORNERS = [(1000, 0), (1000, 1000), (0, 1000), (0, 0)]  # mm
 
 @pytest.fixture(scope="session")
 def write_job(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
-    """Write a job TOML, and its G-code beside it, into a folder of its own; returns the path of the TOML."""
+    """Write a job TOML, and its G-code beside it, into a folder of its own; returns the path of the TOML.
+
+    Its motion is not shaped, so that corners and lengths are those of the G-code.
+    """
 
     def write(
         origin: tuple[float, float, float] = (-0.5, -0.5, 1.0),
@@ -37,7 +40,8 @@ def write_job(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
         (folder / "part.gcode").write_text(square() if gcode is None else gcode)
         job = folder / "job.toml"
         place = [float(x) for x in origin]
-        job.write_text(f'schema = 1\nname = "{name}"\ngcode = "part.gcode"\nscale = {scale}\norigin = {place}\n')
+        text = f'schema = 1\nname = "{name}"\ngcode = "part.gcode"\nscale = {scale}\norigin = {place}\n'
+        job.write_text(text + '[motion]\nshaping = "none"\n')
         return job
 
     return write

@@ -166,6 +166,8 @@ from cablewright.studies.design.result import Designed as Designed
 from cablewright.studies.design.search import design as design
 from cablewright.studies.interference import JobInterference as JobInterference
 from cablewright.studies.interference import interference as interference
+from cablewright.studies.measured_modes import MeasuredModes as MeasuredModes
+from cablewright.studies.measured_modes import measured_modes as measured_modes
 from cablewright.studies.trade import Trade as Trade
 from cablewright.studies.trade import TradeSettings as TradeSettings
 from cablewright.studies.trade import trade as trade

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 
+from cablewright.analyses.motion.sagging import with_sag
+from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot, loads
+from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.linearise import tension_changes
 from cablewright.studies.checks.check import check
 from cablewright.studies.checks.result import Check
 
 MASS, GRAVITY, STIFFNESS = 200.0, 9.81, 102.2e9 * 4e-6 * np.pi  # kg, m/s^2, N
 CORNERS = np.array([[-7.5, -7.5, 15.0], [7.5, -7.5, 15.0], [7.5, 7.5, 15.0], [-7.5, 7.5, 15.0]])
+WEIGHT = 0.03 * GRAVITY  # N/m, where cables have any
 DEAD = 15.0  # m of each cable from its winch up to its exit
 STEP = 1e-3  # s
 
@@ -45,6 +52,7 @@ LINES = "".join(
     for name, (x, y, z) in zip(("south-west", "south-east", "north-east", "north-west"), CORNERS, strict=True)
 )
 WALL = ((0.0, 0.0), (4000.0, 0.0), (4000.0, 3000.0))
+ANGLE = ((0.0, 0.0), (800.0, 0.0), (800.0, 600.0))
 
 
 def house(ratio: float) -> Robot:
@@ -70,7 +78,12 @@ def printed(tmp_path: Path):
         file = tmp_path / "path.gcode"
         file.write_text("\n".join(lines) + "\n")
         job = Job.model_validate(
-            {"name": "path", "gcode": str(file), "motion": {"acceleration": 0.5, **motion}, "max_error": max_error}
+            {
+                "name": "path",
+                "gcode": str(file),
+                "motion": {"acceleration": 0.5, "shaping": "none", **motion},
+                "max_error": max_error,
+            }
         )
         return check(house(ratio), job, skip=("interference", "expected-error"))
 
@@ -155,3 +168,67 @@ def test_meander_beyond_the_allowed_error_is_refused_with_its_place_and_frequenc
     assert told["motion_error"] == told["acceleration_displacement"] == found.motion.largest
     assert told["motion_error"] > told["motion_error_95"] > 0.0
     assert told["motion_error_frequency"] == pytest.approx(1.8, abs=0.05)
+
+
+def catenary(away: np.ndarray, length: float) -> float:
+    """Tension, N, at the exit of a cable of that unstrained *length*, m, with its dead span, to a point *away*, m."""
+    across, down = float(np.hypot(away[0], away[1])), -float(away[2])
+
+    def off(force: np.ndarray) -> list[float]:
+        h, v = force  # N, at the exit: level, and up on the cable
+        free = length - DEAD / (1.0 + (np.hypot(h, v) - 0.5 * WEIGHT * DEAD) / STIFFNESS)
+        end = v - WEIGHT * free
+        level = h * free / STIFFNESS + h / WEIGHT * (np.arcsinh(v / h) - np.arcsinh(end / h))
+        fall = (v - 0.5 * WEIGHT * free) * free / STIFFNESS + (np.hypot(h, v) - np.hypot(h, end)) / WEIGHT
+        return [level - across, fall - down]
+
+    start = 100.0 * np.array([across, down]) / np.hypot(across, down)
+    return float(np.hypot(*fsolve(off, start, xtol=1e-12)))
+
+
+@pytest.mark.parametrize("tension", [60.0, 150.0, 250.0])
+def test_falls_of_sagging_cables_are_those_of_the_catenary(tension: float) -> None:
+    """The platform moves 1 cm towards the exit of its least tense line, whose length stays."""
+    text = HOUSE.format(ratio=0.0).replace("linear_density = 0.0", f"linear_density = {WEIGHT / GRAVITY}")
+    model = Model.full(loads(text.replace("20 N", f"{tension} N") + LINES))
+    held = solve_inverse(model, np.array([[4.0, 3.0, 1.5]]))
+    line = int(np.argmin(held.tensions[0]))
+    away = held.pose[0] - CORNERS[line]
+    assert catenary(away, held.lengths[0, line]) == pytest.approx(held.tensions[0, line], rel=1e-6)
+    nearer = away * (1.0 - 0.01 / np.linalg.norm(away))
+    by_pose = tension_changes(held).by_pose
+    falls = np.minimum(by_pose @ (nearer - away), 0.0)
+    found = held.tensions + with_sag(held, by_pose, falls)
+    assert found[0, line] == pytest.approx(catenary(nearer, held.lengths[0, line]), rel=0.05)
+
+
+def in_mujoco(found: Check) -> float:
+    """Largest error, m, of the mass on springs of MuJoCo whose lengths and stiffness follow those that are paid out."""
+    ends = "".join(f'<site name="e{i}" pos="{x} {y} {z}"/>' for i, (x, y, z) in enumerate(CORNERS))
+    slides = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    tendons = "".join(
+        f'<spatial stiffness="1" springlength="0 1"><site site="e{i}"/><site site="p"/></spatial>' for i in range(4)
+    )
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{STEP}" gravity="0 0 -{GRAVITY}" integrator="implicit"/><worldbody>{ends}<body>'
+        f'{slides}<inertial mass="{MASS}" pos="0 0 0" diaginertia="1 1 1"/><site name="p"/></body></worldbody>'
+        f"<tendon>{tendons}</tendon></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    times = np.arange(0.0, found.law.duration, STEP)
+    columns = np.column_stack([found.samples.positions, found.lengths]).T
+    course = np.column_stack([np.interp(times, found.law.time, column) for column in columns])
+    data.qpos[:] = course[0, :3]
+    error = 0.0
+    for row in course:
+        error = max(error, float(np.linalg.norm(data.qpos - row[:3])))
+        model.tendon_stiffness[:] = STIFFNESS / row[3:]
+        model.tendon_lengthspring[:, 1] = row[3:] - DEAD
+        mujoco.mj_step(model, data)
+    return error
+
+
+@pytest.mark.parametrize(("points", "feed"), [(ANGLE, 6000), (meander(200.0), 18000)])
+def test_errors_are_those_of_mujoco(points: tuple[tuple[float, float], ...], feed: int, printed) -> None:
+    found = printed(points, 0.0, feed)
+    assert np.nanmax(found.statics.displacement) == pytest.approx(in_mujoco(found), rel=0.05)

@@ -251,3 +251,16 @@ def test_a_print_begins_from_wherever_it_was_moved_by_hand() -> None:
     states = [printer.step().progress for _ in range(300)]
     assert {each.state for each in states} >= {PrintState.READY, PrintState.PRINTING}
     assert PrintState.STOPPED not in {each.state for each in states}
+
+
+@pytest.mark.parametrize("state", WAITS)
+def test_what_waits_has_ended_if_the_step_in_which_the_way_gets_free_comes_late(state: PrintState) -> None:
+    floor = Floor(state)
+    floor.watch(0.2, broken=True)
+    assert floor.see(order=WAITS[state]) == ""
+    floor.watch(0.5, broken=True)
+    floor.now += 0.6  # the control hangs, and nobody is in the barrier any more
+    floor.watch(DT, broken=False)
+    assert floor.state.state is state
+    assert not floor.state.resume_ordered
+    assert "order it again" in floor.state.reason

@@ -101,7 +101,7 @@ def test_a_broken_barrier_pauses_until_it_is_clear_and_somebody_orders_it(floor:
     floor.pace = 0.0
     assert floor.go(target=aimed(path_speed=0.0)).hold_winches
     assert floor.go(1, OrderKind.RESUME).state is PrintState.PAUSED
-    assert floor.go(10).state is PrintState.PAUSED
+    assert floor.go(5).state is PrintState.PAUSED
     floor.broken = False
     assert floor.go().state is PrintState.READY  # the order was given
     assert floor.state.barrier_stops == 1

@@ -60,8 +60,8 @@ class TestNo:
             rows += [f";LAYER:{layer}", f"G0 X0 Y-100 Z{z}", "G1 Y100 E5", f"G0 X1000 Y-50 Z{z + 60}", "G0 Z20"]
             rows += ["G1 Y0 E5", f"G0 Z{z + 60}"]
         (tmp_path / "tower.gcode").write_text("\n".join(rows) + "\n")
-        found = check(loads(TOWER), tmp_path / "tower.gcode")
-        alone = interference(loads(TOWER), load_job(tmp_path / "tower.gcode"))
+        job = job_with(tmp_path / "tower.gcode", motion={"shaping": "none"})
+        found, alone = check(loads(TOWER), job), interference(loads(TOWER), job)
         assert not found.feasible
         assert alone.worst is not None
         assert finding(found, "clearance of lines").value == pytest.approx(alone.worst.margin)
@@ -71,7 +71,7 @@ class TestNo:
         assert touching in found.verdict
         assert found.nearest_place is not None
         assert f"in layer {found.nearest_place.layer}, G-code line" in found.verdict
-        assert check(loads(TOWER), tmp_path / "tower.gcode", skip=("interference",)).feasible
+        assert check(loads(TOWER), job, skip=("interference",)).feasible
 
     def test_lines_nearer_than_is_asked_for(self, found: Check, job_file: Path) -> None:
         assert found.nearest is not None

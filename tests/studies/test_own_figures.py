@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,10 +62,11 @@ def board(sided: str = "") -> Robot:
 def corners(tmp_path: Path):
     """A job of two sides of a square at a height, mm."""
 
-    def written(z: float, **more: object) -> Job:
+    def written(z: float, **more: Any) -> Job:
         file = tmp_path / "part.gcode"
         file.write_text(CORNERS.format(z=z))
-        return Job.model_validate({"name": "part", "gcode": str(file), **more})
+        motion = {"shaping": "none"} | more.pop("motion", {})  # corners and lengths are those of the path
+        return Job.model_validate({"name": "part", "gcode": str(file), "motion": motion, **more})
 
     return written
 
@@ -116,6 +118,22 @@ class TestErrors:
         found = check(loads(LOW_LINES), corners(400.0), skip=ALONE)
         assert "Hz with 1 % (assumed) of damping" in found.verdict
         assert not any("swinging" in each for each in found.not_checked)
+
+    def test_a_swing_of_travel_counts_where_it_lasts_into_what_is_laid(self, tmp_path: Path) -> None:
+        """After a long stand nothing of it is left; without one it is."""
+        rows = "G21\nG90\nM83\n;LAYER:0\nG0 X-300 Y-300 Z400 F6000\nG0 X300\nG0 Y300\n{stand}G1 X-300 E9 F60\n"
+        errors = {}
+        for stand in ("", "G4 P60000\n"):
+            (tmp_path / "part.gcode").write_text(rows.format(stand=stand))
+            motion = {"acceleration": 20.0}
+            job = Job.model_validate({"name": "part", "gcode": str(tmp_path / "part.gcode"), "motion": motion})
+            found = check(loads(LOW_LINES), job, skip=(*ALONE, "expected-error"))
+            assert found.motion is not None
+            travel = found.statics.displacement[~found.samples.extruding].max()
+            errors[stand] = found.motion.largest / travel
+            bound = job.model_copy(update={"max_error": 1.01 * found.motion.largest})
+            assert MOVED_ERROR not in broken(check(loads(LOW_LINES), bound, skip=(*ALONE, "expected-error")))
+        assert errors["G4 P60000\n"] < 0.2 < errors[""]
 
 
 class TestPlane:

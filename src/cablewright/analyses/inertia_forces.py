@@ -11,10 +11,9 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.models.inertia import counterweight_root
-from cablewright.models.rotation import matrices
+from cablewright.models.rotation import matrices, rotations
 from cablewright.models.statics import Equilibrium
 from cablewright.models.stiffness import stiffness
-from cablewright.robot import RigidPlatform
 from cablewright.solvers.linearise import Linearisation, tension_changes
 
 
@@ -40,7 +39,5 @@ def _wrenches(held: Equilibrium) -> Array:
     """Wrenches of inertia (N, n, 3) on the platform by unit accelerations: at its centre of mass, about its origin."""
     platform = held.model.robot.platform
     force = np.broadcast_to(-platform.mass * np.eye(3), (len(held.pose), 3, 3))
-    if not isinstance(platform, RigidPlatform):
-        return force
-    arm = matrices(held.pose[:, 3:]) @ np.asarray(platform.centre_of_mass)
-    return np.concatenate([force, np.cross(arm[:, :, None], force, axis=1)], axis=1)
+    arm = matrices(rotations(held.pose)) @ np.asarray(platform.centre_of_mass)
+    return np.concatenate([force, np.cross(arm[:, :, None], force, axis=1)], axis=1)[:, : held.model.n]

@@ -20,13 +20,19 @@ from cablewright.foundation.errors import InputError
 from cablewright.models.rotation import turn_between
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.path import Samples
+from cablewright.printing.shaping import Shaper
+from cablewright.printing.timing import TimeLaw
 from cablewright.printing.track import Track
+from cablewright.robot import Robot
+from cablewright.solvers.shaping import JobMotion
 
 _TOLERANCE: Final = 1e-6  # m, distance from the path that counts as arrival
 _RESERVE: Final = 0.1  # share of the acceleration that is always available to change the speed factor
 _ARM: Final = 1.0  # m: on the way back to the path a rotation counts as the way at this arm
 _STILL: Final = np.zeros(3)
 _STILL.flags.writeable = False
+_STEADY: Final = np.zeros((2, 3))
+_STEADY.flags.writeable = False
 
 
 class GuideMode(Enum):
@@ -50,6 +56,8 @@ class Target(NamedTuple):
     finished: bool  # at the end of the path
     rotation: Array = _STILL  # (3,) rad, of a rigid platform
     rate: Array = _STILL  # (3,) rad/s, world, mean over the next step
+    flow: float = 0.0  # m/s of strand to lay: that of the path where the motion will be after the pressure advance
+    accelerations: Array = _STEADY  # (2, 3) m/s^2, at the beginning and the end of the next step
     retraction: float = math.nan  # m; NaN: as it is
     retraction_rate: float = 0.0  # m/s, mean over the next step
 
@@ -64,22 +72,33 @@ class TimedPath:
     track: Track
     samples: Samples  # of the track, without the lift of the platform over the path
     motion: Motion
+    lift: float  # m, of the track over the samples
     start: Array  # (k,) s, departure from each point
     arrival: Array  # (k,) s, arrival at each point
     speed: Array  # (k,) m/s, at each point
+    vector: Array | None  # (k, 3) m/s^2, acceleration at each point of a shaped path
     attitude: Attitude | None = None  # of a rigid platform
+    shaping: tuple[Shaper, Samples] | None = None  # of a shaped path: what shapes it, and what is shaped
+    notes: tuple[str, ...] = ()  # on shaping
     tour: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (t, 3) m, gone through before the path begins
 
     @classmethod
     def of(
-        cls, job: Job, layers: int | None = None, lift: float = 0.0, nozzle: tuple[float, float, float] | None = None
+        cls,
+        job: Job,
+        layers: int | None = None,
+        lift: float = 0.0,
+        nozzle: tuple[float, float, float] | None = None,
+        samples: Samples | None = None,
+        robot: Robot | None = None,
     ) -> Self:
         """Return the timed path of the first *layers* of a *job*; None: all. *lift*: of the platform over the path, m.
 
-        *nozzle*: of a rigid platform, m, platform frame. Raises `InputError` for a path without material, and
-        for more layers than it has.
+        *nozzle*: of a rigid platform, m, platform frame. *samples*: of the path; by default those of the job's file.
+        *robot*: whose modes shape the motion, see `JobMotion`. Raises `InputError` for a path without material, and for
+        more layers than it has.
         """
-        samples = job.samples(job.toolpath())
+        samples = samples or job.samples(job.toolpath())
         numbers = np.unique(samples.layer[samples.extruding])
         if not len(numbers):
             raise InputError(f"{job.source}: no material is laid along the path: there is no layer to print")
@@ -88,14 +107,29 @@ class TimedPath:
                 raise InputError(f"layers = {layers}: must be 1 to {len(numbers)}, the layers of {job.source}")
             last = np.flatnonzero(samples.extruding & (samples.layer == numbers[layers - 1]))[-1]
             samples = Samples(**{each.name: getattr(samples, each.name)[: last + 1] for each in fields(samples)})
-        law = job.time_law(samples)
-        track, start = Track.of(samples, (0.0, 0.0, lift)), law.time + samples.dwell
         attitude = None if nozzle is None else Attitude.of(job.schedule, nozzle)
-        return cls(track, samples, job.motion, start, law.time, law.speed, attitude)
+        if robot is None:
+            return cls._timed(samples, job.time_law(samples), lift, job.motion, attitude)
+        moved = JobMotion.of(robot, job, samples)
+        found = cls._timed(moved.samples, moved.law, lift, job.motion, attitude)
+        shaping = None if moved.shaper is None else (moved.shaper, moved.path)
+        return replace(found, shaping=shaping, notes=moved.notes)
+
+    @classmethod
+    def _timed(cls, samples: Samples, law: TimeLaw, lift: float, motion: Motion, attitude: Attitude | None) -> Self:
+        track, start = Track.of(samples, (0.0, 0.0, lift)), law.time + samples.dwell
+        return cls(track, samples, motion, lift, start, law.time, law.speed, law.vector, attitude)
 
     def slower(self, acceleration: float, at_points: Array) -> TimedPath:
-        """Return the same path with a lower *acceleration*, m/s^2, and at most the speeds *at_points* (k,), m/s."""
+        """Return the same path with a lower *acceleration*, m/s^2, and at most the speeds *at_points* (k,), m/s.
+
+        A shaped path rounds its corners anew, and takes no speeds *at_points*.
+        """
         motion = self.motion.model_copy(update={"acceleration": acceleration})
+        if self.shaping is not None:
+            shaper, path = replace(self.shaping[0], acceleration=acceleration), self.shaping[1]
+            slow = self._timed(*shaper.shaped(path), self.lift, motion, self.attitude)
+            return replace(slow, shaping=(shaper, path), notes=self.notes, tour=self.tour)
         law = motion.time_law(self.samples, at_samples=at_points)
         return replace(self, motion=motion, start=law.time + self.samples.dwell, arrival=law.time, speed=law.speed)
 
@@ -137,6 +171,21 @@ class TimedPath:
     def duration(self) -> float:
         """Duration at a speed factor of 1, s."""
         return float(self.arrival[-1])
+
+    def accelerations(self, begin: float, end: float) -> Array:
+        """Return the accelerations (2, 3), m/s^2, at *begin* and *end*, s, of the law; 0 where it has none.
+
+        A law without shaping jumps from one to the next.
+        """
+        if self.vector is None:
+            return _STEADY
+        found = np.zeros((2, 3))
+        for row, path_time in enumerate((begin, end)):
+            i = min(max(bisect_right(self.arrival, path_time) - 1, 0), len(self.arrival) - 2)
+            left = float(self.start[i])
+            share = min(max((path_time - left) / (float(self.arrival[i + 1]) - left), 0.0), 1.0)
+            found[row] = self.vector[i] + share * (self.vector[i + 1] - self.vector[i])
+        return found
 
     def distance(self, path_time: float) -> float:
         """Return the distance along the path, m, at *path_time*, s, of the law.
@@ -183,9 +232,12 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     if state.position is not None:
         return _approach(path, state, dt, mode)
     state.speed_factor = _speed_factor(path, state, dt, share if mode is GuideMode.FOLLOW else 0.0)
-    now = path.distance(state.path_time)
-    state.path_time = min(state.path_time + state.speed_factor * dt, path.duration)
+    begin = state.path_time
+    now = path.distance(begin)
+    state.path_time = min(begin + state.speed_factor * dt, path.duration)
     then = path.distance(state.path_time)
+    early, late = (path.distance(each + path.motion.pressure_advance) for each in (begin, state.path_time))
+    laid = path.track.laying[path.track.piece(0.5 * (early + late))]
     here, there = path.track.at(now).position, path.track.at(then).position
     piece = path.track.piece(0.5 * (now + then))
     offset = np.array([0.0, 0.0, state.height_offset])
@@ -194,6 +246,10 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     layer = int(path.track.layer[piece])
     path_speed, arrived = (then - now) / dt, state.speed_factor == 0.0
     target = Target(here + offset, (there - here) / dt, now, layer, path_speed, extruding, arrived, finished)
+    target = target._replace(
+        flow=(late - early) / dt if laid else 0.0,
+        accelerations=path.accelerations(begin, state.path_time) * state.speed_factor**2,
+    )
     if path.attitude is None:
         return target
     turned, goal = path.attitude.rotation(float(here[2])), path.attitude.rotation(float(there[2]))

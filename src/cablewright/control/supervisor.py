@@ -35,6 +35,7 @@ NOT_RESET: Final = "not reset since it was started"
 FINISHED: Final = "finished"
 _POSITION_LOST: Final = "the position is not known"
 _BARRIER: Final = "barrier"
+_LATE: Final = "nothing is in the way now, but over"
 _TURNING: Final = "the winches have not come to rest"
 
 
@@ -85,7 +86,8 @@ class SupervisorState:
     barrier_broken: bool = False
     stalled_since: float = math.nan
     resume_ordered: bool = False  # waits until the winches stand and the barrier is clear, for at most `ORDER_LIFE`
-    resume_time: float = math.inf  # s, of that order
+    resume_time: float = math.inf  # s, of that order ...
+    resume_taken: float = math.inf  # ... and when it was taken
     reset_before: bool = False  # a reset was ordered in the last step: it is held
     barrier_stops: int = 0
     refills: int = 0
@@ -220,7 +222,7 @@ def _apply_order(settings: SupervisorSettings, state: SupervisorState, order: Or
         return f"reset: {why}"
     waits = kind is OrderKind.RESUME and current in (PrintState.PAUSED, PrintState.STOPPED)
     if waits or (kind is OrderKind.REFILLED and current is PrintState.REFILLING):
-        state.resume_ordered, state.resume_time = True, order.time
+        state.resume_ordered, state.resume_time, state.resume_taken = True, order.time, now
         return ""
     if (current, kind) not in TRANSITIONS:
         return f"{kind}: has no effect while the state is {current}"
@@ -377,11 +379,12 @@ def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inpu
         _happen(state, Happening.PATH_END, now, FINISHED)
     found = state.state is PrintState.PAUSED and state.reason == _POSITION_LOST and _is_settled(settings, state, now)
     obstacle = _person(settings, state, now) or ("" if inputs.standing else _TURNING)
-    if found or (state.resume_ordered and not obstacle):
+    too_old = state.resume_ordered and now > state.resume_taken and now - state.resume_time > ORDER_LIFE
+    if found or (state.resume_ordered and not obstacle and not too_old):
         _happen(state, Happening.MAY_RESUME, now, "")
-    elif state.resume_ordered and now - state.resume_time > ORDER_LIFE:
+    elif too_old:
         state.resume_ordered = False
-        state.reason = f"{obstacle} {ORDER_LIFE:g} s after it was ordered to go on: order it again"
+        state.reason = f"{obstacle or _LATE} {ORDER_LIFE:g} s after it was ordered to go on: order it again"
 
 
 def fail(state: SupervisorState, now: float, reason: str) -> None:

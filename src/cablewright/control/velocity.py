@@ -20,10 +20,12 @@ from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
 from cablewright.control.held_lengths import held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
+from cablewright.control.swing_damping import SwingDamping, SwingState, follow
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Estimate
+from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
@@ -39,7 +41,9 @@ class VelocitySettings:
 
     ``max_drum_speed``: rad/s of a winch drum. ``gain``: 1/s, of the path error; ``max_correction``: m/s.
     ``internal_gain``: 1/s, of the lines' errors in the null space. ``manage_slack``: under the law ``model``, whether
-    one line is slack on purpose; otherwise all lines have the model's tensions.
+    one line is slack on purpose; otherwise all lines have the model's tensions. ``by_lengths``: whether the estimated
+    position is that at which the lengths hold the platform at rest. ``swing``: of a drum below a point, which is
+    damped; None: it is not.
     """
 
     model: Model
@@ -49,7 +53,9 @@ class VelocitySettings:
     max_correction: float = 0.02
     internal_gain: float = 0.5
     manage_slack: bool = True
+    by_lengths: bool = False
     slack: SlackSettings = field(default_factory=SlackSettings)
+    swing: SwingDamping | None = None
 
     def __post_init__(self) -> None:
         """Raise `InputError` for unknown laws, rigid platforms and numbers that are not positive and finite."""
@@ -70,6 +76,7 @@ class VelocityState:
 
     planned_excess: Array  # (m,) m, of each line on purpose
     slack_line: int = -1  # index; -1: none chosen yet
+    swing: SwingState = field(default_factory=SwingState)
     tension_error: float = math.inf  # N, largest of a rigid platform's lines from those that the model chooses
 
 
@@ -99,17 +106,41 @@ def step(
     taut = taut_at(settings.model, estimate.position)
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
         return np.zeros(settings.model.m)
+    lead, leading = _lead(settings.model, target, dt)
     error = target.position - estimate.position
+    if settings.by_lengths and lead.any():  # the estimate takes what the lengths lead by for a motion of the platform
+        error += np.linalg.lstsq(taut.toward, lead, rcond=None)[0]
     correction = min(settings.gain, 0.5 / dt) * error
     size = math.sqrt(float(correction @ correction))
     if size > settings.max_correction:
         correction *= settings.max_correction / size
-    rates = taut.toward @ (target.velocity + correction)
+    if settings.swing is not None:
+        correction = correction + follow(settings.swing, state.swing, estimate.rotation, dt)
+    rates = taut.toward @ (target.velocity + correction) + leading
     if settings.law == "paper":
         rates += _slack_term(settings, taut, estimate, dt)
     else:
         rates += _internal_rates(settings, state, taut, estimate, target, dt)
     return _within(settings, rates / estimate.radii)
+
+
+def _lead(model: Model, target: Target, dt: float) -> tuple[Array, Array]:
+    """Return what lengths (m,), m, hold a point on its path while it accelerates beside those at rest, and their rates.
+
+    Zeros where lengths cannot, and where the target is steady.
+    """
+    still = np.zeros(model.m)
+    if not target.accelerations.any() or not compensates(model.robot):
+        return still, still
+    places = np.stack([target.position, target.position + dt * target.velocity])
+    wrenches = inertia_wrenches(model.robot, places, target.accelerations)
+    held = solve_inverse(
+        model, np.concatenate([places, places]), path=True, wrenches=np.concatenate([wrenches, np.zeros_like(wrenches)])
+    )
+    if not np.isfinite(held.lengths).all():
+        return still, still
+    begin, end = held.lengths[:2] - held.lengths[2:]
+    return begin, (end - begin) / dt
 
 
 def _within(settings: VelocitySettings, speeds: Array) -> Array:
@@ -131,7 +162,8 @@ def _rates_of_body(
     here = np.concatenate([target.position, target.rotation])
     there = moved(here, dt * np.concatenate([target.velocity, target.rate]))
     retraction = None if beam is None else np.array([beam.length, beam.length + dt * beam.speed])
-    held = held_at(settings.model, np.stack([here, there]), retraction)
+    pushed = target.accelerations if compensates(settings.model.robot) else None
+    held = held_at(settings.model, np.stack([here, there]), retraction, pushed)
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
     state.tension_error = math.inf if tensions is None else float(np.abs(tensions - held.tensions[0]).max())

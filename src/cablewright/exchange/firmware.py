@@ -24,6 +24,7 @@ from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
+from cablewright.solvers.feeds import with_speeds
 from cablewright.studies.checks.winch_path import TOLERANCE, WinchPath, winch_path
 
 
@@ -68,6 +69,7 @@ def firmware(
     if stepper is None:
         assumed.add(f"motors: {motor.full_steps} full steps a turn, {motor.microsteps} microsteps each")
     require(robot, Capability(f"export {name}"))
+    job = with_speeds(robot, job)
     drums = drums_of(robot, machine)
     close = _tolerance(name, motor, robot, drums) if tolerance is None else tolerance
     jump = TOLERANCE if tolerance is None else 0.0

@@ -33,6 +33,8 @@ CountName = Literal["volume", "nodes"]
 """Whether a workspace is a volume with an error, or a count of grid nodes."""
 TensionChoice = Literal["least", "middle"]
 """Tensions where many hold a pose: those of least norm, or those nearest to the middle of their limits."""
+SwingSignal = Literal["inertial", "load-cells", "positions"]
+"""Readings from which the modes of a swing are identified."""
 InertiaName = Literal["given", "box"]
 """Inertia of the platform: that of its file, or that of a box about its platform points."""
 MethodName = Literal["vertices", "first-order", "monte-carlo"]

@@ -125,6 +125,14 @@ SPEED = _dimension(
     "speed",
     {"m/s": "1", "cm/s": "1e-2", "mm/s": "1e-3", "m/min": _PER_MINUTE, "mm/min": _EXACT.scaleb(_PER_MINUTE, -3)},
 )
+VOLUME_FLOW = _dimension(
+    "volume flow",
+    {"m^3/s": "1", "mm^3/s": "1e-9", "cm^3/s": "1e-6", "l/s": "1e-3", "l/min": _EXACT.scaleb(_PER_MINUTE, -3)},
+)
+MASS_FLOW = _dimension(
+    "mass flow",
+    {"kg/s": "1", "g/s": "1e-3", "kg/min": _PER_MINUTE, "g/min": _EXACT.scaleb(_PER_MINUTE, -3)},
+)
 ACCELERATION = _dimension("acceleration", {"m/s^2": "1", "mm/s^2": "1e-3"})
 JERK = _dimension("jerk", {"m/s^3": "1", "mm/s^3": "1e-3"})
 TORQUE = _dimension("torque", {"N m": "1", "kN m": "1e3", "mN m": "1e-3"})
@@ -145,6 +153,8 @@ LinearDensity = Annotated[float, LINEAR_DENSITY]
 Density = Annotated[float, DENSITY]
 Angle = Annotated[float, ANGLE]
 Speed = Annotated[float, SPEED]
+VolumeFlow = Annotated[float, VOLUME_FLOW]
+MassFlow = Annotated[float, MASS_FLOW]
 Acceleration = Annotated[float, ACCELERATION]
 Jerk = Annotated[float, JERK]
 Torque = Annotated[float, TORQUE]

@@ -45,6 +45,27 @@ def mass_root(robot: Robot, poses: Array) -> Array:
     return root
 
 
+def compensates(robot: Robot) -> bool:
+    """Whether lengths can hold the platform of a *robot* on its path while it accelerates.
+
+    They cannot with fewer winches than freedoms, whose platform moves as it swings; nor, to the model here, with
+    counterweights, which accelerate too.
+    """
+    return robot.winches >= robot.freedoms and not robot.hung
+
+
+def inertia_wrenches(robot: Robot, poses: Array, accelerations: Array) -> Array:
+    """Return the wrenches (k, 6) of inertia, N and N m, world, on the platform at *poses* (k, n).
+
+    *accelerations* (k, 3): m/s^2, of the centre of mass, which translates; the moment is about the platform's origin.
+    """
+    platform, found = robot.platform, np.zeros((len(poses), 6))
+    found[:, :3] = -platform.mass * accelerations
+    if isinstance(platform, RigidPlatform):
+        found[:, 3:] = np.cross(matrices(poses[:, 3:]) @ np.asarray(platform.centre_of_mass), found[:, :3])
+    return found
+
+
 def counterweight_root(robot: Robot, parts: Stiffness) -> Array:
     """Return R (..., c, n): R^T R is what c counterweights add to the mass matrix; *parts*: of the stiffness there.
 

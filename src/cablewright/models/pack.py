@@ -51,14 +51,16 @@ def pack_rows(
     retraction: Array | None = None,
     preferred: Array | None = None,
     exit_points: Array | None = None,
+    wrenches: Array | None = None,
 ) -> Packed:
     """Return *packed*, the arrays of *robot*, as a batch of one row, or of N rows where values differ by row.
 
     *retraction* (N,): the platform's retraction length, m; *preferred* (N, m): tensions, N, to which inverse solutions
-    stay near; *exit_points* (N, m, 3): m, world, instead of the robot's; winch exits move with them. Raises
-    `InputError` for a retraction that the platform does not have.
+    stay near; *exit_points* (N, m, 3): m, world, instead of the robot's; winch exits move with them; *wrenches* (N, 6):
+    N and N m, world, on the platform beside its own. Raises `InputError` for a retraction that the platform does not
+    have.
     """
-    differing = (given for given in (retraction, preferred, exit_points) if given is not None)
+    differing = (given for given in (retraction, preferred, exit_points, wrenches) if given is not None)
     rows = max((len(given) for given in differing), default=1)
     lines = LineNumbers(np.repeat(packed.lines[None], rows, axis=0))
     if preferred is not None:
@@ -67,7 +69,10 @@ def pack_rows(
         lines.exit_point = exit_points
     if retraction is not None and len(retraction):
         _retract(robot, lines, retraction)
-    return packed._replace(lines=lines.array, platform=np.repeat(packed.platform[None], rows, axis=0))
+    platform = PlatformNumbers(np.repeat(packed.platform[None], rows, axis=0))
+    if wrenches is not None:
+        platform.wrench = platform.wrench + wrenches
+    return packed._replace(lines=lines.array, platform=platform.array)
 
 
 def _retract(robot: Robot, lines: LineNumbers, lengths: Array) -> None:

@@ -98,10 +98,22 @@ class Model:
         return bool((self.lines.weight == 0.0).any())
 
     def rows(
-        self, *, retraction: Array | None = None, preferred: Array | None = None, exit_points: Array | None = None
+        self,
+        *,
+        retraction: Array | None = None,
+        preferred: Array | None = None,
+        exit_points: Array | None = None,
+        wrenches: Array | None = None,
     ) -> Packed:
         """Return the arrays for batches, with values that differ by row: see `pack_rows`."""
-        return pack_rows(self.robot, self.packed, retraction=retraction, preferred=preferred, exit_points=exit_points)
+        return pack_rows(
+            self.robot,
+            self.packed,
+            retraction=retraction,
+            preferred=preferred,
+            exit_points=exit_points,
+            wrenches=wrenches,
+        )
 
     def nozzle(self, poses: Array) -> Array:
         """Return the position (..., 3), m, world, of the point that prints at *poses* (..., n)."""

@@ -24,7 +24,7 @@ def first_part(name: str, frame_min: Vec3, frame_max: Vec3) -> tuple[str, str]:
     bead = Bead(width=_millimetres(size / 150.0), height=_millimetres(size / 600.0))
     half = _millimetres(0.1 * (wide if flat else min(wide, deep)))
     corners = [(half, 0.0), (-half, 0.0)] if flat else [(half, -half), (half, half), (-half, half), (-half, -half)]
-    speed = float(f"{size / 40.0:.2g}")
+    speed = float(f"{size / 160.0:.2g}")
     job = _JOB.format(
         name=name,
         gcode=GCODE,

@@ -20,7 +20,7 @@ _STEPS: Final = 60  # maximum of Newton's method in a bracket: as many halvings 
 
 
 class Knots(NamedTuple):
-    """Pieces of constant acceleration, one after another."""
+    """IntegratedLaw of constant acceleration, one after another."""
 
     time: Array  # (p,) s, where each begins
     place: Array  # (p,) m

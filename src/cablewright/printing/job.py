@@ -6,22 +6,35 @@ File paths are relative to the folder of the TOML file. Lengths and speeds are t
 from __future__ import annotations
 
 import logging
+import math
 import os
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from annotated_types import Ge, Le
 from pydantic import AfterValidator, Field, model_validator
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.paging import MEMORY, Room
+from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.toml_input import is_file, read_table, require_schema
-from cablewright.foundation.units import Acceleration, Jerk, Length, Speed
+from cablewright.foundation.units import (
+    Acceleration,
+    Density,
+    Duration,
+    Jerk,
+    Length,
+    MassFlow,
+    Positive,
+    Speed,
+    VolumeFlow,
+)
 from cablewright.foundation.validation import Description, FileDescription, refusal, validated
-from cablewright.printing.beads import ASSUMED, Beads, beads_of
+from cablewright.printing.beads import ASSUMED, Beads, beads_of, section
 from cablewright.printing.beads import Bead as Bead
 from cablewright.printing.gcode import SHORTEST_ARC_STEP, SMALLEST_ARC_ERROR, parse
 from cablewright.printing.modal import MAX_COORDINATE
@@ -61,6 +74,13 @@ DEFAULT_STEP = 0.05
 class Motion(Description):
     """Limits of the nozzle's motion. A move with a lower feed, times the scale, keeps its feed."""
 
+    speed: Literal["gcode", "fastest"] = "gcode"
+    """Whether feeds of the path count; "fastest": limits alone do, of the speeds below only those that are given."""
+    flow_limit: Positive[VolumeFlow] | None = None
+    """Most material that can be laid; None: no limit."""
+    mass_flow_limit: Positive[MassFlow] | None = None
+    """The same by mass, with its ``density``."""
+    density: Positive[Density] | None = None
     print_speed: _Speed = 0.3
     travel_speed: _Speed = 0.5
     acceleration: Annotated[Acceleration, Ge(1e-6), Le(1e6)] = 0.5
@@ -68,6 +88,32 @@ class Motion(Description):
     """Distance between a corner and the arc that replaces it; larger is faster. See `printing/timing.py`."""
     jerk: Annotated[Jerk, Ge(1e-6), Le(1e4)] | None = None
     """Limit of the jerk along the path; None: unlimited."""
+    shaping: Literal["auto", "none"] = "auto"
+    """Whether the motion is shaped so that the platform does not swing, where its modes are known."""
+    pressure_advance: Annotated[Duration, Ge(-10.0), Le(10.0)] = 0.0
+    """Time by which material leads the nozzle's motion; negative: lags."""
+
+    travel: Literal["gcode", "safe"] = "gcode"
+    """Whether moves that lay nothing are changed where a line would touch something: see `analyses/safe_travel.py`."""
+
+    @model_validator(mode="after")
+    def _flow_is_given_once(self) -> Self:
+        if (self.mass_flow_limit is None) is not (self.density is None):
+            raise refusal("density", "goes with mass_flow_limit: give both, or neither")
+        if self.flow_limit is not None and self.mass_flow_limit is not None:
+            raise refusal("mass_flow_limit", "flow_limit is given, too: give one of them")
+        return self
+
+    @property
+    def most_flow(self) -> float:
+        """The most material that can be laid, m^3/s; inf where there is no limit."""
+        if self.mass_flow_limit is not None and self.density is not None:
+            return self.mass_flow_limit / self.density
+        return math.inf if self.flow_limit is None else self.flow_limit
+
+    def most_speed(self, key: Literal["print_speed", "travel_speed"], fastest: bool) -> float:
+        """The largest speed that it allows, m/s; of the *fastest* motion inf, unless the job gives it."""
+        return math.inf if fastest and key not in self.model_fields_set else float(getattr(self, key))
 
     def time_law(self, samples: Samples, room: Room = MEMORY, at_samples: Array | None = None) -> TimeLaw:
         """Return the fastest time law of the samples; *room* and *at_samples* as for `timing.time_law`."""
@@ -169,7 +215,36 @@ class Job(FileDescription):
         *room*: for the samples. Raises `InputError`.
         """
         speeds = self.motion.print_speed, self.motion.travel_speed
-        return sample(toolpath, self.scale, self.origin, self.sampling.step or step, *speeds, room)
+        found = sample(toolpath, self.scale, self.origin, self.sampling.step or step, *speeds, room)
+        fastest = self.motion.speed == "fastest"
+        if not fastest and math.isinf(self.motion.most_flow):
+            return found
+        limits, speed = self.speed_limits(toolpath, fastest=fastest, room=room), room.empty((len(found),))
+        for at in blocks(len(found)):
+            speed[at] = limits[found.move[at]]
+            let_go((found, speed))
+        return replace(found, speed_limit=speed)
+
+    def speed_limits(self, toolpath: Toolpath, *, fastest: bool, room: Room = MEMORY) -> Array:
+        """Return the largest speed of each move (k,), m/s, by feeds, speeds and flow; *fastest*: without feeds.
+
+        inf where nothing limits it. *room*: for the speeds.
+        """
+        motion, found = self.motion, room.empty((len(toolpath.start),))
+        printing = motion.most_speed("print_speed", fastest)
+        travelling = motion.most_speed("travel_speed", fastest)
+        beads = self.beads(toolpath) if math.isfinite(motion.most_flow) else None
+        for at in blocks(len(found)):
+            laid = toolpath.extruding[at]
+            limits = np.where(laid, printing, travelling)
+            if not fastest:
+                np.minimum(limits, toolpath.feed[at] * self.scale, out=limits)
+            if beads is not None:
+                areas = section(beads.width[at], beads.height[at])
+                np.minimum(limits, motion.most_flow / areas, out=limits, where=laid)
+            found[at] = limits
+            let_go((toolpath, found))
+        return found
 
     def time_law(self, samples: Samples, room: Room = MEMORY) -> TimeLaw:
         """Return the time law of the samples under the limits of motion. *room*: for it, where jerk has no limit."""

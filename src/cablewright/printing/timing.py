@@ -30,6 +30,7 @@ class TimeLaw:
     speed: Array  # (k,) m/s, 0 at both ends and where the machine dwells
     acceleration: Array  # (k - 1, 2) m/s^2, along the path: min (at most 0) and max (at least 0) of each segment
     duration: float  # s, with the dwell at the last sample
+    vector: Array | None = None  # (k, 3) m/s^2, at each sample, of a law whose acceleration is continuous; else None
 
 
 def time_law(
@@ -141,7 +142,7 @@ def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, 
     pause = np.zeros(len(places))
     pause[own] = np.where(corner == 0.0, window + samples.dwell, 0.0)
     pause[0] = samples.dwell[0]
-    knots, arrival = _knots(places, ride, pause, acceleration)
+    knots, arrival, _ = _knots(places, ride, pause, acceleration)
     time, speed = averaged(knots, arrival[own], samples.distance, window)
     stops = corner == 0.0
     time[stops], speed[stops] = arrival[own][stops] + window, 0.0
@@ -150,8 +151,24 @@ def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, 
     return _frozen(time, np.maximum(speed, 0.0), extreme_accelerations(knots, time, window), samples.dwell[-1])
 
 
-def _knots(places: Array, ride: _Ride, pause: Array, acceleration: float) -> tuple[Knots, Array]:
-    """Return rise, level and fall of each segment with a *pause* (k,), s, at its end; and arrival times (k,), s."""
+def pieces(samples: Samples, law: TimeLaw, acceleration: float, rows: slice) -> tuple[Knots, NDArray[np.int64]]:
+    """Return the motion from the arrival at the first of some *rows* on, and the segment of each piece of it.
+
+    *law*: by `time_law` under that *acceleration*, m/s^2, without a limit of the jerk. Places are relative to the first
+    row's, and segments are numbered from there.
+    """
+    places = samples.distance[rows] - samples.distance[rows.start]
+    limit = samples.speed_limit[rows][1:]
+    ride = _ride(places, limit, law.speed[rows] ** 2, acceleration)
+    knots, _, segment = _knots(places, ride, samples.dwell[rows], acceleration)
+    return knots._replace(time=knots.time + law.time[rows.start]), segment
+
+
+def _knots(places: Array, ride: _Ride, pause: Array, acceleration: float) -> tuple[Knots, Array, NDArray[np.int64]]:
+    """Return rise, level and fall of each segment with a *pause* (k,), s, at its end; arrival times (k,), s; segments.
+
+    The last are those of the pieces, by number.
+    """
     begin, end, peak = ride.speed[:-1], ride.speed[1:], ride.peak
     rise, fall = (peak - begin) / acceleration, (peak - end) / acceleration
     level = ride.spent - rise - fall
@@ -165,7 +182,7 @@ def _knots(places: Array, ride: _Ride, pause: Array, acceleration: float) -> tup
     area = duration * (place + duration * (0.5 * speed + change * duration / 6.0))
     kept = np.append(np.flatnonzero(duration > 0.0), len(duration) - 1)
     knots = Knots(start[kept], place[kept], speed[kept], change[kept], (np.cumsum(area) - area)[kept])
-    return knots, np.concatenate([[pause[0]], start[3::4]])
+    return knots, np.concatenate([[pause[0]], start[3::4]]), kept // 4
 
 
 def _frozen(time: Array, speed: Array, acceleration: Array, last_dwell: float) -> TimeLaw:

@@ -61,11 +61,13 @@ def solve_inverse(
     retraction: ArrayLike | None = None,
     preferred: ArrayLike | None = None,
     exit_points: Array | None = None,
+    wrenches: Array | None = None,
 ) -> Equilibrium:
     """`inverse` for a model. *path* states that consecutive rows are neighbours on a path, which is faster.
 
     Where the limits allow a line so slack that it may hang in several shapes, a path keeps its neighbour's.
-    *exit_points* (N, m, 3), m, replace the robot's; winch exits move with them.
+    *exit_points* (N, m, 3), m, replace the robot's; winch exits move with them. *wrenches* (N, 6), N and N m, world,
+    act on the platform beside its own, such as those of its inertia: see `inertia_wrenches`.
     """
     require_a_load(model)
     pose, single = as_poses(model, poses, "pose", free=True)
@@ -76,7 +78,7 @@ def solve_inverse(
     else:
         preferred = given_rows(preferred, rows, model.m, "preferred tensions", "N")
     retracted = given_numbers(retraction, rows, "retraction", "m")
-    packed = model.rows(retraction=retracted, preferred=preferred, exit_points=exit_points)
+    packed = model.rows(retraction=retracted, preferred=preferred, exit_points=exit_points, wrenches=wrenches)
     states = blank_states(rows, model.m)
     lengths = np.zeros((rows, model.m))
     codes = np.zeros(rows, dtype=np.int64)
@@ -92,7 +94,10 @@ def solve_inverse(
         # the preferred tensions may be far from any that the limits allow; the least ones are another start
         drawn = None if retracted is None else retracted[lost]
         exits = None if exit_points is None else exit_points[lost]
-        again = solve_inverse(model, pose[lost], retraction=drawn, preferred=np.zeros(model.m), exit_points=exits)
+        load = None if wrenches is None else wrenches[lost]
+        again = solve_inverse(
+            model, pose[lost], retraction=drawn, preferred=np.zeros(model.m), exit_points=exits, wrenches=load
+        )
         solved = (again.pose, again.states, again.lengths, again.code, again.violation)
         for into, found in zip(arrays[1:], solved, strict=True):
             into[lost] = found

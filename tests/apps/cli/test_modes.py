@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from cablewright.analyses.workspace.boundary_modes import boundary_modes
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.statics import Model
 from cablewright.robot import library_text, load
+from cablewright.studies.measured_modes import MeasuredModes
 
 KEYS = {
     "schema",
@@ -237,3 +239,20 @@ def test_an_empty_boundary_is_a_no(cli, tmp_path) -> None:
 )
 def test_bad_input_is_refused(cli, arguments: list[str], says: str) -> None:
     assert says in cli("modes", "jung2020", *arguments).refusal
+
+
+def test_measured_modes_of_a_recorded_swing(cli, tmp_path) -> None:
+    recorded = Path(__file__).parents[3] / "examples" / "free-swing.csv"
+    at = ("--at", "0.982,free,-0.2038,free,free,free")
+    command = ("modes", "grab-prototype", "--lines", "1,3", "--log", recorded)
+    drawn = tmp_path / "swing.png"
+    found = cli(*command, *at, "--json", "--plot", drawn).json
+    assert {each.key for each in MeasuredModes.FIGURES} <= found.keys()
+    assert [each["frequency"] for each in found["modes"]] == pytest.approx(
+        [0.651, 1.011, 1.658, 2.021, 2.573, 3.588], abs=2e-3
+    )
+    assert found["explanations"][0]["explains"] > 0.85
+    assert drawn.stat().st_size > 10_000
+    assert cli(*command, *at, "--boundary").refusal == "--log: not with --boundary"
+    assert "give --at X,Y,Z" in cli(*command).refusal
+    assert cli("modes", "jung2020", "--at", "0.2,0.1,0.9", "--span", "1,2").refusal == "--span: only with --log"

@@ -15,6 +15,7 @@ from cablewright.printing.layers import LayerTable, layer_table
 from cablewright.printing.timing import TimeLaw
 from cablewright.robot import Robot, load, loads
 from cablewright.robot.uncertainty import ASSUMED, assumed_uncertainty
+from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.path_statics import PathStatics
 from cablewright.studies.checks.result import Check
 from cablewright.studies.checks.sample_errors import SampleErrors
@@ -104,6 +105,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         violations=np.zeros(k),
         tensions=tensions,
         displacement=np.full(k, 2e-3),
+        frequency=np.full(k, 1.8),
         plane_force=np.full(k, np.nan),
         lines=LineQuantities(
             lowest_tension=tensions - 4.0,
@@ -117,6 +119,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         ),
         rigid_lengths=span,
         lengths=span + 1e-3,
+        commanded=span + 1e-3,
         uncompensated=positions + sag[:, None] * down,
         elastic_only=positions + 0.0003 * (1 + positions[:, 2:3] / 3) * down,
         compensated=positions + wobble * down,
@@ -126,12 +129,17 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         job=job,
         samples=samples,
         law=law,
+        shaping=JobMotion(
+            samples, law, samples, law.duration, None, np.nan, 'motion.shaping = "none"', layer_table(samples, law)
+        ),
         poses=positions,
         retraction=None,
         statics=statics,
         errors=SampleErrors.of(robot, samples, positions, statics),
         findings=findings,
         toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
+        travels=(),
+        fastest=None,
         expected=_expected(robot, samples),
         beads=job.beads(job.toolpath()),
         uncertainty=ASSUMED,

@@ -28,7 +28,7 @@ from cablewright.robot import load
 
 SOLVED = ("uncompensated", "compensated", "elastic_only", "tensions", "lowest_tension", "highest_tension")
 SOLVED += ("lengths", "winch_speed")
-PICTURES = {"plan.png", "path-3d.png", "tensions.png", "error-height.png", "limits.png"}
+PICTURES = {"plan.png", "path-3d.png", "tensions.png", "error-height.png", "limits.png", "motion.png"}
 
 
 def page_of(checked, folder) -> str:

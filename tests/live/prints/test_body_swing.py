@@ -39,7 +39,9 @@ def corner(folder: Path, **motion: object) -> Job:
     text = 'schema = 1\nname = "corner"\ngcode = "corner.gcode"\n[bead]\nwidth = "60 mm"\nheight = "20 mm"\n'
     (folder / "corner.toml").write_text(text)
     job = load_job(folder / "corner.toml")
-    limits = {"print_speed": 0.2, "travel_speed": 0.2, "acceleration": 0.5, "corner_deviation": 0.02, **motion}
+    limits: dict[str, object] = {"print_speed": 0.2, "travel_speed": 0.2, "acceleration": 0.5}
+    limits |= {"corner_deviation": 0.02, "shaping": "none"}
+    limits |= motion
     return job.model_copy(update={"motion": job.motion.model_copy(update=limits)})
 
 

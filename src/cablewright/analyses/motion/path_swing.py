@@ -3,24 +3,30 @@
 A linear model follows the pose: mass matrix with counterweights, tangent stiffness of the full model, and a share of
 critical damping in each mode. Lengths go linearly in time between samples, as winches do, so that the pose which they
 hold at rest goes almost linearly too: between two samples the platform vibrates freely about it, and at each sample
-the velocity jumps. This is solved exactly, mode by mode (`kernels/motion/swing.py`). Counterweights move with their
-cables as if these did not stretch. Cables, sheaves and winches are massless, and winches follow without a lag.
+the velocity jumps. This is solved exactly, mode by mode (`kernels/motion/swing.py`). Tensions follow from the motion,
+with the sag that cables gain as they lose tension. Counterweights move with their cables as if these did not stretch.
+Cables, sheaves and winches have no inertia, and winches follow without a lag.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final, Self
 
 import numpy as np
 
+from cablewright.analyses.motion.sagging import with_sag
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.motion.swing import CARRIED, swing_rows
 from cablewright.models.inertia import counterweight_root, mass_matrix, with_inertia
-from cablewright.models.rotation import turn_between
+from cablewright.models.rotation import rotations, turn_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.stiffness import stiffness
 from cablewright.solvers.linearise import Linearisation, tension_changes
 from cablewright.solvers.parameters import at_nozzle
+
+DEEP: Final = 0.05
+"""Share of a tension up to which its fall is that by stiffness alone: sag then keeps less than a tenth of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +38,11 @@ class SwingExtremes:
     displacement: Array  # (b,) m, the largest of the nozzle from where it should be; NaN where it is not known
     frequency: Array  # (b,) Hz, of the mode with most of it; 0 at rest
     plane_rise: Array  # (b,) N, at least 0: what these changes together add at most to the force along a plane's normal
+
+    def beside(self, changes: Array) -> Self:
+        """Return the same for tensions about which the platform swings that differ from those at rest (b, m), N."""
+        drop, rise = self.tension_drop + np.minimum(changes, 0.0), self.tension_rise + np.maximum(changes, 0.0)
+        return replace(self, tension_drop=drop, tension_rise=rise)
 
 
 class PathSwing:
@@ -68,7 +79,8 @@ class PathSwing:
         self._held = bool(regular[-1])
         there, count = held[regular], int(regular.sum())
         mass, heavy = self._masses(there)
-        pull, point, tangent = tension_changes(there).by_pose, self._at_nozzle(there), linear.stiffness
+        by_pose, point, tangent = tension_changes(there).by_pose, self._at_nozzle(there), linear.stiffness
+        pull = by_pose
         offsets = np.zeros((count, held.model.n))
         if compensated is not None:
             forced = mass[..., :3] @ compensated[regular][:, :, None]
@@ -81,6 +93,8 @@ class PathSwing:
         arrays = (mass, tangent, point, pull, heavy, moves[regular], offsets, spent[regular], dwell[regular])
         state = fresh, self._robot.damping.ratio, self._carried
         swing_rows(*map(np.ascontiguousarray, arrays), *state, displacement, frequency, drop, rise, codes)
+        deep = (drop < -DEEP * there.tensions).any(axis=1)
+        drop[deep] = with_sag(there[deep], by_pose[deep], drop[deep])
         unknown, still = np.full(rows, np.nan), np.zeros((rows, m))
         found = SwingExtremes(still, still.copy(), unknown, unknown.copy(), np.zeros(rows))
         found.displacement[regular], found.frequency[regular] = displacement, frequency
@@ -92,8 +106,8 @@ class PathSwing:
         """The way (b, n) to each pose from the one before, m and rad; none to the first of the path."""
         before = np.concatenate([poses[:1] if self._last is None else self._last[None], poses[:-1]])
         self._last = poses[-1].copy()
-        moved = poses[:, :3] - before[:, :3]
-        return moved if poses.shape[1] == 3 else np.hstack([moved, turn_between(before[:, 3:], poses[:, 3:])])
+        turned = turn_between(rotations(before), rotations(poses))
+        return np.hstack([poses[:, :3] - before[:, :3], turned])[:, : poses.shape[1]]
 
     def _masses(self, held: Equilibrium) -> tuple[Array, Array]:
         """The mass matrix (k, n, n), and the change of tensions (k, m, n) per acceleration of the platform."""

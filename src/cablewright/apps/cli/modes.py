@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -10,13 +12,19 @@ import cablewright as cw
 from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import Geometric, OrientedRegionOptions, OutputOptions, Pose, RobotOptions, Tensions
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import pose_of
+from cablewright.apps.cli.parsing import numbers, pose_of
+from cablewright.foundation.choices import SwingSignal
 from cablewright.foundation.errors import InputError
 
 OF_BOUNDARY = ("criterion", "box", "point", "orientations", "retraction_law")
 
 
-@command("modes jung2020 --at 0.2,0.1,0.9", "analyses.modes:Modes", "analyses.workspace.boundary_modes:Boundary")
+@command(
+    "modes jung2020 --at 0.2,0.1,0.9",
+    "analyses.modes:Modes",
+    "analyses.workspace.boundary_modes:Boundary",
+    "studies.measured_modes:MeasuredModes",
+)
 def modes_command(
     *,
     robot: RobotOptions,
@@ -24,6 +32,22 @@ def modes_command(
     boundary: Annotated[
         bool, typer.Option("--boundary", help="Modes along the boundary of the workspace instead of at one pose.")
     ] = False,
+    log: Annotated[
+        Path | None,
+        typer.Option("--log", metavar="LOG", help="Log of a free swing, or CSV of positions: t,x,y,z[,x2,y2,z2,..]."),
+    ] = None,
+    signal: Annotated[
+        SwingSignal | None,
+        typer.Option("--signal", help="Readings of the log to use; by default the first of these that it has."),
+    ] = None,
+    span: Annotated[
+        str | None,
+        typer.Option(
+            "--span",
+            metavar="T0,T1",
+            help="Times of the log to use, s; by default the longest rest of the winches, of a CSV file all.",
+        ),
+    ] = None,
     geometric: Geometric = True,
     grid: Annotated[
         int | None, typer.Option("--grid", metavar="N", help="With --boundary: nodes along each side; by default 21.")
@@ -35,21 +59,31 @@ def modes_command(
     """The platform swings on its lines as on springs without mass; winches stand still and nothing damps.
 
     Either at one pose, --at, or with --boundary at the outermost nodes of a grid over the workspace, with all modes
-    at the pose whose lowest frequency is the lowest.
+    at the pose whose lowest frequency is the lowest. With --log also frequencies and damping of a recorded swing.
     """
     from cablewright.analyses.workspace.boundary_modes import GRID
+    from cablewright.studies.measured_modes import measured_modes
 
-    if (at is None) != boundary:
+    if log is not None and boundary:
+        raise InputError("--log: not with --boundary")
+    if log is None and (at is None) != boundary:
         raise InputError("modes: give either --at X,Y,Z or --boundary")
     machine, given = robot.loaded(), region.as_arguments()
-    if at is not None:
-        only = {key: getattr(region, key) for key in OF_BOUNDARY} | {"grid": grid, "tensions": tensions}
-        for key, value in only.items():
-            if value is not None:
-                raise InputError(f"--{key.replace('_', '-')}: only with --boundary")
-        laws = {key: given[key] for key in ("cable", "sheave", "tension_limits", "retraction")}
-        found = cw.modes(machine, pose_of(at, machine) or [], geometric=geometric, **laws)
-        return answer(found, output.as_json, **output.write(found, f"Modes of {machine.name}", when=found.has_modes))
+    if log is None:
+        _refuse({"signal": signal, "span": span}, "--log")
+    if not boundary:
+        _refuse({key: getattr(region, key) for key in OF_BOUNDARY} | {"grid": grid, "tensions": tensions}, "--boundary")
+        laws = {key: given[key] for key in ("cable", "sheave", "tension_limits", "retraction")} | {
+            "geometric": geometric
+        }
+        pose, title = pose_of(at, machine), f"Modes of {machine.name}"
+        if log is not None:
+            first, last = numbers(span, "--span", 2) or (None, None)
+            times = None if first is None or last is None else (first, last)
+            swung = measured_modes(machine, log, pose, signal=signal, span=times, **laws)
+            return answer(swung, output.as_json, **output.write(swung, title))
+        found = cw.modes(machine, pose or [], **laws)
+        return answer(found, output.as_json, **output.write(found, title, when=found.has_modes))
     with progress() as show:
         along = cw.boundary_modes(
             machine,
@@ -61,3 +95,10 @@ def modes_command(
             **given,
         )
     return answer(along, output.as_json, **output.write(along, f"Modes of {machine.name}", when=along.has_modes))
+
+
+def _refuse(given: Mapping[str, object], option: str) -> None:
+    """Raise `InputError` for what is *given*, by name, and is for another *option* alone."""
+    for key, value in given.items():
+        if value is not None:
+            raise InputError(f"--{key.replace('_', '-')}: only with {option}")

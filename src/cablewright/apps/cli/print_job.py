@@ -66,6 +66,9 @@ class SimulatedOptions:
     place_tensions: Annotated[
         bool, typer.Option("--place-tensions", help="Correct what a place leaves open of lengths by measured tensions.")
     ] = False
+    damping: Annotated[
+        bool, typer.Option("--damping/--no-damping", help="Damp the swing of a drum whose tilt is measured.")
+    ] = True
     real_time: Annotated[bool, typer.Option("--real-time", help="Wait in each step until its time has come.")] = False
 
     def require_usual(self, machine: str) -> None:
@@ -142,7 +145,7 @@ def print_job_command(
         estimator, control, height, layers, simulated.plant, simulated.period, simulated.seed, simulated.intrusions,
         severity, place_layers=simulated.place_layers, place_stops=simulated.place_stops,
         place_sigma=quantity(simulated.place_sigma, "--place-sigma", LENGTH), place_learn=simulated.place_learn,
-        place_every=every, place_tensions=simulated.place_tensions,
+        place_every=every, place_tensions=simulated.place_tensions, damping=simulated.damping,
     )  # fmt: skip
     try:
         with progress() as show:

@@ -18,6 +18,7 @@ PICTURES: Final = {
     "Designed": ("variants", "design_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
+    "MeasuredModes": ("modes", "swing_picture"),
     "Modes": ("modes", "modes_picture"),
     "BracketStress": ("bracket", "bracket_picture"),
     "Boundary": ("modes", "boundary_picture"),

@@ -10,6 +10,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
+from cablewright.analyses.identification import ORDERS
 from cablewright.analyses.modes import FREEDOMS, Modes
 from cablewright.analyses.workspace.boundary_modes import Boundary
 from cablewright.apps import style
@@ -17,9 +18,10 @@ from cablewright.apps.space_axes import add_lines, bounds, machine, space
 from cablewright.foundation.arrays import Array
 from cablewright.models.rotation import placed
 from cablewright.robot import RigidPlatform
+from cablewright.studies.measured_modes import MeasuredModes
 
 _ROOM: Final = 0.45  # of the platform's largest side: the space shown around it
-_ZOOM: Final = 0.78  # leaves room for the labels of tall boxes too
+_ZOOM: Final = 0.7  # leaves room for the labels of tall boxes too
 _MIN_ROOM: Final = 0.1  # of the frame's largest side: the min size counted for a platform
 _SWING: Final = 0.3  # of the picture's largest side: the longest arrow
 
@@ -64,7 +66,7 @@ def _shape(drawn: Figure, where: SubplotSpec, found: Modes, mode: int) -> None:
     axes.plot([], [], color=style.ORANGE, label="motion, enlarged")
     axes.plot(*centre[:, None], "o", color=style.BLUE, markersize=5, zorder=6, label="centre of mass")
     frequency = float(found.frequencies[mode])
-    axes.set_title(f"{mode + 1}: " + (f"{frequency:.3g} Hz" if frequency >= 0 else "unstable"))
+    axes.set_title(f"{mode + 1}: " + (f"{frequency:.3g} Hz, {found.motion[mode]}" if frequency >= 0 else "unstable"))
 
 
 def _shares(axes: Axes, found: Modes, mode: int) -> None:
@@ -97,6 +99,31 @@ def _motion(found: Modes, mode: int, points: Array) -> Array:
 
 
 _OF_FREEDOMS: Final = (style.BLUE, style.GREEN, style.INK, style.SKY, style.PINK, style.ORANGE)
+
+
+def swing_picture(found: MeasuredModes) -> Figure:
+    """Draw the strongest channel of a swing with its modes, and frequencies of all model orders beside the model's."""
+    swing = found.swing
+    drawn = style.figure(9.6, 6.4)
+    above, below = drawn.subplots(2, 1)
+    strongest = int((swing.record**2).sum(axis=0).argmax())
+    unit = {"positions": "position, m", "inertial": "inertial unit", "load-cells": "tension"}[found.record.signal]
+    above.plot(swing.times, swing.record[:, strongest], color=style.GREY, linewidth=3.0, label="recorded")
+    above.plot(swing.times, swing.fit[:, strongest], color=style.ORANGE, linewidth=1.0, label="measured modes together")
+    above.set(xlabel="time, s", ylabel=unit, xlim=(swing.times[0], swing.times[-1]))
+    above.set_title("channel with the most energy, without its mean")
+    above.legend(loc="upper right")
+    matched = found.model.frequencies[[k for k in found.matched if k >= 0]]
+    highest = 1.2 * float(max(swing.frequencies.max(), matched.max(initial=0.0)))
+    top = float(ORDERS[-1] + 2)
+    below.vlines(found.model.frequencies, 0.0, top, color=style.BLUE, linewidth=1.6, label="model")
+    below.vlines(swing.frequencies, 0.0, top, color=style.ORANGE, linewidth=1.6, label="measured")
+    below.plot(swing.poles[:, 1], swing.poles[:, 0], "o", color=style.INK, markersize=3, label="poles of an order")
+    below.set_ylim(0.0, top)
+    below.set(xlabel="frequency, Hz", ylabel="number of poles", xlim=(0.0, highest))
+    below.set_title("a mode is what repeats over orders")
+    below.legend(loc="upper right")
+    return drawn
 
 
 def boundary_picture(found: Boundary) -> Figure:

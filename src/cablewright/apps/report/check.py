@@ -154,8 +154,8 @@ def _motion(check: Check, pictures: Pictures) -> Iterator[Html]:
     yield picture(
         pictures["motion"],
         "Error of the nozzle by the motion of the platform over the time of the print, and its frequency",
-        "Above: largest and median in each part of the print, travel included. Below: frequency of the mode with most "
-        "of the error at the beginning of each part. Rings: the largest where material is laid.",
+        "Moves that lay material. Above: largest and median in each part of the print. Below: frequency of the mode "
+        "with most of the error, the median of each part. Rings: the largest error.",
     )
 
 

@@ -191,8 +191,11 @@ def _free_spans(line: Line) -> str:
 
 def _speeds(digest: Digest) -> str:
     motion = digest.check.job.motion
+    speeds = f"at most {motion.print_speed:g} m/s printing and {motion.travel_speed:g} m/s travelling"
+    if motion.speed == "fastest":
+        speeds = "as fast as winches, flow and the speeds that the job gives allow"
     return (
-        f"at most {motion.print_speed:g} m/s printing and {motion.travel_speed:g} m/s travelling, acceleration "
+        f"{speeds}, acceleration "
         f"{motion.acceleration:g} m/s², corners rounded for the speed by {quantity(motion.corner_deviation, 'm')}"
     )
 

@@ -5,6 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.analyses.line_shapes import polylines
+from cablewright.analyses.safe_travel import driven
 from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.levels import packed
 from cablewright.apps.web.motion_scene import drum_of, walls_of
@@ -18,6 +19,7 @@ from cablewright.machine.log.head import LogHead
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
+from cablewright.solvers.shaping import JobMotion
 
 POINTS: Final = 14
 """Points of a line."""
@@ -53,13 +55,13 @@ def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
 
 def _path(robot: Robot, job: Job) -> PathScene | None:
     toolpath = job.toolpath()
-    samples = job.samples(toolpath)
+    motion = JobMotion.of(robot, job, driven(robot, job))
+    samples, law = motion.samples, motion.law
     if len(samples.positions) > _MOST:
         return None
-    speed = job.time_law(samples).speed
     quantities = (
         Quantity.of("height", "height", "m", samples.positions[:, 2]),
-        Quantity.of("speed", "planned speed", "m/s", speed),
+        Quantity.of("speed", "planned speed", "m/s", law.speed),
     )
     bead = job.beads(toolpath).typical
     places, laid, layer = samples.positions, samples.extruding, samples.layer

@@ -97,16 +97,19 @@ def check_job(folder: Path, number: str) -> JobCheck:
 
 def report_run(folder: Path, name: str) -> None:
     """Write the report of a run. Raises `CablewrightError`."""
+    from cablewright.analyses.safe_travel import driven
     from cablewright.apps.report import print as report
     from cablewright.control.guide import TimedPath
     from cablewright.live.prints.record import finish
     from cablewright.live.prints.run import alone_in
+    from cablewright.solvers.feeds import with_speeds
 
     uploads = Uploads(folder)
     run, number = uploads.run_folder(name), uploads.job_of_run(name)
-    _, owner = station_of(folder)
-    job = load_served(uploads.job(number), uploads.name(number))
-    path = TimedPath.of(job, None, 0.0 if owner.extrusion is None else owner.drum.valve)
+    robot, owner = station_of(folder)
+    job = with_speeds(robot, load_served(uploads.job(number), uploads.name(number)))
+    lift = 0.0 if owner.extrusion is None else owner.drum.valve
+    path = TimedPath.of(job, None, lift, samples=driven(robot, job), robot=robot)
     with alone_in(run):
         record, _ = finish(run, path.track, path.print_speed, None, None)
         report.write(record, run, job.name)

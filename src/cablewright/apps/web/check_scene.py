@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.apps.quantities import quantity
 from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
@@ -20,6 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES
 from cablewright.robot import Robot
+from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.path_statics import largest_at
 from cablewright.studies.checks.result import Check
 
@@ -42,9 +44,9 @@ def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescr
     """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
     toolpath = job.toolpath(progress)
     bead = job.beads(toolpath).typical
-    samples, _ = sampled(robot, job, toolpath)
+    motion = JobMotion.of(robot, job, driven(robot, job, sampled(robot, job, toolpath)[0]))
+    samples, law = motion.samples, motion.law
     poses, retraction = along(robot, job, samples)
-    law = job.time_law(samples)
     progress("states along the path", 0, 1)
     states = states_along(Model(robot), poses, retraction=retraction, time=law.time)
     path = PathScene(

@@ -173,12 +173,7 @@ def _vibrate(mass, duration, ratio, carried, displacement, frequency, drop, rise
     _turn(step, ratio, work)
     most, done = displacement[k] * displacement[k], 0
     first = _loudest(work)
-    while done < count:
-        done += 1
-        for c in range(f):
-            x, y = work.cosine[c], work.sine[c]
-            work.cosine[c] = work.turns[c, 0] * x - work.turns[c, 1] * y
-            work.sine[c] = work.turns[c, 1] * x + work.turns[c, 0] * y
+    while True:
         share, square = min(done * step / duration, 1.0), 0.0
         for o in range(3 + m):
             value = work.before[o] + share * (work.after[o] - work.before[o])
@@ -190,17 +185,16 @@ def _vibrate(mass, duration, ratio, carried, displacement, frequency, drop, rise
                 drop[k, o - 3], rise[k, o - 3] = min(drop[k, o - 3], value), max(rise[k, o - 3], value)
         if square > most:
             most, frequency[k] = square, work.rates[first] / (2.0 * pi)
-        if done % CHECKED == 0 and done < count and _is_over(most, drop[k], rise[k], work):
+        if done == count or (done % CHECKED == CHECKED - 1 and _is_over(most, drop[k], rise[k], work)):
             break
+        _advance(work)
+        done += 1
     left = duration - done * step
     if left > 1e-9 * duration:
         if done == count:
             most = _bound(most, drop[k], rise[k], work)
         _turn(left, ratio, work)
-        for c in range(f):
-            x, y = work.cosine[c], work.sine[c]
-            work.cosine[c] = work.turns[c, 0] * x - work.turns[c, 1] * y
-            work.sine[c] = work.turns[c, 1] * x + work.turns[c, 0] * y
+        _advance(work)
     displacement[k] = sqrt(most)
     _leave(ratio, carried, work)
 
@@ -241,6 +235,15 @@ def _turn(step, ratio, work):
     for c in range(work.rates.shape[0]):
         size, angle = exp(-ratio * work.rates[c] * step), damped * work.rates[c] * step
         work.turns[c, 0], work.turns[c, 1] = size * cos(angle), size * sin(angle)
+
+
+@jit
+def _advance(work):
+    """Let the modes vibrate for a step."""
+    for c in range(work.rates.shape[0]):
+        x, y = work.cosine[c], work.sine[c]
+        work.cosine[c] = work.turns[c, 0] * x - work.turns[c, 1] * y
+        work.sine[c] = work.turns[c, 1] * x + work.turns[c, 0] * y
 
 
 @jit

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.control.guide import TimedPath
 from cablewright.control.procedure import Procedure
 from cablewright.foundation.choices import LawName
@@ -40,6 +41,7 @@ from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.running.store import MANIFEST, manifest_of
 from cablewright.running.user_key import signature
+from cablewright.solvers.feeds import with_speeds
 
 _UNREAD: Final = (Command, Drives, Encoders, Estimate, Tensions)
 _GAP: Final = 1.0  # s at least between the steps of two runs
@@ -144,10 +146,12 @@ def print_on_drives(
     """
     if job.robot not in (None, robot.name):
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
+    job = with_speeds(robot, job)
     bead, differing = job.typical_bead()
     owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
-    path = TimedPath.of(job, layers, 0.0 if owner.extrusion is None else owner.point_drum.valve)
+    lift = 0.0 if owner.extrusion is None else owner.point_drum.valve
+    path = TimedPath.of(job, layers, lift, samples=driven(robot, job), robot=robot)
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""

@@ -38,15 +38,19 @@ def calmed(model: Model, narrow: Model, path: TimedPath, settings: MachineSettin
     """Return the *path*, slower where it would swing the platform beyond the limits of tension of *model*.
 
     *narrow*: the model with the limits that control keeps at rest. Where these leave no room to swing in, the nozzle
-    stops in corners, and a tenth of the job's acceleration remains.
+    stops in corners, and a tenth of the job's acceleration remains. A shaped path swings in no corner, and by its
+    acceleration alone.
     """
     narrow = Model(_with_inertia(narrow.robot, settings), narrow.fidelity)
     held, linear, ok = _held(narrow, path, chosen_places(path))
     share = 0.0
     if ok.all():
-        needed = 2.0 * path.acceleration * tensions_by_acceleration(held, linear)
+        sudden = 2.0 if path.shaping is None else 1.0
+        needed = sudden * path.acceleration * tensions_by_acceleration(held, linear)
         share = float(_worst_share(_room(model, held), needed).min())
     speeds = np.full(len(path.speed), np.inf)
+    if path.shaping is not None:
+        return path if share >= 1.0 else path.slower(path.acceleration * max(share, _LEAST), speeds)
     rows, jumps = _corners(path)
     held, _, ok = _held(narrow, path, path.track.positions[rows])
     speeds[rows] = 0.0
@@ -59,7 +63,8 @@ def calmed(model: Model, narrow: Model, path: TimedPath, settings: MachineSettin
 
 def told(job: TimedPath, calmed: TimedPath) -> tuple[str, ...]:
     """Return in a sentence by how much a *calmed* path is slower than that of the *job*; none where it is not."""
-    slower = np.flatnonzero(calmed.speed < job.speed * (1.0 - _SAME))
+    shaped = calmed.shaping is not None  # whose corners are others
+    slower = np.zeros(0, np.int64) if shaped else np.flatnonzero(calmed.speed < job.speed * (1.0 - _SAME))
     if calmed.acceleration == job.acceleration and not len(slower):
         return ()
     words = f"acceleration {calmed.acceleration:.2g} m/s^2, job {job.acceleration:.2g}"

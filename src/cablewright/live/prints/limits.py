@@ -15,6 +15,7 @@ from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings
 from cablewright.control.stop import StopSettings
 from cablewright.control.supervisor import SupervisorSettings
+from cablewright.control.swing_damping import SwingDamping
 from cablewright.control.velocity import VelocitySettings
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.choices import HeightRule, LawName
@@ -23,8 +24,10 @@ from cablewright.live.estimator_settings import with_drum_mass
 from cablewright.live.prints import body_limits
 from cablewright.live.prints.body_swing import calmed, told
 from cablewright.live.prints.loop import PrintPlan
+from cablewright.machine.carriers import Drum
 from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.sensors.barrier import BARRIER
+from cablewright.machine.sensors.inertial import INERTIAL
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
@@ -51,15 +54,18 @@ def planned(
     estimator: str,
     law: LawName,
     rule: HeightRule | None,
+    *,
+    damps: bool = False,
 ) -> PrintPlan:
     """Return the plan of a print along *path* in steps of *period*, s, with that *estimator* and control *law*.
 
-    *rule*: of the height; None chooses by the machine's sensors. Raises `AnswerError` where the path leaves the frame
+    *rule*: of the height; None chooses by the machine's sensors. *damps*: the swing of a drum, where the estimator
+    knows its tilt. Raises `AnswerError` where the path leaves the frame
     or lines cannot hold the platform, `InputError` for a height that the machine cannot keep.
     """
     require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))
-    notes: tuple[str, ...] = ()
+    notes = path.notes
     if path.attitude is None:
         held = _check_path(model, path)
         narrow = model
@@ -68,7 +74,7 @@ def planned(
         body_limits.check_tour(model, path)
         narrow = body_limits.with_margin(model, path)
         wanted, path = path, calmed(model, narrow, path, settings)
-        notes = told(wanted, path)
+        notes += told(wanted, path)
         body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
     notes += overstretched(robot, held.tensions.max(axis=0))
@@ -78,9 +84,13 @@ def planned(
         settings.winch.max_speed,
         law,
         manage_slack=model.m > model.n and settings.sensor(LINE_ANGLES) is not None,
+        by_lengths=estimator == "encoders",
     )
     if path.attitude is not None:
         velocity = replace(velocity, gain=_BODY_GAIN)
+    elif damps and estimator != "encoders" and settings.sensor(INERTIAL) is not None:
+        velocity = replace(velocity, swing=_swing(settings.point_drum, scene.gravity))
+        notes += ("the swing of the drum is damped: the platform follows it",)
     over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
     load = PowderLoad.of(settings.carrier)
     return PrintPlan(
@@ -96,6 +106,15 @@ def planned(
         beam=body_limits.beam_of(robot, settings),
         notes=notes,
     )
+
+
+def _swing(drum: Drum, gravity: float) -> SwingDamping:
+    """The pendulum of a drum that carries half of its powder at the beginning."""
+    powder = 0.5 * drum.powder
+    mass, depth = drum.empty_mass + powder, drum.powder_bottom - 0.5 * drum.fill_height(powder)
+    centre = (drum.empty_mass * drum.empty_centre + powder * depth) / mass
+    square = drum.empty_mass * (drum.empty_centre**2 + drum.empty_gyration[0] ** 2) + powder * depth**2
+    return SwingDamping.of(gravity, centre, math.sqrt(square / mass - centre**2))
 
 
 def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estimator: str, begins_above: bool) -> bool:

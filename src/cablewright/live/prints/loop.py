@@ -313,7 +313,7 @@ class Printer:
         moved = self._retract(target, dt)
         speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
         outputs = {} if moved is None else {beam.OUTPUT: moved.speed}
-        opening = target.path_speed / self.plan.path.print_speed if target.extruding and verdict.valve_allowed else 0.0
+        opening = target.flow / self.plan.path.print_speed if verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0), outputs=outputs)
 
     def _retract(self, target: Target, dt: float) -> BeamMotion | None:

@@ -9,6 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.control.guide import TimedPath
 from cablewright.control.velocity import LAWS
 from cablewright.estimation.lidar.room import Laser
@@ -30,8 +31,10 @@ from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.severity_tables import SEVERITIES
 from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
+from cablewright.solvers.feeds import with_speeds
 
 HEIGHTS: Final = get_args(HeightRule)
 MOST_IRREGULAR: Final = 1e-4
@@ -58,6 +61,7 @@ class PrintOptions:
     it is too, first where the path begins; 0: never. ``place_stops``: at how many places each time, evenly along a
     layer. ``place_tensions``: measured tensions tell what a place leaves open of its lengths. ``place_learn``: all
     places together teach by how much lengths are off, creep and follow the mounts that give, see `learnt_lengths`.
+    ``damping``: of a swinging drum by the platform, where its tilt is measured, on a plant that swings.
     """
 
     estimator: str | None = None
@@ -76,6 +80,7 @@ class PrintOptions:
     place_every: float = 0.0
     place_stops: int = 1
     place_learn: bool = False
+    damping: bool = True
 
     def __post_init__(self) -> None:
         """Raise `UnknownName` for an unknown choice, `InputError` for a number that cannot be."""
@@ -114,6 +119,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
+    require(robot, Capability.PRINT)
     if machine is None:
         if robot.name not in machine_names():
             known = ", ".join(machine_names())
@@ -123,6 +129,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
+    job = with_speeds(robot, job)
     bead, differing = job.typical_bead()
     owner = extruding(given.owner, bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
@@ -132,7 +139,8 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         settings = settings.with_simulation(quasi_static_period=choices.period)
     require_fit(robot, job, owner, choices.law)
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
-    path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot))  # a strand's path is the nozzle's
+    samples, nozzle = driven(robot, job), nozzle_of(robot)
+    path = TimedPath.of(job, choices.layers, lift, nozzle, samples, robot)  # a strand's path is the nozzle's
     settings = _intruded(settings, choices, path.duration)
     chosen = choices.estimator or _best_estimator(owner)
     _require_places(choices, chosen, robot, owner)
@@ -213,7 +221,8 @@ def plan_print(twin: MachineTwin) -> PrintPlan:
     """
     owner, simulation, choices = twin.settings.owner, twin.settings.simulation, twin.choices
     period = owner.period if choices.plant == "dynamic" else simulation.quasi_static_period
-    plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height)
+    damps = choices.damping and choices.plant == "dynamic"
+    plan = planned(twin.robot, owner, twin.path, period, twin.estimator, choices.law, choices.height, damps=damps)
     if twin.path.attitude is not None:
         check_clear(Model(twin.robot), twin.job, choices.layers)
     return replace(plan, notes=(*plan.notes, *twin.notes))

@@ -12,6 +12,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.control.guide import TimedPath
 from cablewright.control.procedure import Procedure
 from cablewright.foundation.arrays import Array
@@ -31,6 +32,7 @@ from cablewright.machine.simulated.simulated_machine import SimulatedMachine
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot
+from cablewright.solvers.feeds import with_speeds
 
 _SMALL: Final = 0.01  # m, radius of the path of a sitting that prints nothing
 _BY_HAND: Final = Motion(print_speed=0.1, travel_speed=0.1, acceleration=0.2)  # m/s, m/s^2
@@ -147,6 +149,7 @@ class DriveStation:
         """As `Station`."""
         if job is not None and job.robot not in (None, self.robot.name):
             raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {self.robot.name!r}")
+        job = None if job is None else with_speeds(self.robot, job)
         owner = (
             self.settings if job is None else extruding(self.settings, job.typical_bead()[0], job.motion.print_speed)
         )
@@ -156,7 +159,7 @@ class DriveStation:
             near = resting_place(self.robot) if self.begin is None else self.begin
         wanted = still_job(self.robot, near) if job is None else job
         lift = owner.point_drum.valve if job is not None and owner.extrusion is not None else 0.0
-        path = TimedPath.of(wanted, None, lift)
+        path = TimedPath.of(wanted, None, lift, samples=driven(self.robot, wanted), robot=self.robot)
         homing = machine.homing(near)
         procedures: dict[PrintState, Procedure] = {
             PrintState.TENSIONING: taking_up(machine),

@@ -13,6 +13,7 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
+from cablewright.analyses.safe_travel import LedTravel, led
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.paging import Room, in_room
@@ -27,7 +28,10 @@ from cablewright.robot import Robot
 from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.running.memory import require_for_samples
+from cablewright.solvers.feeds import fed
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.shaping import JobMotion
+from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.not_checked import SKIPPABLE, not_checked
 from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
@@ -45,7 +49,7 @@ TOO_LARGE: Final = 5.0
 
 def bytes_each(robot: Robot, room: Path | None = None) -> float:
     """Return the memory of a check for each sample, whose arrays have a *room*: benchmarks/path_memory.py."""
-    return 420.0 + 260.0 * robot.m if room is None else IN_ROOM
+    return 420.0 + 270.0 * robot.m if room is None else IN_ROOM
 
 
 def check(
@@ -92,8 +96,15 @@ def check(
     beads = in_room(job.beads(toolpath, bead), kept)
     samples, step = sampled(robot, job, toolpath, kept)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
+    travels: tuple[LedTravel, ...] = ()
+    samples = fed(robot, job, samples, kept)
+    if job.motion.travel == "safe":
+        samples, travels = led(full, job, samples, beads, clearance, room=kept, progress=report)
     source, uncertain = _uncertainty(robot, uncertainty)
-    path = JobPath(job, samples, job.time_law(samples, kept), *along(robot, job, samples, kept), beads, kept)
+    motion = JobMotion.of(robot, job, samples, kept)
+    samples = motion.samples
+    require_for_samples(len(samples), bytes_each(robot, room), "a check")
+    path = JobPath(job, samples, motion.law, *along(robot, job, samples, kept), beads, kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_errors(expected, walked.statics.displacement, path))
@@ -117,6 +128,9 @@ def check(
         not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip)),
         step=step,
         reserved=careful is not robot,
+        shaping=motion,
+        travels=travels,
+        fastest=Fastest.of(robot, job, toolpath, samples, walked.statics.lengths, kept),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
@@ -157,6 +171,8 @@ def _errors(expected: ExpectedError | None, displacement: Array, path: JobPath) 
     Each counts at the sample where it is nearest to what its bead allows. Samples have their root mean square error,
     scaled to the expected error. Those that lay nothing have no limit, unless nothing is laid.
     """
+    laid = path.samples.extruding
+    displacement = np.where(laid | ~laid.any(), displacement, np.nan)
     allowed = path.allowed_errors()
     if expected is None or expected.sample is None:
         yield from error_finding(displacement, np.zeros(len(allowed)), allowed)

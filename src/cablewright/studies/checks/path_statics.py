@@ -31,7 +31,8 @@ class PathStatics:
     frequency: Array  # (k,) Hz, of the mode with most of that
     plane_force: Array  # (k,) N, largest along the plane's normal with motion; NaN without a plane
     rigid_lengths: Array  # (k, m) m, paid out without compensation: cables as rigid
-    lengths: Array  # (k, m) m, paid out with full compensation
+    lengths: Array  # (k, m) m, paid out with full compensation, at rest
+    commanded: Array  # (k, m) m, the same under the forces of acceleration, where lengths compensate these
     uncompensated: Array  # (k, n) poses of the full model with the rigid lengths; NaN where none
     elastic_only: Array  # (k, n) poses if elasticity but not sag is compensated
     compensated: Array  # (k, n) poses with the compensated lengths
@@ -61,6 +62,7 @@ class PathStatics:
             plane_force=plane_forces(held),
             rigid_lengths=rigid,
             lengths=held.lengths,
+            commanded=held.lengths.copy(),
             uncompensated=uncompensated,
             elastic_only=reached(elastic, poses),
             compensated=reached(held.lengths, start),
@@ -77,6 +79,12 @@ class PathStatics:
         )
         force = self.plane_force + swing.plane_rise
         return replace(self, lines=moved, displacement=swing.displacement, frequency=swing.frequency, plane_force=force)
+
+    def fed_forward(self, moving: Equilibrium, rows: NDArray[np.intp]) -> Self:
+        """Return the same with the lengths of what holds the platform *moving* at *rows* (r,)."""
+        commanded = self.commanded.copy()
+        commanded[rows] = np.where(moving.ok[:, None], moving.lengths, commanded[rows])
+        return replace(self, commanded=commanded)
 
 
 def extreme(choose: np.ufunc, values: Array) -> float:

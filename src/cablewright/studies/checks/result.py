@@ -17,6 +17,7 @@ from cablewright.analyses.accuracy.expected_error import ErrorCause, ExpectedErr
 from cablewright.analyses.feasibility import EXPECTED_ERROR, INTERPOLATION, Finding
 from cablewright.analyses.interference import Contact
 from cablewright.analyses.job_distances import Clearances
+from cablewright.analyses.safe_travel import LedTravel
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import blocks, let_go
 from cablewright.foundation.results import Figure, Result
@@ -30,6 +31,8 @@ from cablewright.printing.toolpath import BY_HEIGHT, Toolpath
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched, units_inside
 from cablewright.solvers.preferred import preferred_note, preferred_tensions
+from cablewright.solvers.shaping import JobMotion
+from cablewright.studies.checks.fastest import Fastest
 from cablewright.studies.checks.motion_error import MotionError
 from cablewright.studies.checks.path_statics import PathStatics, extreme, extremes, median
 from cablewright.studies.checks.sample_errors import SampleErrors
@@ -150,6 +153,19 @@ class Check(Result):
         Figure("extruded_length", "m", "Length of path on which material is laid.", "samples.extruded_length"),
         Figure("travel_length", "m", "Length of path on which none is laid.", "samples.travel_length"),
         Figure("duration", "s", "Duration of the job.", "law.duration"),
+        Figure("duration_unshaped", "s", "Duration without shaping: see motion.shaping of jobs.", "shaping.unshaped",
+               "duration without shaping", only=lambda found: found.shaping.shaper is not None),
+        Figure("shaped_from", "Hz", "Frequency of the slowest mode that the motion is shaped for.", "shaping.slowest",
+               "shaped for modes from", 3, only=lambda found: found.shaping.shaper is not None),
+        Figure("not_shaped", "", "Why the motion is not shaped; empty where it is.", "shaping.why", detail=True),
+        Figure("changed_travels", "", "Travel moves that are lifted or led aside so that lines keep clear, and "
+               "those that no safe way was found for.", "travels", "travel moves changed",
+               only=lambda found: found.job.motion.travel == "safe", parts=LedTravel.FIGURES, detail=True),
+        Figure("fastest_duration", "s", "Duration without the feeds of the file, within limits of winch speed, flow, "
+               "acceleration and corners, and the speeds that the job gives; null where nothing limits a speed.",
+               "fastest.duration", only=lambda found: found.fastest is not None, name="fastest within limits"),
+        Figure("shortest_duration", "s", "The same without limits of acceleration and corners: nothing is faster.",
+               "fastest.bound", only=lambda found: found.fastest is not None, name="lower bound of the limits"),
         _extreme_of("min_tension", "N", "Smallest tension, anywhere along a line, with the motion of the platform.",
                     np.fmin, "statics.lines.lowest_tension", shown="N"),
         _extreme_of("max_tension", "N", "Largest tension, anywhere along a line, with the motion of the platform.",
@@ -208,12 +224,15 @@ class Check(Result):
     job: Job
     samples: Samples  # positions (k, 3) of the nozzle, layer, line (of the G-code file), extruding, distance
     law: TimeLaw
+    shaping: JobMotion  # of which samples and law are
     poses: Array  # (k, n) intended, of the platform's origin
     retraction: Array | None  # (k,) m, None where the job does not set it
     statics: PathStatics
     errors: SampleErrors
     findings: tuple[Finding, ...]
     verdict: str
+    travels: tuple[LedTravel, ...]  # that were changed, or that no way was found for
+    fastest: Fastest | None  # None where nothing limits a speed
     expected: ExpectedError | None  # None where it was not asked for
     uncertainty: str  # where the uncertainties are from
     distances: Clearances | None  # of lines; None where they were not asked for
@@ -255,8 +274,13 @@ class Check(Result):
 
     @property
     def lengths(self) -> Array:
-        """(k, m) m, compensated: what the winches should pay out."""
+        """(k, m) m, compensated: what the winches should pay out to hold the platform at rest."""
         return self.statics.lengths
+
+    @property
+    def commanded(self) -> Array:
+        """(k, m) m, what they should pay out to hold it as it moves; those at rest where it is not shaped for that."""
+        return self.statics.commanded
 
     @property
     def error_uncompensated(self) -> Array:
@@ -320,6 +344,7 @@ class Check(Result):
             corners = " to ".join(f"({', '.join(f'{each:.4g}' for each in end)})" for end in ends)
             notes.append(f"the path, {corners} m, is not in the robot: is it, or its origin, in {' or '.join(units)}?")
         notes += overstretched(self.robot, LARGEST(self.statics.lines.highest_tension))
+        notes += self.shaping.notes
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property

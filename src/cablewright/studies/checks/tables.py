@@ -47,8 +47,8 @@ def _turns(check: Check, at: slice) -> dict[str, Array]:
     for i, line in enumerate(check.robot.lines):
         drum = drum_of(line)
         if drum is not None:
-            begin = drum.angles(check.lengths[:1, i])
-            found[f"turns {line.name}"] = np.round((drum.angles(check.lengths[at, i]) - begin) / TURN, 9)
+            begin = drum.angles(check.commanded[:1, i])
+            found[f"turns {line.name}"] = np.round((drum.angles(check.commanded[at, i]) - begin) / TURN, 9)
     return found
 
 
@@ -79,7 +79,7 @@ def _write_lengths(check: Check, names: list[str], file: Path) -> None:
 
     def table(at: slice, laid: Array) -> pa.Table:
         columns: dict[str, NDArray[Any]] = {"time": np.round(check.law.time[at], 6)}
-        columns |= {f"length {name}": np.round(check.lengths[at, i], 9) for i, name in enumerate(names)}
+        columns |= {f"length {name}": np.round(check.commanded[at, i], 9) for i, name in enumerate(names)}
         columns |= _turns(check, at) | {"laid": np.round(laid, 6), "layer": check.samples.layer[at]}
         return pa.table(columns)
 

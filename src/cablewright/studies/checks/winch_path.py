@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cablewright.analyses.safe_travel import driven
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
@@ -68,7 +69,7 @@ def winch_path(
     toolpath = job.toolpath(progress)
     if layers is not None and not 1 <= layers[0] <= layers[1] <= toolpath.layer_count:
         raise InputError(f"layers {layers[0]} to {layers[1]}: this part has 1 to {toolpath.layer_count}")
-    samples = sampled(model.robot, job, toolpath)[0]
+    samples = driven(model.robot, job, sampled(model.robot, job, toolpath)[0])
     samples = samples if layers is None else _of_layers(samples, layers)
     lengths = _lengths(model, job, samples, progress)
     errors = np.full(len(samples) - 1, np.nan)  # of the pieces that are measured

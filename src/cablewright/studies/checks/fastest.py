@@ -1,0 +1,42 @@
+"""What the fastest motion within the limits of a job would take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from cablewright.foundation.arrays import Array
+from cablewright.foundation.paging import Room, blocks, let_go
+from cablewright.printing.job import Job
+from cablewright.printing.path import Samples
+from cablewright.printing.toolpath import Toolpath
+from cablewright.robot import Robot
+from cablewright.solvers.feeds import winch_speeds
+
+
+@dataclass(frozen=True)
+class Fastest:
+    """Times of a path without the feeds of its file."""
+
+    duration: float  # s, of its time law
+    bound: float  # s: no motion within the limits of speed is faster
+
+    @classmethod
+    def of(
+        cls, robot: Robot, job: Job, toolpath: Toolpath, samples: Samples, lengths: Array, room: Room
+    ) -> Self | None:
+        """Return the times of a path whose winches pay out *lengths* (k, m), m; None where nothing limits a speed."""
+        limits, speed = job.speed_limits(toolpath, fastest=True, room=room), room.empty((len(samples),))
+        bound = float(samples.dwell.sum())
+        for at in blocks(len(samples) - 1):
+            ends = slice(at.start, at.stop + 1)
+            allowed = winch_speeds(robot, lengths[ends], samples.distance[ends])
+            speed[ends][1:] = np.minimum(limits[samples.move[ends][1:]], allowed)
+            bound += float((np.diff(samples.distance[ends]) / speed[ends][1:]).sum())
+            if np.isinf(speed[ends][1:]).any():
+                return None
+            let_go((samples, lengths, speed))
+        speed[0] = speed[1]
+        return cls(job.time_law(replace(samples, speed_limit=speed), room).duration, bound)
