@@ -27,7 +27,7 @@ PLACE, RATE, SPEED, OFFSET, KNOWN = 0, 1, 2, 3, 4  # p, its rate, the rate of e,
 CARRIED = 5
 
 
-class PathSwing(NamedTuple):
+class SwingWork(NamedTuple):
     """Scratch for f freedoms and o outputs: the three coordinates of the nozzle, and the tensions of the lines."""
 
     lower: NDArray[np.float64]  # (f, f)
@@ -100,7 +100,7 @@ def swing_rows(
 @jit(allocates=True)
 def _swing(f, m):
     """Scratch; the vectors are those of no neighbour."""
-    return PathSwing(
+    return SwingWork(
         np.zeros((f, f)),
         np.zeros((f, f)),
         np.eye(f),
