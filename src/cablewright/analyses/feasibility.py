@@ -170,7 +170,7 @@ def judge(
     *plane_force* (k,), N, along the normal; NaN where there is no plane.
     """
     findings = [_frame(robot, positions)]
-    if robot.platform.plane is not None and not robot.platform.plane.pulls:
+    if robot.platform.may_lift:
         findings += at_most(
             PLANE_FORCE, "N", np.where(_lifts(robot, plane_force), plane_force, plane_force.clip(max=0.0)), 0.0
         )
@@ -236,8 +236,7 @@ def broken_limits(rows: Equilibrium) -> tuple[tuple[str, ...], Mask]:
         columns[limit.name] = _beyond(limit.values(quantities), limit.allowed(lines)).any(axis=1)
     infeasible = rows.code == list(Status).index(Status.INFEASIBLE)
     columns["lowest tension"] |= infeasible & ~columns["highest tension"]
-    plane = rows.model.robot.platform.plane
-    if plane is not None and not plane.pulls:
+    if rows.model.robot.platform.may_lift:
         columns[PLANE_FORCE] = _lifts(_judged_robot(rows.model), plane_forces(rows))
     for code, status in enumerate(Status):
         if status not in (Status.OK, Status.INFEASIBLE):

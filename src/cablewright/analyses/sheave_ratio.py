@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cablewright.robot import Eyelet, GuideSheave, Robot
+from cablewright.robot import Robot
 
 SHEAVE_RATIO = 20.0  # smallest ratio of the radii of a sheave and its cable: Paty 2021, section 3.1.1
 
@@ -23,9 +23,7 @@ def sheave_rules(robot: Robot) -> tuple[SheaveRule, ...]:
     """Return the ratio of each line's smallest sheave to its cable, which should exceed 20, where both are known."""
     found = []
     for line in robot.lines:
-        ends = (sheave for sheave in (line.sheave, line.platform_sheave) if not isinstance(sheave, Eyelet | None))
-        radii = [wheel.radius for wheel in (*ends, *(each for each in line.guides if isinstance(each, GuideSheave)))]
-        if radii and line.cable.diameter is not None:
-            ratio = 2.0 * min(radii) / line.cable.diameter
+        if line.radii and line.cable.diameter is not None:
+            ratio = 2.0 * min(line.radii) / line.cable.diameter
             found.append(SheaveRule(line.name, ratio, SHEAVE_RATIO, ratio > SHEAVE_RATIO))
     return tuple(found)

@@ -14,7 +14,7 @@ from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.kernels.fitting import straight_line
 from cablewright.models.parameters import lines_of
-from cablewright.models.plane import basis
+from cablewright.models.plane import directions
 from cablewright.models.support import Capability, require
 from cablewright.robot import Line, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
@@ -210,8 +210,7 @@ def numbers_of_lines(robot: Robot) -> Array:
         row[[straight_line.SCALE, straight_line.TENSION_SCALE]] = 1.0
         row[straight_line.SPANS] = line.advantage
         row[straight_line.PULL] = line.advantage * line.cables
-        axis = line.sheave.axis if isinstance(line.sheave, Swivel) else (0.0, 0.0, 1.0)
-        row[straight_line.AXIS : straight_line.AXIS + 3] = unit_vector(axis)
+        row[straight_line.AXIS : straight_line.AXIS + 3] = line.swivel_axis
         if line.last_guide is not None:
             x, y, z = (there - here for there, here in zip(line.last_guide, line.exit_point, strict=True))
             row[straight_line.FROM : straight_line.FROM + 3] = unit_vector((x, y, z))
@@ -262,8 +261,7 @@ def exit_rows(robot: Robot, unknowns: Sequence[Unknown]) -> tuple[Array, Indices
 
     Of a platform in a plane they are those along its axes: what is across hardly matters there.
     """
-    plane = robot.platform.plane
-    ways = np.eye(3) if plane is None else basis(plane, 3).T
+    ways = directions(robot.platform.plane, 3).T
     rows = by_exits(robot, unknowns, np.kron(np.eye(robot.m), ways))
     kept = np.flatnonzero(rows.any(axis=1))
     return rows[kept], kept // len(ways)
@@ -271,8 +269,7 @@ def exit_rows(robot: Robot, unknowns: Sequence[Unknown]) -> tuple[Array, Indices
 
 def free_directions(robot: Robot) -> Array:
     """Return a basis (n, p) of the directions in which a pose is free, its columns orthonormal."""
-    plane = robot.platform.plane
-    return np.eye(robot.n) if plane is None else np.ascontiguousarray(basis(plane, robot.n))
+    return directions(robot.platform.plane, robot.n)
 
 
 def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised: bool = False) -> Robot:

@@ -19,11 +19,11 @@ from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError, printable
 from cablewright.models.fidelity import CableLaw
-from cablewright.models.plane import basis
-from cablewright.models.rotation import placed
+from cablewright.models.plane import directions
+from cablewright.models.rotation import placed, rotations
 from cablewright.models.statics import Equilibrium
 from cablewright.models.support import Capability, losses, require
-from cablewright.robot import Box, Line, RigidPlatform, Robot
+from cablewright.robot import Box, Line, Robot
 
 TIMESTEP: Final = 1e-3  # s
 EQUAL: Final = 2e-6  # m, within which a tendon counts as long as its line: it has two starts of `FEED`
@@ -50,7 +50,7 @@ def mjcf(at: Equilibrium) -> ExportedFile:
         raise AnswerError(f"no lengths at this pose: {at.sentence()}", at.status)
     notes.add_all(losses(robot, Capability.MJCF))
     notes.add_all(lost_keys(keys_given(robot), f"{_CARRIED} lines.cables"))
-    if isinstance(robot.platform, RigidPlatform) and robot.platform.inertia is None:
+    if not robot.platform.has_inertia:
         notes.add("platform.inertia: not known; that of a ball of the platform's mass and 0.3 m radius is written")
     points = placed(at.pose, [line.platform_point for line in robot.lines])
     levers = at.line_states.lever_angle
@@ -91,17 +91,14 @@ def _document(robot: Robot, at: Equilibrium, mounts: Sequence[Mounting], ends: S
 
 def _platform(robot: Robot, pose: Array, ends: Sequence[Mounting]) -> str:
     platform = robot.platform
-    centre, tensor = (0.0, 0.0, 0.0), [0.4 * 0.09 * platform.mass] * 3 + [0.0] * 3
-    nozzle = centre
-    if isinstance(platform, RigidPlatform):
-        centre, nozzle = platform.centre_of_mass, platform.nozzle
-        if platform.inertia is not None:
-            tensor = [*platform.inertia, *platform.inertia_products]
+    tensor = [0.4 * 0.09 * platform.mass] * 3 + [0.0] * 3
+    if platform.inertia is not None:
+        tensor = [*platform.inertia, *platform.inertia_products]
     at = f'pos="{_numbers(pose[:3])}" quat="{_numbers(_quaternion(pose))}"'
-    inertial = f'mass="{platform.mass!r}" pos="{_numbers(centre)}" fullinertia="{_numbers(tensor)}"'
+    inertial = f'mass="{platform.mass!r}" pos="{_numbers(platform.centre_of_mass)}" fullinertia="{_numbers(tensor)}"'
     return (
         f'    <body name="platform" {at}>\n{_joints(robot, pose)}      <inertial {inertial}/>\n'
-        f'      <site name="nozzle" pos="{_numbers(nozzle)}"/>\n'
+        f'      <site name="nozzle" pos="{_numbers(platform.nozzle)}"/>\n'
         f"{''.join(end.body for end in ends)}{''.join(map(_box, platform.boxes))}    </body>\n"
     )
 
@@ -111,13 +108,12 @@ def _joints(robot: Robot, pose: Array) -> str:
     plane = robot.platform.plane
     if plane is None and robot.n == 6:
         return "      <freejoint/>\n"
-    axes = np.eye(3) if plane is None else basis(plane, 3).T
-    joints = "".join(_joint("slide", axis, float(axis @ pose[:3])) for axis in axes)
-    if robot.n == 3:
-        return joints
-    assert plane is not None
-    across = np.array(plane.across)
-    return joints + _joint("hinge", across, float(across @ pose[3:]))
+    joints = ""
+    for way in directions(plane, robot.n).T:
+        at = 0 if way[:3].any() else 3
+        axis = way[at : at + 3]
+        joints += _joint("hinge" if at else "slide", axis, float(axis @ pose[at : at + 3]))
+    return joints
 
 
 def _joint(kind: str, axis: Array, value: float) -> str:
@@ -126,7 +122,7 @@ def _joint(kind: str, axis: Array, value: float) -> str:
 
 def _quaternion(pose: Array) -> list[float]:
     """Return the rotation of a pose (n,) as a quaternion, the scalar first."""
-    vector = np.zeros(3) if len(pose) == 3 else pose[3:]
+    vector = rotations(pose)
     angle = float(np.linalg.norm(vector))
     axis = vector / angle if angle else vector
     return [math.cos(0.5 * angle), *map(float, math.sin(0.5 * angle) * axis)]

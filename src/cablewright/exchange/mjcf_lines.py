@@ -81,7 +81,7 @@ def _turning(
 ) -> Mounting:
     """Return a sheave that turns about its axis, on a lever or not."""
     side = 1.0 if sheave.wrap == "over" else -1.0
-    axis = unit_vector(sheave.axis) if isinstance(sheave, Swivel) else (0.0, 0.0, 1.0)
+    axis = line.swivel_axis
     A = np.array(line.exit_point)
     x, y, reach, height = _towards(axis, end - A)
     added = 0.0

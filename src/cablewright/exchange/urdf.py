@@ -17,7 +17,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import printable
 from cablewright.models.rotation import placed
 from cablewright.models.support import Capability, losses
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import Robot
 
 BALL: Final = 0.3
 """Radius, m, of the ball that stands for a platform whose inertia is not known."""
@@ -33,7 +33,7 @@ def urdf(robot: Robot, pose: Array) -> ExportedFile:
     notes = Notes()
     notes.add_all(losses(robot, Capability.URDF))
     notes.add_all(lost_keys(keys_given(robot), f"{_CARRIED} lines"))
-    if not isinstance(robot.platform, RigidPlatform) or robot.platform.inertia is None:
+    if robot.platform.inertia is None:
         notes.add(f"platform.inertia: not known; that of a ball of {BALL:g} m is written")
     if robot.n == 3 and robot.platform.plane is None:
         notes.add("a point that does not rotate: URDF has no such joint, the platform is a body that floats")
@@ -60,11 +60,9 @@ def _bars(robot: Robot) -> list[str]:
 
 def _platform(robot: Robot) -> str:
     platform = robot.platform
-    centre, tensor = (0.0, 0.0, 0.0), [0.4 * platform.mass * BALL**2] * 3 + [0.0] * 3
-    if isinstance(platform, RigidPlatform):
-        centre = platform.centre_of_mass
-        if platform.inertia is not None:
-            tensor = [*platform.inertia, *platform.inertia_products]
+    tensor = [0.4 * platform.mass * BALL**2] * 3 + [0.0] * 3
+    if platform.inertia is not None:
+        tensor = [*platform.inertia, *platform.inertia_products]
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
     inertia = " ".join(f'{name}="{value!r}"' for name, value in zip(names, tensor, strict=True))
     shapes = [
@@ -73,24 +71,22 @@ def _platform(robot: Robot) -> str:
         for box in platform.boxes
     ]
     return (
-        f'  <link name="platform">\n    <inertial>{_origin(centre)}<mass value="{platform.mass!r}"/>'
+        f'  <link name="platform">\n    <inertial>{_origin(platform.centre_of_mass)}<mass value="{platform.mass!r}"/>'
         f"<inertia {inertia}/></inertial>\n{''.join(map(_visual, shapes))}  </link>\n"
     )
 
 
 def _nozzle(robot: Robot) -> str:
-    nozzle = robot.platform.nozzle if isinstance(robot.platform, RigidPlatform) else (0.0, 0.0, 0.0)
     return (
         '  <link name="nozzle"/>\n  <joint name="nozzle" type="fixed"><parent link="platform"/><child link="nozzle"/>'
-        f"{_origin(nozzle)}</joint>\n"
+        f"{_origin(robot.platform.nozzle)}</joint>\n"
     )
 
 
 def _joint(robot: Robot, pose: Array) -> str:
     """Return the joint of the platform at a pose; that in a plane slides across its axis and turns about it."""
     plane = robot.platform.plane
-    kind = "floating" if plane is None else "planar"
-    axis = "" if plane is None else f'<axis xyz="{_numbers(plane.across)}"/>'
+    kind, axis = ("floating", "") if plane is None else ("planar", f'<axis xyz="{_numbers(plane.across)}"/>')
     return (
         f'  <joint name="platform" type="{kind}"><parent link="frame"/><child link="platform"/>'
         f"{_origin(pose[:3], _roll_pitch_yaw(pose))}{axis}</joint>\n"

@@ -12,7 +12,7 @@ from cablewright.exchange.translation import ExportedFile, Notes
 from cablewright.exchange.wirex import MODULUS, VERSIONS, axes_of
 from cablewright.foundation.errors import UnknownName, printable
 from cablewright.models.support import Capability, require
-from cablewright.robot import Cable, Line, RigidPlatform, Robot, Swivel
+from cablewright.robot import Cable, Line, Robot, Swivel
 from cablewright.robot.direction import unit_vector
 
 _CARRIED: Final = (
@@ -33,7 +33,7 @@ def wirex(robot: Robot, version: str = VERSIONS[-1]) -> ExportedFile:
     notes = Notes()
     carried = f"{_CARRIED} {_INERTIA}" if version == "0.32" else _CARRIED
     notes.add_all(lost_keys(keys_given(robot), carried))
-    unknown = ["platform.inertia"] if isinstance(robot.platform, RigidPlatform) and not robot.platform.inertia else []
+    unknown = [] if robot.platform.has_inertia else ["platform.inertia"]
     unknown += [
         f"lines.winch.{key}"
         for key in ("drum_radius", "max_speed", "capacity")
@@ -80,8 +80,7 @@ def _chain(line: Line, winch: str) -> str:
 
 def _platform(robot: Robot, version: str) -> str:
     platform, inertia = robot.platform, {"Ixx": "0.0"}
-    centre = platform.centre_of_mass if isinstance(platform, RigidPlatform) else (0.0, 0.0, 0.0)
-    if isinstance(platform, RigidPlatform) and platform.inertia is not None:
+    if platform.inertia is not None:
         xx, yy, zz = platform.inertia
         xy, xz, yz = platform.inertia_products
         full = {"Ixx": xx, "Ixy": xy, "Ixz": xz, "Iyx": xy, "Iyy": yy, "Iyz": yz, "Izx": xz, "Izy": yz, "Izz": zz}
@@ -90,7 +89,7 @@ def _platform(robot: Robot, version: str) -> str:
     return (
         _start("platform", 8, given)
         + _empty("inertiatensor", 12, inertia)
-        + _empty("centerofgravity", 12, _xyz(centre))
+        + _empty("centerofgravity", 12, _xyz(platform.centre_of_mass))
         + "        </platform>\n"
     )
 

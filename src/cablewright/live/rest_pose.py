@@ -101,10 +101,10 @@ def _poses(model: Model, places: Array) -> Array:
     missing = model.freedoms - model.winches
     if model.robot.sharing and 0 < missing < 3 < model.n:  # parallel lines hold a body's rotation together
         missing = 3
-    if model.robot.platform.plane is None and missing > 0:
-        free = (3, 4, 5, 1, 0) if model.n == 6 else (1, 0)
-        poses[:, list(free[:missing])] = np.nan
-    elif model.robot.platform.plane is not None:
+    if model.robot.platform.plane is not None:
         normal = np.abs(np.array(model.free_directions)[:3]).sum(axis=1)
         poses[:, int(np.argmin(normal))] = np.nan
+    elif missing > 0:
+        free = [3, 4, 5, 1, 0][6 - model.n :]  # rotations first, of a body
+        poses[:, free[:missing]] = np.nan
     return poses

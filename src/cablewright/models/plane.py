@@ -25,6 +25,16 @@ def basis(plane: Plane, n: int) -> Array:
     return free
 
 
+def directions(plane: Plane | None, n: int) -> Array:
+    """Return orthonormal columns (n, p): the directions that *plane* leaves free, or where it is None all."""
+    return np.eye(n) if plane is None else np.ascontiguousarray(basis(plane, n))
+
+
+def turning_axis(plane: Plane | None) -> Array:
+    """Return the unit vector (3,) about which platforms turn without tilting: across *plane*, else upwards."""
+    return np.array([0.0, 0.0, 1.0] if plane is None else plane.across)
+
+
 def within(plane: Plane | None, poses: Array) -> Array:
     """Return *poses* (..., n), m and rad, moved across *plane* into it and turned about its normal alone.
 

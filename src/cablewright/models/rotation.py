@@ -48,6 +48,11 @@ def moved(pose: Array, motion: Array) -> Array:
     return found
 
 
+def rotations(poses: Array) -> Array:
+    """Return the rotation vectors (..., 3), rad, of *poses* (..., n): 0 of a point."""
+    return poses[..., 3:] if poses.shape[-1] == 6 else np.zeros_like(poses)
+
+
 def placed(poses: Array, points: ArrayLike) -> Array:
     """Return *points* (..., m, 3), m, platform frame, in the world at *poses* (..., n)."""
     arms = np.asarray(points, dtype=np.float64)

@@ -25,7 +25,7 @@ from cablewright.models.plane import basis
 from cablewright.models.rotation import placed
 from cablewright.models.rows import Rows, by_row, scalar
 from cablewright.models.shared_winches import missed_lengths
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import Robot
 
 FULL = Fidelity()
 
@@ -117,8 +117,6 @@ class Model:
 
     def nozzle(self, poses: Array) -> Array:
         """Return the position (..., 3), m, world, of the point that prints at *poses* (..., n)."""
-        if not isinstance(self.robot.platform, RigidPlatform):
-            return np.array(poses[..., :3])
         return placed(poses, [self.robot.platform.nozzle])[..., 0, :]
 
     def at_nozzle(self, poses: Array) -> Array:
@@ -130,9 +128,7 @@ class Model:
 
     def unrotated_at(self, positions: Array) -> Array:
         """Return the poses (..., n) of the unrotated platform with the nozzle at *positions* (..., 3), m."""
-        if self.n == 3:
-            return positions
-        return self.at_nozzle(np.concatenate([positions, np.zeros_like(positions)], axis=-1))
+        return self.at_nozzle(np.concatenate([positions, np.zeros_like(positions)], axis=-1)[..., : self.n])
 
     def refuse_rigid(self) -> None:
         """Raise `InputError` if the cables are rigid: their lengths do not determine tensions and stiffness."""

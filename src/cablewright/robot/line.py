@@ -152,6 +152,17 @@ class Line(Description):
         return not (self.counterweight is not None or is_fixed or leans or self.mount_out_of_plane_by)
 
     @property
+    def swivel_axis(self) -> Vec3:
+        """The unit vector of the axis about which the line turns at its exit point: a swivel's, else the vertical."""
+        return unit_vector(self.sheave.axis) if isinstance(self.sheave, Swivel) else (0.0, 0.0, 1.0)
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """The radii of the sheaves and wheels that the cable runs over, m."""
+        passed = (self.sheave, self.platform_sheave, *self.guides)
+        return tuple(each.radius for each in passed if not isinstance(each, Eyelet | tuple | None))
+
+    @property
     def is_aside(self) -> bool:
         """Whether the cable comes to its swivel from a point that is not on the swivel's axis."""
         return isinstance(self.sheave, Swivel) and self.last_guide is not None and self._from_axis()[1] > AXIS_TOLERANCE

@@ -62,6 +62,16 @@ class _PlatformWithLoads(Description):
     boxes: Annotated[tuple[Box, ...], Field(max_length=MAX_SHAPES)] = ()
     plane: Plane | None = None
 
+    @property
+    def in_tilted_plane(self) -> bool:
+        """Whether it has a plane that is not across an axis of the world."""
+        return self.plane is not None and self.plane.axis is None
+
+    @property
+    def may_lift(self) -> bool:
+        """Whether it has a plane that only pushes, off which lines may lift it."""
+        return self.plane is not None and not self.plane.pulls
+
     @model_validator(mode="after")
     def _loads_have_unique_names(self) -> Self:
         require_unique_names("loads", (load.name for load in self.loads))
@@ -85,6 +95,13 @@ class PointPlatform(_PlatformWithLoads):
     freedoms: ClassVar[int] = 3
 
     kind: Literal["point"] = "point"
+    # What only a body can be given is, of a point, that of a body all of which is at its origin.
+    centre_of_mass: ClassVar[Vec3] = _ZERO
+    nozzle: ClassVar[Vec3] = _ZERO
+    moment: ClassVar[Torque3] = _ZERO
+    inertia: ClassVar[None] = None
+    inertia_products: ClassVar[Inertia3] = _ZERO
+    has_inertia: ClassVar[bool] = True  # a mass is all that a point has
 
     @model_validator(mode="after")
     def _loads_fit(self) -> Self:
@@ -152,6 +169,11 @@ class RigidPlatform(_PlatformWithLoads):
     nozzle: Vec3 = _ZERO
     moment: Torque3 = _ZERO
     retraction: Retraction | None = None
+
+    @property
+    def has_inertia(self) -> bool:
+        """Whether the inertia is known."""
+        return self.inertia is not None
 
     @model_validator(mode="after")
     def _is_a_body(self) -> Self:

@@ -12,7 +12,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.units import LARGEST
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.plane import projected
-from cablewright.models.rotation import shortest
+from cablewright.models.rotation import rotations, shortest
 from cablewright.models.statics import Model
 from cablewright.robot import Plane
 from cablewright.robot.plane import OFF_PLANE
@@ -90,13 +90,12 @@ def as_poses(model: Model, values: ArrayLike, what: str, *, free: bool = False) 
         _require_held(plane, poses, what)
     wrong = ~(np.abs(poses) <= LARGEST)
     if free and (model.winches < freedoms or np.isnan(poses).any()):
-        if plane is not None and plane.axis is None and (model.winches < freedoms or model.robot.sharing):
+        if model.robot.platform.in_tilted_plane and (model.winches < freedoms or model.robot.sharing):
             raise InputError(f"{what}: {_holders(model)} hold {freedoms} freedoms in a plane across x, y or z alone")
         _require_enough_free(model, freedoms - np.isnan(poses).sum(axis=1), what)
         wrong = np.abs(poses) > LARGEST
     _refuse(poses, wrong, what)
-    if n == 6:
-        poses[:, 3:] = _short_turns(poses[:, 3:], what)
+    poses[:, 3:] = _short_turns(poses[:, 3:], what)
     if plane is not None:
         _into_plane(plane, poses, what)
     return poses, array.ndim == 1
@@ -148,9 +147,8 @@ def _into_plane(plane: Plane, poses: Array, what: str) -> None:
     normal = np.array(plane.across)
     known = np.nan_to_num(poses)
     off = known[:, :3] @ normal - plane.distance
-    aside = (
-        known[:, 3:] - (known[:, 3:] @ normal)[:, None] * normal if poses.shape[1] == 6 else np.zeros((len(poses), 3))
-    )
+    turns = rotations(known)
+    aside = turns - (turns @ normal)[:, None] * normal
     turned = np.linalg.norm(aside, axis=1)
     far = np.flatnonzero((np.abs(off) > OFF_PLANE + ROUNDING * np.abs(known[:, :3]).max(axis=1)) | (turned > OFF_PLANE))
     if len(far):
@@ -161,12 +159,11 @@ def _into_plane(plane: Plane, poses: Array, what: str) -> None:
         why = f"{off[row]:.4g} m off the platform's plane {plane}; one coordinate can be left free (nan)"
         raise InputError(f"{what} {at}: {why}")
     poses[:, :3] -= off[:, None] * normal
-    if poses.shape[1] == 6:
-        poses[:, 3:] -= aside
+    poses[:, 3:] -= aside[:, : poses.shape[1] - 3]
 
 
 def _short_turns(vectors: Array, what: str) -> Array:
-    """Rotation vectors (rows, 3) of at most pi; those with a free component are not changed."""
+    """Rotation vectors (rows, 3), of points (rows, 0), of at most pi; those with a free component are not changed."""
     angle = np.linalg.norm(vectors, axis=1)
     long = np.flatnonzero(angle > np.pi)
     if len(long) == 0:

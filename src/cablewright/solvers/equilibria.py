@@ -19,7 +19,7 @@ from cablewright.kernels.layout import Code
 from cablewright.kernels.statics.line.catenary import span
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, LineStates, blank_states
-from cablewright.models.rotation import angle_between
+from cablewright.models.rotation import angle_between, rotations
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
@@ -301,7 +301,7 @@ def _same(found: Equilibrium, one: int, other: int) -> bool:
     pose, there = found.pose[one], found.pose[other]
     if np.abs(pose[:3] - there[:3]).max() > SAME_POSE:
         return False
-    if len(pose) == 6 and angle_between(pose[3:], there[3:]) > SAME_POSE:
+    if angle_between(rotations(pose), rotations(there)) > SAME_POSE:
         return False
     apart = LineStates(found.states[one] - found.states[other])
     apart.angles = np.arctan2(np.sin(apart.angles), np.cos(apart.angles))

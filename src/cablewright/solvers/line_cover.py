@@ -44,10 +44,11 @@ def refuse_unfit(model: Model, lengths: Array) -> None:
     require(model, Capability.EXHAUSTIVE)
     for line, own, length in zip(model.robot.lines, map(LineNumbers, model.packed.lines), lengths, strict=True):
         steep = own.winch_height < 0.0 and -own.winch_height >= abs(own.winch_distance)
-        if own.has_dead_span and not steep:
-            raise InputError(f"exhaustive: line {line.name}: its dead span has to go down at 45 degrees or more")
-        if own.has_dead_span and not -own.winch_height > own.lever + own.radius:
-            raise InputError(f"exhaustive: line {line.name}: its winch exit has to be lower than its lever reaches")
+        if own.has_dead_span:
+            if not steep:
+                raise InputError(f"exhaustive: line {line.name}: its dead span has to go down at 45 degrees or more")
+            if not -own.winch_height > own.lever + own.radius:
+                raise InputError(f"exhaustive: line {line.name}: its winch exit has to be lower than its lever reaches")
         if not own.free_compliance > 0.0:
             raise InputError(f"exhaustive: line {line.name}: its cable has to stretch")
         if not length - _max_dead(own) > 0.0:

@@ -12,8 +12,9 @@ from cablewright.kernels.statics.line.spatial_parameters import mount_rows
 from cablewright.kernels.statics.line.vertical_plane import AXIS_DISTANCE
 from cablewright.models.packed_views import PlatformNumbers
 from cablewright.models.parameters import OF_LINES, OF_PLATFORM, lines_of
-from cablewright.models.rotation import matrices
+from cablewright.models.rotation import matrices, rotations
 from cablewright.models.statics import Equilibrium
+from cablewright.models.stiffness import along_chords
 from cablewright.robot.parameters import Parameter
 from cablewright.solvers.linearise import Linearisation, TensionChanges, linearise, tension_changes
 
@@ -120,8 +121,5 @@ def _wrench(equilibrium: Equilibrium, column: int) -> Array:
     else:  # the centre of mass: the weight is displaced
         pull, centre = there.weight, one.centre_of_mass[None]
     force = np.broadcast_to(np.array([0.0, 0.0, -1.0]) * pull[:, None], (rows, 3))
-    wrench: Array = force * float(one.weight)
-    if n == 6:
-        arms = np.einsum("nij,nj->ni", matrices(equilibrium.pose[:, 3:]), np.broadcast_to(centre, (rows, 3)))
-        wrench = np.hstack([wrench, np.cross(arms, force)])
-    return wrench
+    arms = np.einsum("nij,nj->ni", matrices(rotations(equilibrium.pose)), np.broadcast_to(centre, (rows, 3)))
+    return np.hstack([force * float(one.weight), along_chords(n, force, arms)[:, 3:]])

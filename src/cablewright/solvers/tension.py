@@ -21,6 +21,7 @@ from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.rows import Rows
 from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.stiffness import along_chords
 from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.arguments import as_poses, as_rows, given_numbers, given_rows, require_a_load
@@ -264,8 +265,7 @@ def capacity(
             pair = f"number {worst + 1} is {low[worst]:g}, {high[worst]:g}"
             raise InputError(f"box: lowest <= highest is expected; {pair}")
         wrench, half = 0.5 * (low + high), 0.5 * (high - low)
-        plane = model.robot.platform.plane
-        if plane is not None and plane.axis is None:
+        if model.robot.platform.in_tilted_plane:
             raise InputError("box: its sides are along the world's axes, and the plane of the platform is tilted")
     packed = _packed(model, len(given), wrench, retraction)
     rows = len(given)
@@ -297,8 +297,7 @@ def self_stresses(equilibrium: Equilibrium) -> Array:
     free = equilibrium.model.free_directions
     chords = points - equilibrium.lines.exit_point
     units = equilibrium.lines.pulls[:, None] * chords / np.linalg.norm(chords, axis=1)[:, None]
-    if equilibrium.model.n == 6:
-        units = np.concatenate([units, np.cross(points - equilibrium.pose[:3], units)], axis=1)
+    units = along_chords(equilibrium.model.n, units, points - equilibrium.pose[:3])
     if free is not None:
         units = units @ free
     return np.ascontiguousarray(np.linalg.svd(units.T)[2][n:]) if m > n else np.zeros((0, m))

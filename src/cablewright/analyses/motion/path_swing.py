@@ -19,7 +19,7 @@ from cablewright.analyses.motion.sagging import with_sag
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.motion.swing import CARRIED, swing_rows
 from cablewright.models.inertia import moving_masses, with_inertia
-from cablewright.models.rotation import turn_between
+from cablewright.models.rotation import rotations, turn_between
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.solvers.linearise import Linearisation, tension_changes
 from cablewright.solvers.parameters import at_nozzle
@@ -113,8 +113,8 @@ class PathSwing:
         """The way (b, n) to each pose from the one before, m and rad; none to the first of the path."""
         before = np.concatenate([poses[:1] if self._last is None else self._last[None], poses[:-1]])
         self._last = poses[-1].copy()
-        moved = poses[:, :3] - before[:, :3]
-        return moved if poses.shape[1] == 3 else np.hstack([moved, turn_between(before[:, 3:], poses[:, 3:])])
+        turned = turn_between(rotations(before), rotations(poses))
+        return np.hstack([poses[:, :3] - before[:, :3], turned])[:, : poses.shape[1]]
 
     def _at_nozzle(self, held: Equilibrium) -> Array:
         """The motion (k, 3, n) of the nozzle per motion of the platform."""

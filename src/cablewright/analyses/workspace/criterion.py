@@ -21,7 +21,7 @@ from cablewright.foundation.results import Figure
 from cablewright.models.fidelity import CableLaw, SheaveLaw
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
-from cablewright.robot import Plane, RigidPlatform, Robot
+from cablewright.robot import Plane, Robot
 from cablewright.robot.plane import OFF_PLANE
 from cablewright.solvers.arguments import as_rows, require_a_load
 from cablewright.solvers.inverse import solve_inverse
@@ -186,9 +186,7 @@ class Criterion:
 
     def poses(self, places: Array, turn: Array) -> Array:
         """Return poses (N, n) that bring the point to *places* (N, 3), m, rotated by the vector *turn* (3,), rad."""
-        if self.model.n == 3:
-            return places
-        poses = np.concatenate([places, np.broadcast_to(turn, places.shape)], axis=1)
+        poses = np.concatenate([places, np.broadcast_to(turn, places.shape)], axis=1)[:, : self.model.n]
         return self.model.at_nozzle(poses) if self.point == "nozzle" else poses
 
     def all_poses(self, places: Array) -> Array:
@@ -345,7 +343,7 @@ def _guided(robot: Robot, plane: Plane, point: str) -> SearchBox:
     axis = plane.axis
     assert axis is not None  # no tilted plane
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
-    aside = robot.platform.nozzle[axis] if point == "nozzle" and isinstance(robot.platform, RigidPlatform) else 0.0
+    aside = robot.platform.nozzle[axis] if point == "nozzle" else 0.0
     low[axis] = high[axis] = plane.distance * plane.across[axis] + aside
     return SearchBox(low, high)
 

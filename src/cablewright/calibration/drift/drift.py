@@ -38,6 +38,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.results import Figure, Result
 from cablewright.models.fidelity import CableLaw
+from cablewright.models.plane import turning_axis
 from cablewright.models.rotation import yawed
 from cablewright.models.statics import Model
 from cablewright.robot import Robot
@@ -85,8 +86,7 @@ def _poses(problem: CalibrationProblem, theta: Array) -> Array:
     if guess is not None:
         start = np.where(np.isfinite(guess).all(axis=1, keepdims=True), guess, start)
     best, cost = _fitted(problem, theta, start)
-    plane = problem.robot.platform.plane
-    axis = (0.0, 0.0, 1.0) if plane is None else plane.across
+    axis = turning_axis(problem.robot.platform.plane)
     for yaw in _YAWS if (cost > _FITS * problem.per_pose).any() else ():
         found, its = _fitted(problem, theta, yawed(start, yaw, middle, axis))
         better = its < _BETTER * cost

@@ -22,6 +22,7 @@ from cablewright.calibration.poses.problem import CalibrationProblem
 from cablewright.calibration.unknowns import coordinates_of
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.kernels.fitting.pose_schur import StopRule
+from cablewright.models.plane import turning_axis
 from cablewright.models.rotation import matrices, yawed
 from cablewright.robot import Robot
 
@@ -188,12 +189,13 @@ def _turned_back(problem: CalibrationProblem, found: PoseFit) -> PoseFit:
     points = problem.points(found.theta)
     arms, file = points - points.mean(axis=0), problem.points(problem.free)
     plane = problem.robot.platform.plane
-    axis = np.array([0.0, 0.0, 1.0] if plane is None else plane.across)
+    axis = turning_axis(plane)
     angle = yaw_between(arms, file - file.mean(axis=0), axis)
     if abs(angle) < _YAW:
         return found
     names = set(open_freedoms(information(problem, found.theta, found.poses, found.weights, priors=True)))
-    if not names >= (_YAWS if plane is None else set(world_motions(problem.robot))):
+    turns = _YAWS if plane is None else set(world_motions(problem.robot))
+    if not names >= turns:
         return found
     turn, theta = matrices(angle * axis), found.theta.copy()
     theta[exits] = (arms @ turn.T + points.mean(axis=0)).ravel()

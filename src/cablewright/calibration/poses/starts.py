@@ -29,14 +29,14 @@ from cablewright.calibration.poses.observability import (
 )
 from cablewright.calibration.poses.problem import CalibrationProblem, StraightProblem
 from cablewright.calibration.poses.sufficient_data import surplus_per_pose
-from cablewright.calibration.unknowns import coordinates_of, free_directions, with_values
+from cablewright.calibration.unknowns import coordinates_of, with_values
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.progress import Progress, silent
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.kernels.fitting.pose_schur import StopRule
 from cablewright.models.parameters import lines_of
-from cablewright.models.plane import basis, within
+from cablewright.models.plane import directions, within
 from cablewright.models.rotation import wrap_angle
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
@@ -148,11 +148,8 @@ def _mirrored(problem: CalibrationProblem, found: PoseFit) -> list[PoseFit]:
 
 def _upwards(robot: Robot) -> Array:
     """Return the unit vector (3,) upwards in the platform's plane, along an axis of one that lies; without one: up."""
-    up, plane = np.array([0.0, 0.0, 1.0]), robot.platform.plane
-    if plane is None:
-        return up
-    inside = basis(plane, 3)
-    rising = inside @ (inside.T @ up)
+    inside = directions(robot.platform.plane, 3)
+    rising = inside @ inside[2]
     size = float(np.linalg.norm(rising))
     return np.asarray(rising / size if size > _RISING else inside[:, 0])
 
@@ -167,8 +164,7 @@ def unmirrored(problem: CalibrationProblem, theta: Array, poses: Array) -> Array
         return poses
     exits = problem.points(theta)
     middle = exits.mean(axis=0)
-    inside = free_directions(problem.robot)[:3, :3]
-    inside = inside if problem.robot.platform.plane is None else inside[:, :2]
+    inside = directions(problem.robot.platform.plane, 3)
     normal = inside @ np.linalg.svd((exits - middle) @ inside)[2][-1]
     mirrored = poses.copy()
     mirrored[:, :3] -= 2.0 * ((poses[:, :3] - middle) @ normal)[:, None] * normal
@@ -220,12 +216,9 @@ def _within_plane(problem: CalibrationProblem, change: Array) -> Array:
 
     It would bring some to the other side, from which lengths are the same.
     """
-    plane = problem.robot.platform.plane
-    if plane is None:
-        return change
-    moves, normal = np.zeros((problem.robot.m, 3)), np.array(plane.across)
+    moves, inside = np.zeros((problem.robot.m, 3)), directions(problem.robot.platform.plane, 3)
     moves.flat[coordinates_of(problem.robot, problem.free_unknowns)[1]] = change[problem.named("exit_point")]
-    return with_exits(problem, change, moves - np.outer(moves @ normal, normal))
+    return with_exits(problem, change, moves @ inside @ inside.T)
 
 
 def _of_open_zero(problem: CalibrationProblem) -> Mask:

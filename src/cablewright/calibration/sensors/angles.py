@@ -11,8 +11,7 @@ from cablewright.calibration.plan import Sigmas
 from cablewright.calibration.sensors.measurement_kinds import SensorRows
 from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
-from cablewright.robot import Robot, Swivel
-from cablewright.robot.direction import unit_vector
+from cablewright.robot import Robot
 
 
 def angle_rows(robot: Robot, measured: Measured, sigma: Sigmas) -> Iterator[SensorRows]:
@@ -36,7 +35,7 @@ def _require_azimuths(robot: Robot, measured: Measured) -> None:
     """Raise `InputError` for a swivel whose angle is no azimuth, or not that from where its exit is without load."""
     for index, line in enumerate(robot.lines):
         why = ""
-        if isinstance(line.sheave, Swivel) and abs(unit_vector(line.sheave.axis)[2]) < 1.0:
+        if abs(line.swivel_axis[2]) < 1.0:
             why = "an axis that is not vertical, so the angle is no azimuth"
         elif line.mount_out_of_plane_by:
             why = f"{line.mount_out_of_plane_by}, which turns its azimuth by as much as it goes aside"

@@ -14,7 +14,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.plane import within
 from cablewright.models.rotation import placed
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import Robot
 
 
 def require_tensions(robot: Robot, measured: Measured) -> None:
@@ -56,12 +56,12 @@ def balance_rows(robot: Robot, measured: Measured, sigma: float) -> Iterator[Sen
     u = away / np.linalg.norm(away, axis=2)[..., None]
     pull = np.array([line.advantage * line.cables for line in robot.lines])[:, None]
     w = pull * np.concatenate([u, np.cross(points - guess[:, None, :3], u)], axis=2)[..., :n]
-    w = w if plane is None else w @ free  # the plane carries the rest
+    w = w @ free  # a plane carries the rest
     spread = np.einsum("nmi,nmj->nij", w, w)
     size = np.einsum("nii->ni", spread)[:, None] * np.eye(robot.freedoms)  # m and N: small is relative to the same row
     along = np.linalg.inv(np.linalg.cholesky(spread + 1e-6 * size)) / sigma
     extra = np.zeros((len(guess), robot.freedoms, 6))
-    extra[..., :n] = along if plane is None else along @ free.T
+    extra[..., :n] = along @ free.T
     yield SensorRows(calibration_residuals.BALANCE, np.zeros(extra.shape[:2]), 1.0, extra=extra)
 
 
@@ -69,8 +69,7 @@ def load_on(robot: Robot) -> Array:
     """Return the load (10,) on the platform: external force (N) and moment (N m), weight (N) and its centre (m)."""
     platform, load = robot.platform, np.zeros(10)
     load[:3], load[6] = platform.force, platform.mass * robot.scene.gravity
-    if isinstance(platform, RigidPlatform):
-        load[3:6], load[7:] = platform.moment, platform.centre_of_mass
+    load[3:6], load[7:] = platform.moment, platform.centre_of_mass
     return load
 
 

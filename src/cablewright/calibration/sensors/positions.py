@@ -17,7 +17,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.kernels.fitting import calibration_residuals
 from cablewright.models.plane import basis
-from cablewright.models.rotation import turn_between
+from cablewright.models.rotation import rotations, turn_between
 from cablewright.robot import Robot
 from cablewright.robot.plane import OFF_PLANE
 
@@ -83,8 +83,7 @@ def position_rows(robot: Robot, measured: Measured) -> Iterator[SensorRows]:
     if plane is None:
         places = np.nan_to_num(measured.guess)
         extra = np.zeros((*places.shape, 6))
-        if n == 6:
-            extra[:, 3:, :3] = places[:, None, 3:]
+        extra[:, 3:, :3] = rotations(places)[:, None]
         weights = np.nan_to_num(1.0 / measured.pose_sigma)
         yield SensorRows(calibration_residuals.COORDINATE, places, weights, other=np.arange(n), extra=extra)
         return

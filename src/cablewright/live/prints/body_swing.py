@@ -23,7 +23,7 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.rotation import turn_between
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import Linearisation, linearise_solved, tension_changes
 
@@ -131,7 +131,7 @@ def _corners(path: TimedPath) -> tuple[NDArray[np.int64], Array]:
 def _with_inertia(robot: Robot, settings: MachineSettings) -> Robot:
     """Return the robot with the inertia of the empty machine, where its own file has none."""
     platform, body = robot.platform, settings.body
-    if not isinstance(platform, RigidPlatform) or platform.inertia is not None or body is None or body.gyration is None:
+    if platform.has_inertia or body is None or body.gyration is None:
         return robot
     x, y, z = (platform.mass * radius**2 for radius in body.gyration)
     return robot.with_platform(inertia=(x, y, z))

@@ -18,7 +18,7 @@ from cablewright.machine.settings import MachineSettings
 from cablewright.machine.simulated.settings import SimulationSettings
 from cablewright.machine.simulated.severities import severity_of
 from cablewright.machine.simulated.severity_tables import MEANINGS
-from cablewright.robot import RigidPlatform, Robot
+from cablewright.robot import Robot
 
 NEWEST_SCHEMA: Final = 2
 _BEGIN: Final = datetime(1970, 1, 1, tzinfo=UTC)
@@ -81,10 +81,8 @@ class LogHead:
     @property
     def nozzle(self) -> tuple[float, float, float]:
         """Where the nozzle is, (3,) m, platform frame: below the drum that hangs from a point platform."""
-        platform, drum = self.robot.platform, self.settings.drum
-        if isinstance(platform, RigidPlatform):
-            return platform.nozzle
-        return (0.0, 0.0, 0.0 if drum is None else -drum.valve)
+        drum = self.settings.drum
+        return self.robot.platform.nozzle if drum is None else (0.0, 0.0, -drum.valve)
 
     @property
     def origin(self) -> str:

@@ -17,7 +17,6 @@ from cablewright.foundation.signals import Estimate, PrintState, Progress, Truth
 from cablewright.machine.log.fields import FLAG, NUMBER, TEXT, WHOLE_NUMBER, XYZ, XYZW, array_schema, object_schema
 from cablewright.machine.log.head import LogHead
 from cablewright.models.rotation import matrices, placed
-from cablewright.robot import RigidPlatform
 
 EVERY: Final = 0.1
 """Time between two messages of a topic, s."""
@@ -184,7 +183,7 @@ class Views:
             for box in platform.boxes
         ]
         cylinders = []
-        if drum is not None and not isinstance(platform, RigidPlatform):
+        if drum is not None:
             wide = 2.0 * drum.radius
             cylinders = [_solid((0.0, 0.0, -0.5 * drum.valve), (wide, wide, drum.valve), _GREY)]
         return _entity(stamp, "drum", "platform", cubes=cubes, cylinders=cylinders)
@@ -192,8 +191,8 @@ class Views:
     def _lines(self, stamp: dict[str, int], shown: Truth | Estimate) -> dict[str, Any]:
         """The lines, straight; orange where they are slack."""
         points = [line.platform_point for line in self._robot.lines]
-        rotation = np.nan_to_num(shown.rotation) if self._robot.n == 6 else np.zeros(0)
-        ends = placed(np.concatenate([shown.position, rotation]), points)
+        pose = np.concatenate([shown.position, np.nan_to_num(shown.rotation)])[: self._robot.n]
+        ends = placed(pose, points)
         slack = shown.excess > 0.0
         pairs = [each for line, end in zip(self._robot.lines, ends, strict=True) for each in (line.exit_point, end)]
         colours = [_ORANGE if each else _BLUE for each in slack for _ in range(2)]

@@ -165,7 +165,7 @@ class Rig:
     @property
     def pose(self) -> Array:
         """The platform's pose (n,), m and rad."""
-        return self.motion[:3].copy() if self.robot.n == 3 else self.motion[[0, 1, 2, 6, 7, 8]]
+        return self.motion[[0, 1, 2, 6, 7, 8][: self.robot.n]]
 
     def advance_slowly(self, time: float, period: float, valve: float) -> list[Notice]:
         """Advance the slow processes by a *period* from *time*, s: material, twist of the lines, thermal expansion.

@@ -25,8 +25,8 @@ class Masses:
             raise InputError(
                 f"machine {owner.name!r}: it has {given}, and robot {robot.name!r}, with a {what}, needs {asked}"
             )
-        if isinstance(platform, RigidPlatform):
-            assert owner.body is not None  # as just checked
+        if owner.body is not None:
+            assert isinstance(platform, RigidPlatform)  # as just checked
             self._inertia = _inertia(robot.name, platform, owner.body)
             self.nozzle = np.array(platform.nozzle)
         else:
