@@ -1,5 +1,8 @@
 """Whether measured tensions carry the platform where it is said to be: a test that needs no lengths.
 
+Of a rigid platform moments count too, as forces at the arm of its farthest line. Lines that pull against each other
+may be off by more than the weight of a light platform: what all tensions are together is allowed for then.
+
 It is coarse, as tensions are, but knows nothing of the lengths, so that it also sees what all of them agree on: a place
 that was measured, or typed, wrong.
 """
@@ -13,7 +16,9 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
+from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
+from cablewright.robot import RigidPlatform
 from cablewright.solvers.taut import taut_at
 
 _STEP: Final = 1e-3  # m, of a derivative
@@ -24,48 +29,58 @@ _MOVING: Final = 1.5  # times what is allowed at rest: it speeds up and slows do
 
 @dataclass(frozen=True, eq=False)
 class ForceBalance:
-    """``off``: (3,) N, what the lines carry beyond the ``weight``, N. ``limit``: N, the size that is allowed.
+    """``off``: (n,) N and N m, what the lines carry beyond the ``weight``, N. ``limit``: N, the size that is allowed.
 
-    ``reach``: m, how far off a place must be at least before it is sure to show.
+    ``arm``: m, at which moments count as forces; 0 of a point. ``reach``: m, how far off a place must be at least
+    before it is sure to show.
     """
 
-    place: Array
+    pose: Array
     off: Array
     weight: float
     limit: float
     reach: float
+    arm: float = 0.0
+
+    @property
+    def size(self) -> float:
+        """Size of ``off``, N."""
+        return float(np.linalg.norm(_as_forces(self.off, self.arm)))
 
     @property
     def holds(self) -> bool:
-        """Whether nothing speaks against the place."""
-        return float(np.linalg.norm(self.off)) <= self.limit
+        """Whether nothing speaks against the pose."""
+        return self.size <= self.limit
 
     def sentence(self) -> str:
         """What is wrong, with numbers."""
-        x, y, z = self.place.tolist()
-        size = float(np.linalg.norm(self.off))
-        ways = ", ".join(f"{force:+.0f}" for force in self.off.tolist())
+        x, y, z = self.pose[:3].tolist()
+        ways = ", ".join(f"{force:+.0f}" for force in self.off[:3].tolist())
+        turns = ", ".join(f"{moment:+.0f}" for moment in self.off[3:].tolist())
+        turning = f" and turn by {turns} N m" if turns else ""
         what = (
             f"the tensions do not fit the place {x:.2f}, {y:.2f}, {z:.2f} m: beyond the weight of {self.weight:.0f} N"
         )
         allowed = f"at most {self.limit:.0f} N is allowed (drives.tension_error)"
-        return f"{what} the lines pull by {ways} N, {size:.0f} N; {allowed}: place, load or a tension is wrong"
+        return f"{what} the lines pull by {ways} N{turning}, {self.size:.0f} N; {allowed}: place, load or a tension is wrong"
 
 
-def balance(model: Model, place: Array, tensions: Array, share: float, laid: float = 0.0) -> ForceBalance:
-    """Judge *tensions* (m,), N, at the sheaves, with the platform at *place* (3,), m; *share*: of its weight.
+def balance(model: Model, pose: Array, tensions: Array, share: float, laid: float = 0.0) -> ForceBalance:
+    """Judge *tensions* (m,), N, at the sheaves, with the platform at *pose* (n,), m and rad; *share*: of its weight.
 
     *laid*: kg that have left the model's platform.
     """
-    weight = weight_of(model, laid)
-    off = excess(model, place, tensions, laid)
-    ways = np.eye(3) * _STEP
-    slope = np.column_stack(
-        [(_force(model, place + way, tensions) - _force(model, place - way, tensions)) / (2.0 * _STEP) for way in ways]
-    )
+    off, arm = excess(model, pose, tensions, laid), _arm(model)
+    ways = np.eye(3, model.n) * _STEP
+    slopes = []
+    for way in ways:
+        change = _wrench(model, pose + way, tensions) - _wrench(model, pose - way, tensions)
+        slopes.append(_as_forces(change, arm) / (2.0 * _STEP))
+    slope = np.column_stack(slopes)
     softest = float(np.linalg.svd(slope, compute_uv=False)[-1]) if np.isfinite(slope).all() else 0.0
-    limit = share * weight
-    return ForceBalance(place, off, weight, limit, 2.0 * limit / softest if softest > 0.0 else np.inf)
+    limit = share * _scale(model, tensions, laid)
+    reach = 2.0 * limit / softest if softest > 0.0 else np.inf
+    return ForceBalance(pose, off, weight_of(model, laid), limit, reach, arm)
 
 
 def weight_of(model: Model, laid: float = 0.0) -> float:
@@ -73,9 +88,15 @@ def weight_of(model: Model, laid: float = 0.0) -> float:
     return float(model.robot.scene.gravity * (model.robot.platform.mass - laid))
 
 
-def excess(model: Model, place: Array, tensions: Array, laid: float = 0.0) -> Array:
-    """What the lines carry beyond the weight, (3,) N, of the platform from which *laid* kg have left."""
-    return np.asarray(_force(model, place, tensions) - np.array([0.0, 0.0, weight_of(model, laid)]))
+def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0) -> Array:
+    """What the lines carry beyond the weight, (n,) N and N m, of the platform from which *laid* kg have left."""
+    weight, platform = weight_of(model, laid), model.robot.platform
+    down = np.zeros(model.n)
+    down[2] = -weight
+    if isinstance(platform, RigidPlatform):
+        x, y, _ = (placed(pose, [platform.centre_of_mass])[0] - pose[:3]).tolist()
+        down[3:5] = -y * weight, x * weight
+    return np.asarray(_wrench(model, pose, tensions) + down)
 
 
 @dataclass(eq=False)
@@ -84,7 +105,7 @@ class CarriedWatch:
 
     model: Model
     share: float  # of the weight, allowed
-    _mean: Array | None = None  # (3,) N
+    _mean: Array | None = None  # (n,) N and N m
     _time: float = -math.inf  # s
     _since: float = 0.0  # s
 
@@ -96,22 +117,43 @@ class CarriedWatch:
         """Whether it is time to judge again: every reading would say no more."""
         return time - self._time >= _EVERY
 
-    def judge(self, place: Array, tensions: Array, time: float, laid: float = 0.0) -> str:
-        """Why the platform, without *laid* kg, cannot be at *place* (3,), m, at *time*, s; an empty text: it can."""
-        weight, off = weight_of(self.model, laid), excess(self.model, place, tensions, laid)
+    def judge(self, pose: Array, tensions: Array, time: float, laid: float = 0.0) -> str:
+        """Why the platform, without *laid* kg, cannot be at *pose* (n,), at *time*, s; an empty text: it can."""
+        off = excess(self.model, pose, tensions, laid)
         if self._mean is None:
             self._mean, self._since = off, time
         else:
             self._mean = self._mean + (off - self._mean) * min((time - self._time) / _MEAN, 1.0)
         self._time = time
-        found = ForceBalance(place, self._mean, weight, _MOVING * self.share * weight, 0.0)
+        limit = _MOVING * self.share * _scale(self.model, tensions, laid)
+        found = ForceBalance(pose, self._mean, weight_of(self.model, laid), limit, 0.0, _arm(self.model))
         return found.sentence() if time - self._since > _MEAN and not found.holds else ""
 
 
-def _force(model: Model, place: Array, tensions: Array) -> Array:
-    """What the lines pull the platform with, (3,) N: along their chords, with half of their own weight."""
-    taut, scene = taut_at(model, place), model.robot.scene
-    weights = scene.gravity * np.array([line.cable.linear_density for line in model.robot.lines]) * taut.free
+def _scale(model: Model, tensions: Array, laid: float) -> float:
+    """What errors are a share of, N: the weight; of a rigid platform all tensions together where these are more."""
+    return max(weight_of(model, laid), float(np.linalg.norm(tensions)) if model.n == 6 else 0.0)
+
+
+def _arm(model: Model) -> float:
+    """Arm of the farthest line of a rigid platform, m; 0 of a point."""
+    return 0.0 if model.n == 3 else max(float(np.linalg.norm(line.platform_point)) for line in model.robot.lines)
+
+
+def _as_forces(wrench: Array, arm: float) -> Array:
+    """Return a *wrench* (n,), N and N m, with its moments as forces, N, at an *arm*, m."""
+    return np.asarray(np.concatenate([wrench[:3], wrench[3:] / arm]) if arm > 0.0 else wrench[:3])
+
+
+def _wrench(model: Model, pose: Array, tensions: Array) -> Array:
+    """What the lines pull the platform with, (n,) N and N m: along their chords, with half of their own weight."""
+    taut, robot = taut_at(model, pose), model.robot
+    weights = robot.scene.gravity * np.array([line.cable.linear_density for line in robot.lines]) * taut.free
     up = -taut.toward[:, 2]  # from the platform to the sheave
     middle = np.maximum(tensions - 0.5 * weights * up, 0.0)
-    return np.asarray(-(middle @ taut.toward) - np.array([0.0, 0.0, 0.5 * float(weights.sum())]))
+    pull = -(middle @ taut.per_motion)
+    pull[2] -= 0.5 * float(weights.sum())
+    if model.n == 6:
+        x, y, _ = (placed(pose, [line.platform_point for line in robot.lines]) - pose[:3]).T
+        pull[3:5] += 0.5 * np.array([-(y @ weights), x @ weights])
+    return np.asarray(pull)

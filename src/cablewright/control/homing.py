@@ -1,7 +1,8 @@
 """Homing: lines are taken up, and saved lengths compared with where taut lines can meet; or lengths are found anew.
 
-New lengths come from a place that a person has measured; they replace saved ones, and what those said is told. Either
-way the tensions have to carry the platform there. Only a machine whose lengths have passed is ready to move. What no
+New lengths come from a place that a person has measured; they replace saved ones, and what those said is told. Of a
+rigid platform that is a pose, and the measured tensions say how far its lines are stretched there. Either way the
+tensions have to carry the platform there. Only a machine whose lengths have passed is ready to move. What no
 test can see is told too.
 """
 
@@ -22,9 +23,11 @@ from cablewright.control.three_poses import SlowWay, places, sentence
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, CablewrightError, Status
 from cablewright.foundation.signals import Estimate, SensorFrame
+from cablewright.models.rotation import placed
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, Coverage, require, support
 from cablewright.solvers.continuation import Tracker, TrackerSettings
+from cablewright.solvers.forward import solve_forward
 
 _CALM: Final = 1.0  # s after the last line
 _MEASURED: Final = 0.5  # s over which tensions are averaged
@@ -33,9 +36,11 @@ _APART: Final = 0.05  # m between two places that are one
 
 @dataclass(frozen=True, eq=False)
 class HomingSettings:
-    """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found.
+    """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found,
+    with its pose (n,).
 
-    ``guess``: (3,) m, roughly where the platform is. ``place``: (3,) m, where a person has measured it; None: nobody.
+    ``guess``: (n,) m and rad, roughly where the platform is. ``place``: (n,), where a person has measured it; None:
+    nobody.
     ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
     ``tensions``: of readings, N, and lengths, m: with what the lines pull. ``tension_error``: share of the platform's
     weight by which that may be off. ``power_lost``: whether counters have begun anew since the lengths were saved.
@@ -45,7 +50,7 @@ class HomingSettings:
     model: Model
     take_up: TakeUpSettings
     lengths: Callable[[NDArray[np.int64]], Array | None]
-    accept: Callable[[Array, NDArray[np.int64]], None]
+    accept: Callable[[Array, NDArray[np.int64], Array], None]
     guess: Array
     frame: tuple[Array, Array]
     place: Array | None = None
@@ -56,14 +61,14 @@ class HomingSettings:
 
 
 class Homing:
-    """A `Procedure`; `position` is where the platform was found."""
+    """A `Procedure`; `pose` (n,), m and rad, is where the platform was found."""
 
     def __init__(self, settings: HomingSettings) -> None:
         """Not yet begun. Raises `InputError` for lines that share a winch: each is made taut by its own."""
         require(settings.model, Capability.HOMING)
         self.settings = settings
         self.take_up = TakeUp(settings.take_up)
-        self.position: Array | None = None
+        self.pose: Array | None = None
         self.misfit = np.nan
         self.begin(0.0)
 
@@ -75,7 +80,7 @@ class Homing:
         self._checks: list[LengthCheck] = []
         self._ways: list[Array] = []  # places still to go to
         self._way: SlowWay | None = None
-        self.position, self.notes = None, list[str]()
+        self.pose, self.notes = None, list[str]()
 
     def step(self, frame: SensorFrame, estimate: Estimate, dt: float) -> ProcedureStep:
         """As `Procedure`."""
@@ -106,13 +111,13 @@ class Homing:
         if not checks or checks[0].fits or len(checks[0].suspects) < 2:
             return False
         if len(checks) == 1:
-            self._ways = places(own.model, *own.frame, checks[0].position)
+            self._ways = places(own.model, *own.frame, checks[0].pose)
         if not self._ways:
             return False
         assert self.take_up.counts is not None
         lengths = own.lengths(self.take_up.counts)
         assert lengths is not None  # they were compared
-        self._way = SlowWay(checks[-1].position, self._ways.pop(0), lengths, own.take_up.radius)
+        self._way = SlowWay(checks[-1].pose, self._ways.pop(0), lengths, own.take_up.radius)
         return True
 
     def _go(self, frame: SensorFrame, dt: float) -> ProcedureStep:
@@ -158,7 +163,7 @@ class Homing:
                 "the counters have begun anew: whether a drum was turned meanwhile, lengths alone can tell"
             )
         unseen = "not tested: lengths that are wrong together, so that they meet elsewhere,"
-        return self._carried(found.position, tensions, unseen) or self._certified(lengths, counts, found.position)
+        return self._carried(found.pose, tensions, unseen) or self._certified(lengths, counts, found.pose)
 
     def _measured(self, place: Array, saved: Array | None, shown: Array, counts: NDArray[np.int64]) -> str:
         """Accept lengths by a measured *place*, whatever was *saved*; or return why not."""
@@ -180,7 +185,7 @@ class Homing:
         found = check_lengths(own.model, saved, pulls, place)
         where = "nowhere"
         if found is not None:
-            where = f"{float(np.linalg.norm(found.position - place)):.3f} m from it, by {1e3 * found.misfit:.0f} mm"
+            where = f"{self._apart(found.pose, place):.3f} m from it, by {1e3 * found.misfit:.0f} mm"
         names = own.take_up.names
         changes = ", ".join(f"{name} {1e3 * each:+.0f} mm" for name, each in zip(names, off.tolist(), strict=True))
         self.notes.append(f"the saved lengths contradict the measured place: they meet {where}; replaced: {changes}")
@@ -188,7 +193,7 @@ class Homing:
     def _carried(self, place: Array, tensions: Array, unseen: str) -> str:
         """Why the platform cannot be at *place*: it is outside the frame, or the lines would not carry it there."""
         low, high = self.settings.frame
-        for axis, least, at, most in zip("xyz", low.tolist(), place.tolist(), high.tolist(), strict=True):
+        for axis, least, at, most in zip("xyz", low.tolist(), place[:3].tolist(), high.tolist(), strict=True):
             if not least - _APART <= at <= most + _APART:
                 return (
                     f"the platform would be outside the frame: {axis} = {at:.3f} m; {least:g} to {most:g} m is allowed"
@@ -212,18 +217,24 @@ class Homing:
         if any(line.cable.creep is not None for line in own.model.robot.lines):
             self.notes.append("not counted: creep of cables, as nobody knows what they have crept by now")
         try:
-            tracker = Tracker(own.model, lengths, TrackerSettings(certify=not gives))
+            near = None if own.model.n == 3 else solve_forward(own.model, lengths, guess=place).checked()
+            tracker = Tracker(own.model, lengths, TrackerSettings(certify=not gives), begin=near)
             status = tracker.step(lengths)
         except AnswerError as error:
             return f"the lengths have no equilibrium: {error}"
         if status is not Status.OK:
             return f"the equilibrium of the lengths: {status.value}"
-        apart = float(np.linalg.norm(tracker.pose - place))
+        apart = self._apart(tracker.pose, place)
         if apart > _APART:
             return f"the lengths' equilibrium is {apart:.3f} m from where they meet; at most {_APART:g} is allowed"
         try:
-            own.accept(lengths, counts)
+            own.accept(lengths, counts, tracker.pose)
         except CablewrightError as error:
             return f"the lengths could not be kept: {error}"
-        self.position = tracker.pose.copy()
+        self.pose = tracker.pose.copy()
         return ""
+
+    def _apart(self, pose: Array, other: Array) -> float:
+        """The way, m, of the platform point that moves farthest from one pose (n,) to the *other*."""
+        points = [line.platform_point for line in self.settings.model.robot.lines]
+        return float(np.linalg.norm(placed(pose, points) - placed(other, points), axis=1).max())

@@ -1,6 +1,6 @@
 """Whether lengths and tensions of taut lines fit together: a test of lengths that were saved.
 
-The place where the lengths meet best leaves residuals, of which only the part across all motions of the platform says
+The pose where the lengths meet best leaves residuals, of which only the part across all motions of the platform says
 something: with m lines and n freedoms m - n numbers. With two or more, a wrong line shows by what is left without it;
 with one, each line could be the wrong one, by another offset; with none, nothing can be tested.
 """
@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
+from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
 from cablewright.solvers.taut import given, taut_at
 
@@ -23,19 +24,19 @@ LIMIT: Final = 5e-3
 or two do stays below it."""
 
 _STEPS: Final = 60
-_LONGEST: Final = 0.5  # m of a step
-_THERE: Final = 1e-7  # m
+_LONGEST: Final = 0.5  # m and rad of a step
+_THERE: Final = 1e-7  # m and rad
 _UNSEEN: Final = 0.02  # share of an offset's square that shows at least
 
 
 @dataclass(frozen=True, eq=False)
 class LengthCheck:
-    """``position``: (3,) m, where the lengths meet best. ``misfit``: m. ``suspects``: offsets, m, by line.
+    """``pose``: (n,) m and rad, where the lengths meet best. ``misfit``: m. ``suspects``: offsets, m, by line.
 
     ``tested``: whether there are more lines than freedoms.
     """
 
-    position: Array
+    pose: Array
     misfit: float
     suspects: dict[int, float]
     tested: bool
@@ -57,23 +58,23 @@ class LengthCheck:
 
 
 def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -> LengthCheck | None:
-    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near *guess* (3,), m."""
-    place = np.array(guess, dtype=np.float64)
+    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near *guess* (n,), m and rad."""
+    pose = np.array(guess, dtype=np.float64)
     for _ in range(_STEPS):
-        taut = taut_at(model, place)
+        taut = taut_at(model, pose)
         if not np.isfinite(taut.toward).all():
             return None
-        off = lengths - lengths_at(model, place, tensions)
-        step = np.linalg.lstsq(taut.toward, off, rcond=None)[0]
+        off = lengths - lengths_at(model, pose, tensions)
+        step = np.linalg.lstsq(taut.per_motion, off, rcond=None)[0]
         size = float(np.linalg.norm(step))
-        place = place + step * min(1.0, _LONGEST / max(size, _THERE))
+        pose = moved(pose, np.asarray(step * min(1.0, _LONGEST / max(size, _THERE)), dtype=np.float64))
         if size < _THERE:
             break
     else:
         return None
-    off = lengths - lengths_at(model, place, tensions)
-    toward = taut_at(model, place).toward
-    across = np.eye(model.m) - toward @ np.linalg.pinv(toward)
+    off = lengths - lengths_at(model, pose, tensions)
+    motions = taut_at(model, pose).per_motion
+    across = np.eye(model.m) - motions @ np.linalg.pinv(motions)
     rest = across @ off
     squared, suspects = float(rest @ rest), {}
     if math.sqrt(squared) > LIMIT:
@@ -81,15 +82,15 @@ def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -
             seen = float(across[i, i])
             if seen > _UNSEEN and squared - rest[i] ** 2 / seen <= LIMIT**2:
                 suspects[i] = float(rest[i] / seen)
-    return LengthCheck(place, math.sqrt(squared), suspects, tested=model.m > model.n)
+    return LengthCheck(pose, math.sqrt(squared), suspects, tested=model.m > model.n)
 
 
-def lengths_at(model: Model, place: Array, tensions: Array) -> Array:
-    """Unstrained lengths (m,), m, of lines to *place* (3,), m, by their *tensions* (m,), N.
+def lengths_at(model: Model, pose: Array, tensions: Array) -> Array:
+    """Unstrained lengths (m,), m, of lines to the platform at *pose* (n,), m and rad, by their *tensions* (m,), N.
 
     With their stretch, a flat sag, springs, and mounts that give, to first order.
     """
-    taut, scene = taut_at(model, place), model.robot.scene
+    taut, scene = taut_at(model, pose), model.robot.scene
     cables = [line.cable for line in model.robot.lines]
     stiff = np.array([cable.stiffness for cable in cables])
     weight = scene.gravity * np.array([cable.linear_density for cable in cables])

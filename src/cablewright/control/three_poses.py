@@ -31,16 +31,16 @@ _WAYS: Final = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.
 
 
 def places(model: Model, low: Array, high: Array, here: Array) -> list[Array]:
-    """Two places (3,), m, that can be reached from *here* and held, along x and along y; an empty list: there are none.
+    """Two poses (n,), moved from *here* (n,), that can be reached and held, along x and along y; empty: there are none.
 
     *low*, *high*: (3,) m, between which the platform has to stay.
     """
     found = []
     for pair in (_WAYS[:2], _WAYS[2:]):
-        inward = sorted(pair, key=lambda way: float(way @ (here - 0.5 * (low + high))))
+        inward = sorted(pair, key=lambda way: float(way @ (here[:3] - 0.5 * (low + high))))
         for way in inward:
-            steps = here + np.outer(np.linspace(0.25, 1.0, 4), WAY * way)
-            inside = bool(((steps >= low) & (steps <= high)).all())
+            steps = here + np.outer(np.linspace(0.25, 1.0, 4), WAY * np.pad(way, (0, model.n - 3)))
+            inside = bool(((steps[:, :3] >= low) & (steps[:, :3] <= high)).all())
             if inside and bool(solve_inverse(model, steps).ok.all()):
                 found.append(steps[-1])
                 break
@@ -49,10 +49,10 @@ def places(model: Model, low: Array, high: Array, here: Array) -> list[Array]:
 
 @dataclass(eq=False)
 class SlowWay:
-    """A straight way from one place to another, in lengths. Changed in place by `speeds`."""
+    """A straight way from one pose to another of nearly the same rotation, in lengths. Changed in place by `speeds`."""
 
-    begin: Array  # (3,) m
-    end: Array  # (3,) m
+    begin: Array  # (n,) m and rad
+    end: Array  # (n,) m and rad
     lengths: Array  # (m,) m, at the beginning, by the counts
     radius: float  # m, of the drums
     gone: float = 0.0  # m
@@ -62,7 +62,7 @@ class SlowWay:
     def speeds(self, model: Model, lengths: Array, dt: float) -> Array:
         """Speeds (m,), rad/s, for the next *dt*, s, at measured *lengths* (m,), m."""
         way = self.end - self.begin
-        whole = float(np.linalg.norm(way))
+        whole = float(np.linalg.norm(way[:3]))
         left = whole - self.gone
         self.pace = min(self.pace + _RAMP * dt, _SPEED, float(np.sqrt(2.0 * _RAMP * max(left, 0.0))) + 1e-4)
         self.gone = min(self.gone + self.pace * dt, whole)
@@ -84,4 +84,4 @@ def sentence(checks: Sequence[LengthCheck], names: Sequence[str]) -> str:
     sure = not others or (spread[best] < _CLOSER * spread[others[0]] and spread[others[0]] > _SURE)
     chosen = [best] if sure else sorted(lines, key=lambda i: spread[i])
     offsets = {i: float(np.mean([check.suspects[i] for check in checks])) for i in chosen}
-    return LengthCheck(first.position, first.misfit, offsets, first.tested).sentence(names)
+    return LengthCheck(first.pose, first.misfit, offsets, first.tested).sentence(names)

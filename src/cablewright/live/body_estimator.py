@@ -6,6 +6,7 @@ import math
 from typing import ClassVar, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.estimation.body import filter as of_body
 from cablewright.estimation.body.settings import BodySettings, Deviations
@@ -81,9 +82,15 @@ class BodyEstimator:
 
     SAVED: ClassVar[Saved] = ("_state",)
 
-    def __init__(self, settings: BodySettings, pose: Array, retraction: float = math.nan) -> None:
-        """*retraction*: m, at the beginning; NaN: the robot's own. Raises `AnswerError` for a pose that is not held."""
-        self._settings, self._state = settings, start(settings, pose, retraction)
+    def __init__(
+        self, settings: BodySettings, pose: Array, home: tuple[Array, NDArray[np.int64]] | None = None
+    ) -> None:
+        """*home*: lengths (m,), m, that are out at counts (m,); None: those that hold it, at the first reading.
+
+        Raises `AnswerError` for a pose that is not held.
+        """
+        lengths, counts = (None, None) if home is None else home
+        self._settings, self._state = settings, start(settings, pose, lengths=lengths, counts=counts)
 
     def step(self, frame: SensorFrame) -> Estimate:
         """As `Estimator`."""

@@ -9,8 +9,10 @@ from dataclasses import replace
 from typing import Any, ClassVar, Final, Protocol, get_args, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cablewright.estimation import dead_reckoning
+from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.dead_reckoning import ReckoningSettings
 from cablewright.estimation.known_creep import KnownCreep
 from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors
@@ -24,7 +26,9 @@ from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.live.body_estimator import BodyEstimator, body_settings, cells_of
 from cablewright.live.estimator_settings import OBSERVERS, Observer, with_drum_mass
 from cablewright.machine.coils import coil_of
+from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.sensors.tensions import MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
@@ -91,6 +95,29 @@ def estimator(
         priors = LengthPriors(place_sigma, radius=winch.radius_deviation, turns=winch.radius_turns)
         reckoning = replace(reckoning, priors=priors)
     return DeadReckoning(dead_reckoning.step, reckoning, dead_reckoning.start(reckoning, place))
+
+
+def homed(
+    settings: ReckoningSettings | BodySettings, lengths: Array, counts: NDArray[np.int64], pose: Array
+) -> DeadReckoning | BodyEstimator:
+    """Return the estimator of a machine whose *lengths* (m,), m, are out at *counts* (m,), near a *pose* (n,).
+
+    Raises `AnswerError` where there is no equilibrium.
+    """
+    if isinstance(settings, BodySettings):
+        return BodyEstimator(settings, pose, (lengths, counts))
+    return DeadReckoning(dead_reckoning.step, settings, dead_reckoning.start_at(settings, lengths, counts))
+
+
+def homed_settings(robot: Robot, settings: MachineSettings) -> ReckoningSettings | BodySettings:
+    """Return what `homed` is told of a machine on drives: a rigid platform's torques correct its lengths.
+
+    Raises `InputError` as `reckoning_of`.
+    """
+    if robot.n == 3:
+        return reckoning_of(robot, settings)
+    unread = {each.table: None for each in SENSORS if each not in (ENCODERS, MOTOR_TORQUES)}
+    return body_settings(robot, settings.model_copy(update=unread), sensors=True)
 
 
 def reckoning_of(robot: Robot, settings: MachineSettings) -> ReckoningSettings:

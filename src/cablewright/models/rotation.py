@@ -41,8 +41,10 @@ def motion_between(start: Array, end: Array) -> Array:
 
 
 def moved(pose: Array, motion: Array) -> Array:
-    """Return the pose (6,) to which a translation, m, and a rotation in space, rad, (6,), move *pose* (6,)."""
+    """Return the pose (n,) to which a translation, m, and a rotation in space, rad, (n,), move *pose* (n,)."""
     found = pose + motion
+    if len(found) == 3:
+        return np.asarray(found)
     found[3:] = pose[3:]
     compose(motion[3], motion[4], motion[5], found[3:])
     return found

@@ -36,6 +36,12 @@ def numbers(text: str | None, option: str, count: int | None = None, *, free: bo
     return values
 
 
+def begin_of(text: str | None, option: str, robot: cw.Robot) -> list[float] | None:
+    """The place, m, of an *option*, or of a rigid platform its pose, m and rad. Raises `InputError`."""
+    given = numbers(text, option)
+    return numbers(text, option, robot.n if given is not None and len(given) != 3 else 3)
+
+
 def pose_of(text: str | None, robot: cw.Robot) -> list[float] | None:
     """The value of --at, m and rad, for a *robot*; `FREE` is NaN. Raises `InputError`, also for what must be in mm.
 

@@ -11,7 +11,7 @@ import cablewright as cw
 from cablewright.apps.cli.command import command
 from cablewright.apps.cli.options import MachineName, RobotName, Seed
 from cablewright.apps.cli.output import tell
-from cablewright.apps.cli.parsing import numbers, run_path
+from cablewright.apps.cli.parsing import begin_of, run_path
 from cablewright.foundation.errors import EnvironmentFault, InputError
 
 if TYPE_CHECKING:
@@ -36,7 +36,10 @@ def serve_command(
     ] = None,
     key: Annotated[Path | None, typer.Option("--key", metavar="PEM", help="Private key of the certificate.")] = None,
     at: Annotated[
-        str | None, typer.Option("--at", metavar="X,Y,Z", help="Where the platform of a simulated machine begins, m.")
+        str | None,
+        typer.Option(
+            "--at", metavar="X,Y,Z[,..]", help="Where the platform of a simulated machine begins, m [and rad]."
+        ),
     ] = None,
     seed: Seed = 0,
     tried: Annotated[
@@ -72,7 +75,7 @@ def serve_command(
         raise InputError(f"--out = {folder}: is no folder")
     with TemporaryDirectory() as aside:
         state = Path(aside) / "machine" if tried else Path(file).with_suffix("")
-        station = _station(described, owner, file, state, numbers(at, "--at", 3), seed, tried)
+        station = _station(described, owner, file, state, begin_of(at, "--at", described), seed, tried)
         lock = None if owner.kind == "simulated" or tried else Path(file).with_suffix(".lock")
         try:
             serve(station, owner, folder, address, tell, lock)
@@ -90,31 +93,31 @@ def _station(
     seed: int,
     tried: bool,
 ) -> Station:
-    """The machine that is operated, from the *given* place (3,), m, on. Raises `InputError`."""
+    """The machine that is operated, from the *given* place (3,), m, or pose on. Raises `InputError`."""
     import numpy as np
 
-    from cablewright.live.serve.station import DriveStation, SimulatedStation, resting_place
+    from cablewright.live.serve.station import DriveStation, SimulatedStation, resting_pose
     from cablewright.machine.settings import require_robot
     from cablewright.machine.simulated.settings import whole_machine
     from cablewright.models.support import Capability, require
 
     require_robot(owner, robot.name)
     require(robot, Capability.SERVE)
-    place = resting_place(robot) if given is None else np.array(given)
+    pose = resting_pose(robot, None if given is None else np.array(given))
     if owner.kind == "simulated":
         if tried:
             raise InputError("--try: is for a machine file that names drives")
-        return SimulatedStation(robot, whole_machine(file), seed, place)
-    return DriveStation(robot, owner, state, _virtual(robot, owner, file, place, seed) if tried else None, place)
+        return SimulatedStation(robot, whole_machine(file), seed, pose)
+    return DriveStation(robot, owner, state, _virtual(robot, owner, file, pose, seed) if tried else None, pose)
 
 
-def _virtual(robot: cw.Robot, owner: cw.MachineSettings, file: str, place: Any, seed: int) -> Any:
+def _virtual(robot: cw.Robot, owner: cw.MachineSettings, file: str, pose: Any, seed: int) -> Any:
     """A bus with virtual drives in this process."""
     from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 
     if owner.drives is None or owner.drives.interface != "loopback":
         raise EnvironmentFault(f'{file}: drives.interface: must be "loopback" for virtual drives')
-    rig = VirtualRig(robot, cw.load_twin(file), place, seed=seed)
+    rig = VirtualRig(robot, cw.load_twin(file), pose, seed=seed)
     rig.warm()
     port = VirtualPort(rig)
     return lambda: port

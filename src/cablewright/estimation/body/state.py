@@ -162,10 +162,17 @@ class BodyState:
         return self.tracker.tensions
 
 
-def start(settings: BodySettings, pose: Array, retraction: float = math.nan, lengths: Array | None = None) -> BodyState:
+def start(
+    settings: BodySettings,
+    pose: Array,
+    retraction: float = math.nan,
+    lengths: Array | None = None,
+    counts: NDArray[np.int64] | None = None,
+) -> BodyState:
     """Return the state with the platform at *pose* (6,), homed there with a *retraction*, m (NaN: the robot's).
 
-    *lengths* (m,), m: at which an estimate had left it; None: those that hold it. Raises `AnswerError`.
+    *lengths* (m,), m: at which an estimate had left it; None: those that hold it. *counts* (m,): at which
+    these are out; None: those of the first reading. Raises `AnswerError`.
     """
     model = settings.model if math.isnan(retraction) else Model(settings.model.robot.retracted(retraction))
     if lengths is None:
@@ -187,7 +194,13 @@ def start(settings: BodySettings, pose: Array, retraction: float = math.nan, len
         LoadPath(tracker.tensions),
         lengths.copy(),
         Belief(np.zeros(layout.size), covariance, np.eye(m, layout.size), covariance[layout.laws, layout.laws].copy()),
-        Home(lengths.copy(), np.array(wound), taut.toward, np.zeros(m, dtype=np.int64)),
+        Home(
+            lengths.copy(),
+            np.array(wound),
+            taut.toward,
+            np.zeros(m, dtype=np.int64) if counts is None else counts.copy(),
+            counts is not None,
+        ),
         Wound(still, np.array(wound), still.copy()),
         Doubts(np.ones(m, dtype=bool)),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),

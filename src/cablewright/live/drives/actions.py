@@ -97,9 +97,13 @@ def tension(robot: Robot, settings: MachineSettings, state: Path, port: OpenPort
 def home(
     robot: Robot, settings: MachineSettings, state: Path, place: Array | None = None, port: OpenPort = None
 ) -> DriveSession:
-    """Take up slack and test the saved lengths, or find them by a measured *place* (3,), m. Raises as `write`."""
+    """Take up slack and test the saved lengths, or find them by a measured *place*. Raises as `write`.
+
+    *place*: (3,) m, or of a rigid platform (6,) m and rad, of which (3,) is unrotated.
+    """
     if place is not None:
         _require_inside(robot, place)
+        place = np.pad(place, (0, robot.n - len(place)))
     machine = RealMachine.of(robot, settings, state, port)
     homing = machine.homing(_guess(machine), place)
     return _session(machine, "home", SessionOperator(PERSON, Order(OrderKind.HOME)), {PrintState.HOMING: homing})
@@ -158,7 +162,7 @@ def jog_platform(
 def _require_inside(robot: Robot, place: Array) -> None:
     """Raise `InputError` for a place outside the frame."""
     scene = robot.scene
-    for axis, low, at, high in zip("xyz", scene.frame_min, place.tolist(), scene.frame_max, strict=True):
+    for axis, low, at, high in zip("xyz", scene.frame_min, place[:3].tolist(), scene.frame_max, strict=True):
         if not low <= at <= high:
             why = f"is outside the frame of {robot.name}, {low:g} to {high:g} m; places are in m"
             raise InputError(f"place: {axis} = {at:g} m: {why}")
@@ -209,12 +213,11 @@ class _JogOperator(SessionOperator):
 
 
 def _guess(machine: RealMachine) -> Array:
-    path = still_path(machine.robot, machine.keeper.position)
-    return np.array(path.track.at(0.0).position)
+    return still_path(machine.robot, machine.keeper.pose).start_pose
 
 
 def _printer(machine: RealMachine, procedures: dict[PrintState, Procedure]) -> Printer:
-    return machine.printer(still_path(machine.robot, machine.keeper.position), "model", procedures)
+    return machine.printer(still_path(machine.robot, machine.keeper.pose), "model", procedures)
 
 
 def _session(
@@ -234,10 +237,11 @@ def _session(
     operator.reason = machine.keeper.doubt or operator.reason
     homing = procedures.get(PrintState.HOMING)
     lines = _lines(machine, watching)
-    if isinstance(homing, Homing) and homing.position is not None:
-        x, y, z = homing.position.tolist()
+    if isinstance(homing, Homing) and homing.pose is not None:
+        x, y, z, *turn = homing.pose.tolist()
         found = _answer(machine, action, operator.reason, lines, printer.time)
-        return replace(found, position=(x, y, z), misfit=homing.misfit, notes=tuple(homing.notes))
+        found = replace(found, position=(x, y, z), misfit=homing.misfit, notes=tuple(homing.notes))
+        return replace(found, rotation=tuple(turn)) if turn else found
     return _answer(machine, action, operator.reason, lines, printer.time)
 
 

@@ -119,6 +119,8 @@ class DriveSession(Result):
         Figure("reason", "", "Why it was not done; empty where it was.", detail=True),
         Figure("position", "m", "Where the platform was found; null where nobody looked for it.",
                only=lambda of: of.position is not None),
+        Figure("rotation", "rad", "Rotation vector of a rigid platform there.", only=lambda of: of.rotation is not None,
+               shown="deg"),
         Figure("misfit", "m", "By how much the lengths do not fit together.", only=lambda of: of.position is not None),
         Figure("notes", "", "What else was found, and what no test could see.", detail=True),
         Figure("duration", "s", "Duration, by the machine's clock."),
@@ -140,6 +142,7 @@ class DriveSession(Result):
     bus: dict[str, float | int]
     duration: float = 0.0
     position: tuple[float, float, float] | None = None
+    rotation: tuple[float, ...] | None = None
     misfit: float = math.nan
     notes: tuple[str, ...] = ()
 

@@ -4,27 +4,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
 from cablewright.control.force_balance import CarriedWatch
-from cablewright.estimation import dead_reckoning
-from cablewright.estimation.dead_reckoning import ReckoningState
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.file_output import write_whole
 from cablewright.foundation.reading_times import ReadingTimes
+from cablewright.foundation.saving import Saved
 from cablewright.foundation.signals import Drives, DriveState, Encoders, Estimate, SensorFrame, Tensions, frozen
 from cablewright.foundation.toml_input import read_bytes
-from cablewright.live.estimators import reckoning_of
+from cablewright.live.body_estimator import BodyEstimator
+from cablewright.live.estimators import DeadReckoning, homed, homed_settings
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import CountsFile, Remembering
 from cablewright.models.support import Capability, Coverage, support
 from cablewright.robot import Robot
+from cablewright.solvers.inverse import solve_inverse
 
 _MAX_FILE: Final = 1 << 20  # bytes
 
@@ -36,6 +38,7 @@ class _File(CountsFile):
 
     lengths: tuple[_Number, ...]
     position: tuple[_Number, _Number, _Number]
+    rotation: tuple[_Number, _Number, _Number] | None = None  # of a rigid platform
 
 
 class LengthKeeper:
@@ -44,19 +47,19 @@ class LengthKeeper:
     def __init__(self, path: Path, robot: Robot, settings: MachineSettings) -> None:
         """The file at *path*, which need not be there. Raises `InputError` for one that is damaged or of another."""
         self.path, self.robot = path, robot
-        self.reckoning = reckoning_of(robot, settings)
+        self.reckoning = homed_settings(robot, settings)
         self.tension_error = 0.1 if settings.drives is None else settings.drives.tension_error
         self.machine: Remembering | None = None  # whose counts these are
-        self.found: ReckoningState | None = None  # since homing has passed the lengths, in this session
+        self.found: DeadReckoning | BodyEstimator | None = None  # since homing has passed the lengths, in this session
         self.doubt = ""  # why they are not believed any more, until homing passes them again
         self.laid: Callable[[], float] = lambda: 0.0
         """Powder, kg, that has left the drum since it was filled: only a print knows it, by hand the drum is full."""
         self._saved = self._read()
 
     @property
-    def position(self) -> Array | None:
-        """Where the platform was at the last homing, m; None: it never was homed."""
-        return None if self._saved is None else np.array(self._saved.position)
+    def pose(self) -> Array | None:
+        """Where the platform was at the last homing, (n,) m and rad; None: it never was homed."""
+        return None if self._saved is None else np.array([*self._saved.position, *(self._saved.rotation or ())])
 
     def lengths(self, counts: NDArray[np.int64]) -> Array | None:
         """Lengths (m,), m, at *counts* (m,); None where nothing valid is saved, or a drum cannot have turned so far."""
@@ -81,14 +84,18 @@ class LengthKeeper:
             found[i] *= float(coil.radii.min()) / coil.radius(coil.angle(held))
         return found
 
-    def accept(self, lengths: Array, counts: NDArray[np.int64]) -> None:
-        """Take lengths (m,), m, that homing has passed at *counts*, and write them. Raises `AnswerError`."""
-        self.found, self.doubt = dead_reckoning.start_at(self.reckoning, lengths, counts), ""
+    def accept(self, lengths: Array, counts: NDArray[np.int64], pose: Array) -> None:
+        """Take lengths (m,), m, that homing has passed at *counts*, with their *pose* (n,), and write them.
+
+        Raises `AnswerError`.
+        """
+        self.found, self.doubt = homed(self.reckoning, lengths, counts, pose), ""
         lines = [line.name for line in self.robot.lines]
         assert self.machine is not None
         content = {"schema": 2, "robot": self.robot.name, "lines": lines, "epoch": self.machine.epoch}
         content["counts"] = counts.tolist()
-        content |= {"lengths": lengths.tolist(), "position": self.found.tracker.pose.tolist()}
+        content |= {"lengths": lengths.tolist(), "position": pose[:3].tolist()}
+        content |= {"rotation": pose[3:].tolist()} if len(pose) == 6 else {}
         text = json.dumps(content)
         self._saved = _File.model_validate_json(text)
         write_whole(self.path, text.encode() + b"\n")
@@ -106,23 +113,33 @@ class LengthKeeper:
         m = len(lines)
         if (found.robot, found.lines) != (self.robot.name, lines) or (len(found.counts), len(found.lengths)) != (m, m):
             raise InputError(f"{self.path}: holds lengths of {found.robot!r}, lines {', '.join(found.lines)}")
+        if (found.rotation is None) != (self.robot.n == 3):
+            what = "no rotation, which a rigid platform has" if self.robot.n == 6 else "a rotation, which no point has"
+            raise InputError(f"{self.path}: rotation: holds {what}; remove the file and home the machine anew")
         return found
 
 
 class KeptEstimator:
-    """The estimator of a machine whose lengths are known since it was homed; before that no position is valid."""
+    """The estimator of a machine whose lengths are known since it was homed; before that no position is valid.
+
+    Nothing of it is saved with a print: it begins anew by homing.
+    """
+
+    SAVED: ClassVar[Saved] = ()
 
     def __init__(self, keeper: LengthKeeper, guess: Array) -> None:
-        """*guess* (3,), m: what is told as the position while it is not known."""
+        """*guess* (n,), m and rad: what is told as the pose while it is not known."""
         self._keeper, self._guess = keeper, guess
         self._carried = CarriedWatch(keeper.reckoning.model, keeper.tension_error)
         self._times = ReadingTimes()
+        self._lengths: Array | None = None  # (m,) m, of the last estimate
 
     def step(self, frame: SensorFrame) -> Estimate:
         """As `Estimator`."""
-        state = self._keeper.found
-        if state is not None:
-            estimate = dead_reckoning.step(self._keeper.reckoning, state, frame)
+        found = self._keeper.found
+        if found is not None:
+            estimate = found.step(self._at_radii(frame))
+            self._lengths = estimate.lengths
             if not self._doubts(frame, estimate):
                 return estimate
         m = len(self._keeper.robot.lines)
@@ -132,15 +149,28 @@ class KeptEstimator:
         unknown = frozen(np.full(m, np.nan))
         return Estimate(
             frame.time,
-            frozen(self._guess),
+            frozen(self._guess[:3]),
             frozen(np.zeros(3)),
-            frozen(np.zeros(3)),
+            frozen(self._guess[3:] if len(self._guess) == 6 else np.zeros(3)),
             unknown if lengths is None else frozen(lengths),
             unknown,
             np.zeros(m, dtype=bool),
             frozen([coil.radii[0] for coil in self._keeper.reckoning.coils]),
             valid=False,
         )
+
+    def _at_radii(self, frame: SensorFrame) -> SensorFrame:
+        """A frame with tensions at the radii at which cable leaves: drives show those at the smallest."""
+        keeper, out = self._keeper, self._lengths
+        if keeper.robot.n == 3 or out is None or not frame.of(Tensions) or not np.isfinite(out).all():
+            return frame
+        readings = [
+            replace(each, tensions=frozen(keeper.tensions(each.tensions, out)))
+            if isinstance(each, Tensions) and len(each.tensions) == len(out)
+            else each
+            for each in frame.readings
+        ]
+        return replace(frame, readings=tuple(readings))
 
     def _doubts(self, frame: SensorFrame, estimate: Estimate) -> bool:
         """Whether the lines do not carry the platform where it is reckoned to be: it is homed anew then."""
@@ -155,7 +185,8 @@ class KeptEstimator:
             and len(pulls[-1].tensions) == len(estimate.lengths)
         ):
             tensions = keeper.tensions(pulls[-1].tensions, estimate.lengths)
-            keeper.doubt = self._carried.judge(estimate.position, tensions, frame.time, keeper.laid())
+            pose = np.concatenate([estimate.position, estimate.rotation])[: keeper.robot.n]
+            keeper.doubt = self._carried.judge(pose, tensions, frame.time, keeper.laid())
             if keeper.doubt:
                 keeper.found = None
                 self._carried.forget()
@@ -164,24 +195,37 @@ class KeptEstimator:
     @property
     def tensions(self) -> Array | None:
         """As `Estimator`."""
-        state = self._keeper.found
-        return None if state is None else state.tracker.tensions
+        found = self._keeper.found
+        return None if found is None else found.tensions
+
+    @property
+    def danger(self) -> str:
+        """Why the machine is to stop, as the estimator of a rigid platform finds it; empty: nothing."""
+        found = self._keeper.found
+        return "" if found is None else found.danger
+
+    @property
+    def searches(self) -> bool:
+        """Whether the cause of that is still looked for."""
+        found = self._keeper.found
+        return found is not None and found.searches
 
 
-def warm(keeper: LengthKeeper, place: Array) -> None:
+def warm(keeper: LengthKeeper, pose: Array) -> None:
     """Compile, or load, what estimation and homing call, before a machine waits for it. Raises `AnswerError`."""
     from cablewright.control.length_check import check_lengths
     from cablewright.solvers.continuation import Tracker, TrackerSettings
 
     reckoning = keeper.reckoning
-    state = dead_reckoning.start(reckoning, place)
-    lengths, counts = state.start_lengths, np.zeros(len(state.start_lengths), dtype=np.int64)
-    begun = dead_reckoning.start_at(reckoning, lengths, counts)
-    for k in range(2):
-        dead_reckoning.step(reckoning, begun, SensorFrame(0.01 * (k + 1), (Encoders(0.01 * (k + 1), counts),)))
-    check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), place)
+    held = solve_inverse(reckoning.model, pose).checked()
+    lengths, counts = held.lengths, np.zeros(len(held.lengths), dtype=np.int64)
+    begun = homed(reckoning, lengths, counts, held.pose)
+    for now in (0.01, 0.02, 0.2):  # the last one ends a measurement of a rigid platform
+        readings = (Encoders(now, counts), Tensions("motor_torques", now, held.tensions))
+        begun.step(SensorFrame(now, readings))
+    check_lengths(reckoning.model, lengths, np.full(len(lengths), 100.0), held.pose)
     certifies = support(reckoning.model.robot, Capability.TRACKER).verdict is Coverage.WORKS
     try:
-        Tracker(reckoning.model, lengths, TrackerSettings(certify=certifies)).step(lengths)
+        Tracker(reckoning.model, lengths, TrackerSettings(certify=certifies), begin=held).step(lengths)
     except AnswerError:
         return  # said when it is asked for

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Final
 
 from cablewright.analyses.safe_travel import driven_job
-from cablewright.control.guide import TimedPath
 from cablewright.control.procedure import Procedure
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError
@@ -22,6 +21,8 @@ from cablewright.foundation.saving import Snapshot, write_snapshots
 from cablewright.foundation.signals import Command, Drives, Encoders, Estimate, Order, OrderKind, PrintState, Tensions
 from cablewright.live.drives.session import RealMachine, taking_up
 from cablewright.live.prints import loop
+from cablewright.live.prints.laid_material import check_clear
+from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Operator, Printer
 from cablewright.live.prints.print_job import PrintedJob
 from cablewright.live.prints.record import finish
@@ -39,6 +40,7 @@ from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import read_log, write_log
 from cablewright.machine.log.segments import next_segment
 from cablewright.machine.settings import MachineSettings, extruding
+from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
 from cablewright.running.store import MANIFEST, manifest_of
@@ -151,8 +153,7 @@ def print_on_drives(
     bead, differing = job.typical_bead()
     owner = extruding(settings, bead, job.motion.print_speed)
     machine = RealMachine.of(robot, owner, state, port)
-    lift = 0.0 if owner.extrusion is None else owner.point_drum.valve
-    path = TimedPath.of(job, layers, lift, samples=samples, robot=robot)
+    path = path_of(robot, job, samples, owner, machine.estimator, law, layers)
     options = {"control": law, "layers": layers, "machine": owner.model_dump(mode="json")}
     manifest = manifest_of("print", inputs, options)
     option = "--restart" if restart else "--resume" if resume else ""
@@ -163,10 +164,12 @@ def print_on_drives(
     signature(b"")  # a key that cannot be had is said before the work
     procedures: dict[PrintState, Procedure] = {
         PrintState.TENSIONING: taking_up(machine),
-        PrintState.HOMING: machine.homing(path.track.at(0.0).position),
+        PrintState.HOMING: machine.homing(path.start_pose),
     }
     saved, epoch, begin = _taken_up(folder) if resume and not restart else (None, datetime.now(UTC), 0.0)
     printer = machine.printer(path, law, procedures, saved, begin)
+    if path.attitude is not None:
+        check_clear(Model(robot), job, layers)
     machine.reckon_powder(printer)
     if not option:
         make_folder(folder)
@@ -186,7 +189,7 @@ def print_on_drives(
         if machine.bus_machine.left:
             say(machine.bus_machine.left)
         record, log = finish(folder, path.track, path.print_speed, None, progress)
-        return PrintedJob("encoders", run, record, log).written()
+        return PrintedJob(machine.estimator, run, record, log).written()
 
 
 def _run(

@@ -14,6 +14,7 @@ import numpy as np
 
 from cablewright.control import manual
 from cablewright.control.guide import TimedPath
+from cablewright.control.held_lengths import held_at
 from cablewright.control.homing import Homing, HomingSettings
 from cablewright.control.manual import ManualSettings
 from cablewright.control.procedure import Procedure
@@ -25,8 +26,9 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Snapshot
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives.keeper import KeptEstimator, LengthKeeper, warm
+from cablewright.live.prints.body_limits import chosen_places, nozzle_of, poses_at
 from cablewright.live.prints.limits import planned
-from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.prints.loop import Printer, PrintPlan, Step
 from cablewright.machine.drives.axes import require_drives
 from cablewright.machine.drives.bus import Port
 from cablewright.machine.drives.choice import drives_of
@@ -92,10 +94,12 @@ class RealMachine:
         return TakeUpSettings(names, self.settings.drives.tension, self.keeper.reckoning.counts_per_radian, radius)
 
     def homing(self, guess: Array, place: Array | None = None) -> Homing:
-        """The procedure that homes it; *place* (3,), m: measured by a person."""
+        """The procedure that homes it, near *guess* (n,) if nothing is saved; *place* (n,): measured by a person.
+
+        Both in m and rad.
+        """
         keeper = self.keeper
-        found = keeper.position
-        near = guess if found is None else found
+        near = guess if keeper.pose is None else keeper.pose
         scene = self.robot.scene
         frame = np.array(scene.frame_min), np.array(scene.frame_max)
         assert self.settings.drives is not None
@@ -114,6 +118,11 @@ class RealMachine:
                 lambda: keeper.laid(),
             )
         )
+
+    @property
+    def estimator(self) -> str:
+        """Name of the estimator: of a rigid platform the filter, whose torques correct its lengths."""
+        return "encoders" if self.robot.n == 3 else "filter"
 
     @property
     def delay(self) -> float:
@@ -154,13 +163,13 @@ class RealMachine:
         """
         settings, scales = self.settings, [axis.scale for axis in self.drives.axes]
         self.bus_machine.begin = begin
-        plan = planned(self.robot, settings, path, settings.period, "encoders", law, None)
+        plan = planned(self.robot, settings, path, settings.period, self.estimator, law, None)
         speed = min(scale.max_speed for scale in scales)
         fastest, thin = max(path.print_speed, path.travel_speed), min(scale.radii[0] for scale in scales)
         if fastest / thin > speed:
             why = f"lines may run at {fastest:g} m/s, {fastest / thin:.3g} rad/s of a drum; its drive has {speed:.3g}"
             raise InputError(f"the job is too fast for the drives: {why}")
-        self._require_torque(path)
+        self._require_torque(plan)
         torques = np.array([_OVER * scale.max_torque for scale in scales])
         plan = replace(
             plan,
@@ -169,9 +178,9 @@ class RealMachine:
             manual=self.by_hand(plan.manual),
             procedures=procedures,
         )
-        warm(self.keeper, path.track.at(0.0).position)
+        warm(self.keeper, path.start_pose)
         return Printer(
-            plan, self.machine, lambda place, _radii: KeptEstimator(self.keeper, place), now=begin, saved=saved
+            plan, self.machine, lambda pose, _radii: KeptEstimator(self.keeper, pose), now=begin, saved=saved
         )
 
     def reckon_powder(self, printer: Printer) -> None:
@@ -180,11 +189,16 @@ class RealMachine:
         if self.settings.drives.valve is not None and printer.plan.flow > 0.0:
             self.keeper.laid = lambda: printer.load.poured
 
-    def _require_torque(self, path: TimedPath) -> None:
+    def _require_torque(self, plan: PrintPlan) -> None:
         """Raise `InputError` where the drives cannot hold the platform on a path."""
-        places = path.track.positions
-        chosen = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(np.int64)]
-        pulls = solve_inverse(self.keeper.reckoning.model, chosen, path=True).tensions
+        path, places = plan.path, plan.path.track.positions
+        if path.attitude is None:
+            chosen = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(np.int64)]
+            pulls = solve_inverse(self.keeper.reckoning.model, chosen, path=True).tensions
+        else:
+            held = held_at(plan.velocity.model, *poses_at(path, chosen_places(path)))
+            assert held is not None  # as the plan has found
+            pulls = held.tensions
         for axis, most in zip(self.drives.axes, np.nanmax(pulls, axis=0).tolist(), strict=True):
             torque = most * axis.scale.radii[1]
             if torque > axis.scale.max_torque:
@@ -192,18 +206,22 @@ class RealMachine:
                 raise InputError(f"the job is too heavy for the drives: {why}")
 
 
-def still_path(robot: Robot, place: Array | None) -> TimedPath:
-    """A small path about *place* (3,), m, or the middle of the frame, that nobody is going to start."""
-    scene = robot.scene
+def still_path(robot: Robot, pose: Array | None) -> TimedPath:
+    """A small path about *pose* (n,), m and rad, or the middle of the frame, that nobody is going to start.
+
+    A rigid platform is unrotated there.
+    """
+    scene, nozzle = robot.scene, nozzle_of(robot)
     middle = 0.5 * (np.array(scene.frame_min) + np.array(scene.frame_max))
-    x, y, z = (middle if place is None else np.clip(place, scene.frame_min, scene.frame_max)).tolist()
+    place = middle if pose is None else np.clip(pose[:3], scene.frame_min, scene.frame_max)
+    x, y, z = (place + (0.0 if nozzle is None else np.array(nozzle))).tolist()
     job = Job(
         name="session",
         origin=(x, y, 0.0),
         helix=Helix(radius=_SMALL, layers=1, layer_height=0.001, first_height=max(z, 0.002)),
         motion=Motion(print_speed=0.01, travel_speed=0.01, acceleration=0.05),
     )
-    return TimedPath.of(job, None, 0.0)
+    return TimedPath.of(job, None, 0.0, nozzle)
 
 
 @dataclass(eq=False)

@@ -33,6 +33,8 @@ from cablewright.machine.sensors.tensions import LOAD_CELLS, MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.models.support import Capability, require
+from cablewright.printing.job import Job
+from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched
 from cablewright.solvers.inverse import solve_inverse
@@ -44,6 +46,25 @@ _BEYOND: Final = 0.02  # m beyond the frame for a rigid platform, whose path may
 _DRUM_SPEED: Final = 1.2  # of a winch's own limit: where the machine stops
 _RAMP_TIMES: Final = (0.05, 0.5)  # s: shortest and longest ramp of a stop
 _LOAD_SHARE: Final = 0.5  # share of a line's breaking load at which the machine stops
+
+
+def path_of(
+    robot: Robot,
+    job: Job,
+    samples: Samples,
+    owner: MachineSettings,
+    estimator: str,
+    law: LawName = "model",
+    layers: int | None = None,
+) -> TimedPath:
+    """Return the path of the first *layers* of a *job*, by its driven *samples*, for the machine of *owner*.
+
+    Raises `InputError` where robot, job and machine do not go together.
+    """
+    body_limits.require_fit(robot, job, owner, law)
+    lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
+    path = TimedPath.of(job, layers, lift, body_limits.nozzle_of(robot), samples, robot)  # a strand's is the nozzle's
+    return body_limits.with_tour(path, owner, estimator)
 
 
 def planned(

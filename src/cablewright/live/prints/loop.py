@@ -144,7 +144,7 @@ class Printer:
         self.learning = self.estimator if isinstance(self.estimator, Learning) else None
         self._weighing = self.estimator if isinstance(self.estimator, Weighing) else None
         self._danger = ""  # that the estimator told last
-        if saved is not None and self.learning is not None:
+        if saved is not None and self.learning is not None and self.learning.SAVED:
             load(self.learning, saved["estimator"])
 
     @property

@@ -16,9 +16,8 @@ from cablewright.estimation.lidar.room import Laser
 from cablewright.foundation.choices import HeightRule, LawName, PlantName, SeverityName
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.live.estimators import ESTIMATORS
-from cablewright.live.prints.body_limits import nozzle_of, require_fit, with_tour
 from cablewright.live.prints.laid_material import check_clear
-from cablewright.live.prints.limits import planned
+from cablewright.live.prints.limits import path_of, planned
 from cablewright.live.prints.loop import PrintPlan
 from cablewright.live.prints.structure import CELLS_PER_BEAD
 from cablewright.machine.files import machine_names
@@ -136,11 +135,9 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         if not 1e-3 <= choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: must be from 1 ms to 60 s")
         settings = settings.with_simulation(quasi_static_period=choices.period)
-    require_fit(robot, job, owner, choices.law)
-    lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
-    path = TimedPath.of(job, choices.layers, lift, nozzle_of(robot), samples, robot)  # a strand's path is the nozzle's
+    chosen = choices.estimator or best_estimator(owner)
+    path = path_of(robot, job, samples, owner, chosen, choices.law, choices.layers)
     settings = _intruded(settings, choices, path.duration)
-    chosen = choices.estimator or _best_estimator(owner)
     _require_places(choices, chosen, robot, owner)
     return MachineTwin(
         robot,
@@ -148,7 +145,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         settings,
         choices,
         chosen,
-        with_tour(path, owner, chosen),
+        path,
         () if owner.extrusion is None else differing,
     )
 
@@ -188,7 +185,7 @@ def _fine(settings: TwinSettings, robot: Robot) -> TwinSettings:
     return settings if cell >= floor.cell else settings.with_simulation(room=floor.model_copy(update={"cell": cell}))
 
 
-def _best_estimator(settings: MachineSettings) -> str:
+def best_estimator(settings: MachineSettings) -> str:
     """The best estimator for a machine's sensors: the filter, or encoders alone."""
     if settings.body is not None:
         return "encoders" if settings.tension_sensor is None else "filter"

@@ -22,6 +22,9 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
 from cablewright.live.drives.session import RealMachine, taking_up
 from cablewright.live.estimators import estimator
+from cablewright.live.prints.body_limits import nozzle_of
+from cablewright.live.prints.laid_material import check_clear
+from cablewright.live.prints.limits import path_of
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.live.rest_pose import rest_pose
@@ -31,6 +34,8 @@ from cablewright.machine.paced import Paced
 from cablewright.machine.settings import MachineSettings, extruding
 from cablewright.machine.simulated.settings import TwinSettings
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.models.rotation import matrix_of
+from cablewright.models.statics import Model
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot
@@ -54,7 +59,7 @@ class Sitting:
     refill: Callable[[], None] = lambda: None
     lateness: Callable[[], list[float]] = list
     home_at: Callable[[Array | None], None] = lambda _place: None
-    """Takes where a person has measured the platform, (3,) m, before an order to home; None: nobody has."""
+    """Takes where a person has measured the platform, (3,) m or (n,), before an order to home; None: nobody has."""
 
     notes: tuple[str, ...] = ()
 
@@ -78,16 +83,22 @@ class Station(Protocol):
 
 
 def still_job(robot: Robot, place: Array) -> Job:
-    """A small circle about *place* (3,), m, that nobody is going to print: a loop needs a path."""
+    """A small circle of the nozzle about *place* (3,), m, that nobody is going to print: a loop needs a path."""
     low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
     x, y, z = np.clip(place, low + 2.0 * _SMALL, high - 2.0 * _SMALL).tolist()
     helix = Helix(radius=_SMALL, layers=1, layer_height=0.001, first_height=0.002)
     return Job(name="by hand", origin=(x, y, z - 0.002), helix=helix, motion=_BY_HAND)
 
 
-def resting_place(robot: Robot) -> Array:
-    """Where the platform of a simulated machine begins, (3,) m."""
-    return np.array(rest_pose(robot).equilibrium.pose[:3])
+def resting_pose(robot: Robot, place: Array | None = None) -> Array:
+    """Where the platform of a simulated machine begins, (n,) m and rad: at *place* (3,) or (n,), if that is given."""
+    return np.array(rest_pose(robot).equilibrium.pose) if place is None else np.pad(place, (0, robot.n - len(place)))
+
+
+def _nozzle_at(robot: Robot, pose: Array) -> Array:
+    """The point (3,), m, that is led along a path, with the platform at *pose* (n,)."""
+    nozzle = nozzle_of(robot)
+    return pose if nozzle is None else np.asarray(pose[:3] + matrix_of(pose[3:]) @ np.array(nozzle))
 
 
 @dataclass(eq=False)
@@ -97,27 +108,28 @@ class SimulatedStation:
     robot: Robot
     settings: TwinSettings
     seed: int
-    place: Array  # (3,) m, where it is
-    told: Array | None = None  # (3,) m, where the last sitting knew it; None: there
+    pose: Array  # (n,) m and rad, where it is
+    told: Array | None = None  # (n,) m and rad, where the last sitting knew it; None: there
     _last: tuple[SimulatedMachine, Printer] | None = field(default=None, repr=False)
 
     def sitting(self, job: Job | None) -> Sitting:
         """As `Station`."""
         if self._last is not None:
             machine, printer = self._last
-            self.place, self.told = machine.truth.position.copy(), printer.last_pose[:3].copy()
-        begin = self.place if self.told is None else self.told
-        drum = self.settings.owner.point_drum
-        lift = 0.0 if self.settings.owner.extrusion is None else drum.valve
-        wanted = still_job(self.robot, begin - [0.0, 0.0, lift]) if job is None else job
+            truth = np.concatenate([machine.truth.position, machine.truth.rotation])
+            self.pose, self.told = truth[: self.robot.n], printer.last_pose.copy()
+        begin = self.pose if self.told is None else self.told
+        owner = self.settings.owner
+        lift = 0.0 if owner.extrusion is None or owner.drum is None else owner.drum.valve
+        wanted = still_job(self.robot, _nozzle_at(self.robot, begin) - [0.0, 0.0, lift]) if job is None else job
         twin = twin_of(self.robot, wanted, self.settings, PrintOptions(seed=self.seed))
         plan = plan_print(twin)
-        machine = SimulatedMachine(self.robot, twin.settings, self.place, seed=self.seed)
+        machine = SimulatedMachine(self.robot, twin.settings, self.pose, seed=self.seed)
         paced = Paced(machine)
         printer = Printer(
-            plan, paced, lambda _place, radii: estimator(twin.estimator, self.robot, machine.settings, begin, (), radii)
+            plan, paced, lambda _pose, radii: estimator(twin.estimator, self.robot, machine.settings, begin, (), radii)
         )
-        printer.last_pose[:3] = begin
+        printer.last_pose[:] = begin
         self._last = machine, printer
         head = LogHead(
             self.robot,
@@ -130,7 +142,8 @@ class SimulatedStation:
         )
 
         def refill() -> None:
-            machine.refill(min(plan.powder, drum.capacity))
+            if owner.drum is not None:
+                machine.refill(min(plan.powder, owner.drum.capacity))
             printer.refilled()
 
         return Sitting(printer, twin.path, head, job, refill, lambda: list(paced.lateness))
@@ -144,7 +157,7 @@ class DriveStation:
     settings: MachineSettings
     state: Path
     port: Callable[[], Port] | None = None
-    begin: Array | None = None  # (3,) m, roughly where the platform is if nothing is saved
+    begin: Array | None = None  # (n,) m and rad, roughly where the platform is if nothing is saved
 
     def sitting(self, job: Job | None) -> Sitting:
         """As `Station`."""
@@ -157,12 +170,14 @@ class DriveStation:
             self.settings if job is None else extruding(self.settings, job.typical_bead()[0], job.motion.print_speed)
         )
         machine = RealMachine.of(self.robot, owner, self.state, self.port)
-        near = machine.keeper.position
+        near = machine.keeper.pose
         if near is None:
-            near = resting_place(self.robot) if self.begin is None else self.begin
-        wanted = still_job(self.robot, near) if job is None else job
-        lift = owner.point_drum.valve if job is not None and owner.extrusion is not None else 0.0
-        path = TimedPath.of(wanted, None, lift, samples=samples, robot=self.robot)
+            near = resting_pose(self.robot) if self.begin is None else self.begin
+        if job is None or samples is None:
+            still = still_job(self.robot, _nozzle_at(self.robot, near))
+            path = TimedPath.of(still, nozzle=nozzle_of(self.robot), robot=self.robot)
+        else:
+            path = path_of(self.robot, job, samples, owner, machine.estimator)
         homing = machine.homing(near)
         procedures: dict[PrintState, Procedure] = {
             PrintState.TENSIONING: taking_up(machine),
@@ -170,7 +185,7 @@ class DriveStation:
         }
 
         def home_at(place: Array | None) -> None:
-            homing.settings = replace(homing.settings, place=place)
+            homing.settings = replace(homing.settings, place=None if place is None else resting_pose(self.robot, place))
 
         paced = Paced(machine.machine)
         if self.port is not None:  # virtual time
@@ -178,6 +193,8 @@ class DriveStation:
         printer = machine.printer(path, "model", procedures)
         if job is not None:
             machine.reckon_powder(printer)
+        if job is not None and path.attitude is not None:
+            check_clear(Model(self.robot), job, None)
         epoch = datetime.now(UTC).replace(microsecond=0)
         head = LogHead(self.robot, owner, owner.period, kind="real", epoch=epoch)
         assert owner.drives is not None

@@ -14,7 +14,7 @@ from cablewright.apps.cli.drives.machine_file import load_real
 from cablewright.apps.cli.drives.terminal import Button, button
 from cablewright.apps.cli.options import AsJson
 from cablewright.apps.cli.output import answer, tell
-from cablewright.apps.cli.parsing import numbers
+from cablewright.apps.cli.parsing import begin_of, numbers
 from cablewright.foundation.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ class ActionOptions:
     """What single actions need."""
 
     place: Annotated[
-        str | None, typer.Option("--place", metavar="X,Y,Z", help="Where you measured the platform, m, for home.")
+        str | None,
+        typer.Option("--place", metavar="X,Y,Z[,..]", help="Where you measured the platform, m [and rad], for home."),
     ] = None
     line: Annotated[str | None, typer.Option("--line", metavar="NAME", help="Line whose winch turns, for jog.")] = None
     speed: Annotated[
@@ -60,7 +61,7 @@ class ActionOptions:
             case "tension":
                 return actions.tension(robot, settings, state, port)
             case "home":
-                place = numbers(self.place, "--place", 3)
+                place = begin_of(self.place, "--place", robot)
                 return actions.home(robot, settings, state, None if place is None else np.array(place), port)
             case "enable":
                 hold = float("inf") if self.seconds is None else self.seconds
@@ -109,7 +110,8 @@ def drives_command(
         typer.Option("--virtual", metavar="FILE", help="Be the drives of a machine file on this computer instead."),
     ] = None,
     at: Annotated[
-        str | None, typer.Option("--at", metavar="X,Y,Z", help="Where the platform of virtual drives begins, m.")
+        str | None,
+        typer.Option("--at", metavar="X,Y,Z[,..]", help="Where the platform of virtual drives begins, m [and rad]."),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the machine as built behind virtual drives.")] = 0,
     as_json: AsJson = False,
@@ -152,11 +154,11 @@ def _virtual_bus(action: Action, robot: cw.Robot, machine: str, at: str | None, 
 
 
 def _start(robot: cw.Robot, at: str | None) -> Any:
-    """Where the platform of virtual drives begins, (3,) m."""
+    """Where the platform of virtual drives begins, m, or a rigid one's pose, m and rad."""
     from cablewright.live.drives.session import still_path
 
-    given = numbers(at, "--at", 3)
-    return still_path(robot, None).track.at(0.0).position if given is None else given
+    given = begin_of(at, "--at", robot)
+    return still_path(robot, None).start_pose if given is None else given
 
 
 def _be_virtual(file: Path, robot: str | None, at: str | None, seed: int) -> int:
