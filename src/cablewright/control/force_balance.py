@@ -62,7 +62,8 @@ class ForceBalance:
             f"the tensions do not fit the place {x:.2f}, {y:.2f}, {z:.2f} m: beyond the weight of {self.weight:.0f} N"
         )
         allowed = f"at most {self.limit:.0f} N is allowed (drives.tension_error)"
-        return f"{what} the lines pull by {ways} N{turning}, {self.size:.0f} N; {allowed}: place, load or a tension is wrong"
+        pulls = f"the lines pull by {ways} N{turning}, {self.size:.0f} N"
+        return f"{what} {pulls}; {allowed}: place, load or a tension is wrong"
 
 
 def balance(model: Model, pose: Array, tensions: Array, share: float, laid: float = 0.0) -> ForceBalance:

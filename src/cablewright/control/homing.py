@@ -36,11 +36,10 @@ _APART: Final = 0.05  # m between two places that are one
 
 @dataclass(frozen=True, eq=False)
 class HomingSettings:
-    """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found,
-    with its pose (n,).
+    """``lengths``: those at counts by what was saved, m; None: nothing valid was. ``accept``: takes what was found.
 
-    ``guess``: (n,) m and rad, roughly where the platform is. ``place``: (n,), where a person has measured it; None:
-    nobody.
+    It is given the lengths, their counts and their pose (n,). ``guess``: (n,) m and rad, roughly where the platform is.
+    ``place``: (n,), where a person has measured it; None: nobody.
     ``frame``: corners (3,), m, between which the platform has to be, and may be moved to find which line is wrong.
     ``tensions``: of readings, N, and lengths, m: with what the lines pull. ``tension_error``: share of the platform's
     weight by which that may be off. ``power_lost``: whether counters have begun anew since the lengths were saved.

@@ -58,7 +58,7 @@ class LengthCheck:
 
 
 def check_lengths(model: Model, lengths: Array, tensions: Array, guess: Array) -> LengthCheck | None:
-    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near *guess* (n,), m and rad."""
+    """Test unstrained *lengths* (m,), m, at *tensions* (m,), N; None: they meet nowhere near the pose *guess* (n,)."""
     pose = np.array(guess, dtype=np.float64)
     for _ in range(_STEPS):
         taut = taut_at(model, pose)
