@@ -83,13 +83,16 @@ class BodyEstimator:
     SAVED: ClassVar[Saved] = ("_state",)
 
     def __init__(
-        self, settings: BodySettings, pose: Array, home: tuple[Array, NDArray[np.int64]] | None = None
+        self,
+        settings: BodySettings,
+        pose: Array,
+        lengths: Array | None = None,
+        counts: NDArray[np.int64] | None = None,
     ) -> None:
-        """*home*: lengths (m,), m, that are out at counts (m,); None: those that hold it, at the first reading.
+        """*lengths* (m,), m, are out at *counts* (m,); None: those that hold it, at the first reading.
 
         Raises `AnswerError` for a pose that is not held.
         """
-        lengths, counts = (None, None) if home is None else home
         self._settings, self._state = settings, start(settings, pose, lengths=lengths, counts=counts)
 
     def step(self, frame: SensorFrame) -> Estimate:

@@ -105,7 +105,7 @@ def homed(
     Raises `AnswerError` where there is no equilibrium.
     """
     if isinstance(settings, BodySettings):
-        return BodyEstimator(settings, pose, (lengths, counts))
+        return BodyEstimator(settings, pose, lengths, counts)
     return DeadReckoning(dead_reckoning.step, settings, dead_reckoning.start_at(settings, lengths, counts))
 
 

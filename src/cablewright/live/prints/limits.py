@@ -119,7 +119,7 @@ def planned(
         velocity,
         _limits(robot, settings, path, period),
         _guard(robot, settings, path, period),
-        ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, manual.MAX_SPEED - velocity.max_correction),
+        _by_hand(robot, path.acceleration, manual.MAX_SPEED - velocity.max_correction),
         HeightControl(float(begin[2]) - scene.frame_min[2]) if over_structure else None,
         load.flow,
         load.full,
@@ -127,6 +127,15 @@ def planned(
         beam=body_limits.beam_of(robot, settings),
         notes=notes,
     )
+
+
+def _by_hand(robot: Robot, acceleration: float, speed: float) -> ManualSettings:
+    """Limits of motions by hand: of a rigid platform those of its nozzle, with its origin and nozzle in the frame."""
+    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
+    nozzle = np.array(body_limits.nozzle_of(robot) or (0.0, 0.0, 0.0))
+    x, y, z = np.maximum(low, low + nozzle).tolist()
+    far_x, far_y, far_z = np.minimum(high, high + nozzle).tolist()
+    return ManualSettings((x, y, z), (far_x, far_y, far_z), acceleration, speed)
 
 
 def _swing(drum: Drum, gravity: float) -> SwingDamping:

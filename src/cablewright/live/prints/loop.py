@@ -135,6 +135,7 @@ class Printer:
         self._guard, self._manual = GuardState(), ManualState()
         self._stop: StopState | None = StopState.closed(m)
         self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
+        self._turned = np.zeros(3)  # rad, of a rigid platform that is moved by hand: as it was
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
         self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
         if saved is not None:
@@ -276,7 +277,10 @@ class Printer:
             if order.kind is OrderKind.OVERRIDE:
                 self.speed_share = order.arguments["share"][0]
             elif self.supervisor.state is PrintState.MANUAL and order.kind in BY_HAND:
-                place = estimate.position if previous is not PrintState.MANUAL else None
+                place = None
+                if previous is not PrintState.MANUAL:
+                    place = self.plan.path.printing_point(estimate.position, estimate.rotation)
+                    self._turned = estimate.rotation.copy()
                 manual.begin(self.plan.manual, self._manual, order, self.time, place)
 
     def _next_target(self, verdict: Verdict, dt: float) -> Target:
@@ -289,8 +293,10 @@ class Printer:
             supervisor.end_procedure(self.supervisor, self.time)
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
         layer = int(path.track.layer[path.track.piece(distance)])
-        turned = self.last_pose[3:] if self.plan.path.attitude is not None else np.zeros(3)
-        return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False, turned)
+        if path.attitude is None:
+            return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False)
+        place = path.attitude.origin(motion.position, self._turned)
+        return Target(place, motion.velocity, distance, layer, 0.0, False, False, False, self._turned)
 
     def _is_tensioned(self) -> bool:
         """Whether the lines of a rigid platform have about the tensions that they are to have on the path."""
