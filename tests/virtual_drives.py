@@ -28,7 +28,7 @@ from cablewright.printing.numeric_path import Helix
 from cablewright.robot import Robot, load
 
 HELD = (0.3, -0.5, 1.0)
-RATED = {"merlet2023": 0.5, "house-printer": 20.0}  # N m of the motors
+RATED = {"merlet2023": 0.5, "house-printer": 20.0, "ipanema": 2.0, "cogiro": 4.0}  # N m of the motors
 RING = Job(
     name="ring",
     origin=(0.3, -0.5, 0.0),
@@ -48,10 +48,12 @@ def virtual_twin(name: str = "merlet2023", flow: float | None = None, **changes:
         twin = twin.with_owner(drum=twin.owner.point_drum.model_copy(update={"flow": flow}))
     nodes = {line.name: {"id": k + 1, "direction": (1, -1)[k % 2]} for k, line in enumerate(robot.lines)}
     table = {"interface": "loopback", "channel": "43113", "nodes": nodes, "rated_torque": RATED[name], "tension": 30.0}
-    gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier"))
+    gone = dict.fromkeys(("inertial", "line_angles", "distance", "climate_sensor", "barrier", "load_cells", "swivels"))
     regular = twin.simulation.winch.model_copy(update={"radius_walk": 2e-5, "sideways_walk": 2e-4})  # grooved drums
+    winch = twin.owner.winch.model_copy(update={"max_speed": min(twin.owner.winch.max_speed, 12.0)})
     return twin.with_simulation(winch=regular).with_owner(
         kind="canopen",
+        winch=winch,
         drives=WinchDriveSettings.model_validate(table | changes),
         encoders=Encoder(rate=100.0),
         motor_torques=TensionSensor(rate=100.0, deviation=1.0, most=1e4),
@@ -109,7 +111,7 @@ def bench(
     return Bench(robot, twin, behind, port, machine)
 
 
-RING_BEGIN = {"merlet2023": (0.7, -0.5, 1.0), "house-printer": (0.7, -0.5, 1.0)}
+RING_BEGIN = {"merlet2023": (0.7, -0.5, 1.0), "house-printer": (0.7, -0.5, 1.0), "ipanema": (0.1, 0.05, 0.9)}
 SPEEDS = (0.5, 0.5, -0.5, -0.5)
 
 

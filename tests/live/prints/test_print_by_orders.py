@@ -10,37 +10,14 @@ import pytest
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import PrintState
 from cablewright.live.drives.actions import enable, home, jog_platform, jog_winch, scan, show
-from cablewright.live.drives.printing import PersonOperator, print_on_drives
-from cablewright.live.prints.loop import Printer
+from cablewright.live.drives.printing import print_on_drives
 from cablewright.live.prints.print_job import PrintedJob
 from cablewright.live.serve.station import DriveStation
 from cablewright.machine.drives.virtual.rig import VirtualPort, VirtualRig
 from cablewright.machine.log.log import read_log
 from cablewright.printing.job import Motion
+from typing_person import WORDS, Typist
 from virtual_drives import RING, RING_BEGIN, Bench, bench, virtual_twin
-
-
-class Typist(PersonOperator):
-    """Types one word in each state, some steps after it was entered."""
-
-    def __init__(self, words: dict[PrintState, list[str]], last: int = 100_000) -> None:
-        self.words, self.said, self.waited, self.last = words, list[str](), 0, last
-        super().__init__(lambda: self.line, lambda: self.last <= 0, self.said.append)
-        self.line: list[str] = []
-
-    def orders(self, printer: Printer, now: float):  # type: ignore[no-untyped-def]
-        self.waited, self.last = self.waited + 1, self.last - 1
-        todo, self.line = self.words.get(printer.supervisor.state), []
-        if todo and self.waited >= 20:
-            self.line, self.waited = [todo.pop(0)], 0
-        return super().orders(printer, now)
-
-
-WORDS = {
-    PrintState.FAULT: ["reset"],
-    PrintState.OFF: ["start", "enable"],
-    PrintState.IDLE: ["dance", "home", "start"],
-}
 
 
 def printed(found: Bench, folder: Path, typist: Typist, **more: object) -> PrintedJob:
