@@ -32,7 +32,7 @@ from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import Taut, taut_at
+from cablewright.solvers.taut import Taut, stretches, taut_at
 
 LAWS: Final = get_args(LawName)
 
@@ -80,6 +80,7 @@ class VelocityState:
     slack_line: int = -1  # index; -1: none chosen yet
     swing: SwingState = field(default_factory=SwingState)
     tension_error: float = math.inf  # N, largest of a rigid platform's lines from those that the model chooses
+    chosen: Array | None = None  # (m,) N at the sheaves, that the model chooses; None: lines that are slack on purpose
 
 
 def start(settings: VelocitySettings) -> VelocityState:
@@ -98,9 +99,9 @@ def step(
 ) -> Array:
     """Return the speeds of the winch drums (m,), rad/s, for the next *dt* (s); positive pays out.
 
-    *tensions* (m,): estimated, N, of a rigid platform; None: unknown. *beam*: of a platform that retracts. If one
-    exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an unknown position or a line
-    without a tangent there.
+    *tensions* (m,), N: estimated, of a rigid platform, or measured, of a point; None: unknown. *beam*: of a platform
+    that retracts. If one exceeds the limit, all are scaled, so that the platform stays on its path. Zeros for an
+    unknown position or a line without a tangent there.
     """
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam)
@@ -122,7 +123,7 @@ def step(
     if settings.law == "paper":
         rates += _slack_term(settings, taut, estimate, dt)
     else:
-        rates += _internal_rates(settings, state, taut, estimate, target, dt)
+        rates += _internal_rates(settings, state, taut, estimate, target, dt, tensions)
     return _within(settings, rates / estimate.radii)
 
 
@@ -168,6 +169,7 @@ def _rates_of_body(
     held = held_at(settings.model, np.stack([here, there]), retraction, pushed)
     if held is None or not np.isfinite(estimate.lengths).all():
         return None
+    state.chosen = held.tensions[0]
     state.tension_error = math.inf if tensions is None else float(np.abs(tensions - held.tensions[0]).max())
     correction = min(settings.gain, 0.5 / dt) * (held.lengths[0] - estimate.lengths)
     return np.asarray((held.lengths[1] - held.lengths[0]) / dt + _bounded(correction, settings.max_correction))
@@ -186,9 +188,18 @@ def _slack_term(settings: VelocitySettings, taut: Taut, estimate: Estimate, dt: 
 
 
 def _internal_rates(
-    settings: VelocitySettings, state: VelocityState, taut: Taut, estimate: Estimate, target: Target, dt: float
+    settings: VelocitySettings,
+    state: VelocityState,
+    taut: Taut,
+    estimate: Estimate,
+    target: Target,
+    dt: float,
+    tensions: Array | None,
 ) -> Array:
-    """Return rates (m,), m/s, in the null space, towards the excess or stretch that the model gives each line."""
+    """Return rates (m,), m/s, in the null space, towards the excess or stretch that the model gives each line.
+
+    Measured *tensions* (m,), N, of lines that are all taut say how far that is off; else the lengths do.
+    """
     model = settings.model
     at_target = solve_inverse(model, target.position)
     if not np.isfinite(at_target.lengths).all():
@@ -198,8 +209,13 @@ def _internal_rates(
         planned = np.where(np.arange(model.m) == state.slack_line, settings.slack.planned_excess, 0.0)
         change = settings.slack.excess_rate * dt
         state.planned_excess = state.planned_excess + np.clip(planned - state.planned_excess, -change, change)
+    else:
+        state.chosen = at_target.tensions
     goal = at_target.lengths - taut_at(model, target.position).lengths + state.planned_excess
-    error = np.where(np.isfinite(estimate.excess), goal - estimate.excess, 0.0)
+    if tensions is None or settings.manage_slack:
+        error = np.where(np.isfinite(estimate.excess), goal - estimate.excess, 0.0)
+    else:
+        error = np.nan_to_num(stretches(model.lines, taut) * (tensions - at_target.tensions))
     basis, _ = np.linalg.qr(taut.toward)
     rates = min(settings.internal_gain, 0.5 / dt) * (error - basis @ (basis.T @ error))
     return np.asarray(np.clip(rates, -settings.max_correction, settings.max_correction))

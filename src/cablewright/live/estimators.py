@@ -198,6 +198,12 @@ class DeadReckoning(_SteppedEstimator):
         found: LearntLengths | None = self._state.learnt
         return found
 
+    @property
+    def measured(self) -> Array | None:
+        """Tensions (m,), N, as measured, smoothed; NaN: not read; None: nothing measures them."""
+        found: Array | None = self._state.measured
+        return found
+
     def place_measured(self, place: Array, by_tensions: bool = False) -> None:
         """Take the standing platform for at *place* (3,), m: learn from it, or begin anew.
 

@@ -90,3 +90,4 @@ class Progress:
     target: Array  # (3,) m, world, of B
     error: float  # m, estimated cross-track error in plan view; positive: left of the path; NaN: off the path
     reason: str = ""  # for not printing
+    tensions: Array | None = None  # (m,) N at the sheaves, at which the lines are to be; None: none are chosen

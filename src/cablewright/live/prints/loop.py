@@ -315,7 +315,11 @@ class Printer:
             return self._proceed(now, verdict, frame, estimate, dt)
         if verdict.hold_winches or not estimate.valid:
             return Command(now, frozen(np.zeros(m)))
-        tensions = self.estimator.tensions if self.plan.path.attitude is not None else None
+        tensions = None
+        if self.plan.path.attitude is not None:
+            tensions = self.estimator.tensions
+        elif isinstance(self.estimator, DeadReckoning):
+            tensions = self.estimator.measured
         moved = self._retract(target, dt)
         speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
         outputs = {} if moved is None else {beam.OUTPUT: moved.speed}
@@ -372,12 +376,14 @@ class Printer:
         return command
 
     def _progress(self, verdict: Verdict, estimate: Estimate, target: Target) -> Progress:
-        error = math.nan
+        error, tensions = math.nan, None
         if verdict.state is PrintState.PRINTING and estimate.valid:
+            tensions = self.velocity.chosen
             printed = self.plan.path.printing_point(estimate.position, estimate.rotation)
             error = self.plan.path.track.nearest(printed, target.distance).offset
         place = frozen(self.plan.path.printing_point(target.position, target.rotation))
-        return Progress(estimate.time, verdict.state, target.layer, target.distance, place, error, verdict.reason)
+        where = target.layer, target.distance, place
+        return Progress(estimate.time, verdict.state, *where, error, verdict.reason, tensions)
 
 
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)

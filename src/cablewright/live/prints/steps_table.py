@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Mask
-from cablewright.foundation.signals import Barrier, Climate, Encoders, LineAngles, PrintState
+from cablewright.foundation.signals import Barrier, Climate, Encoders, LineAngles, PrintState, Tensions
 from cablewright.machine.log.log import Entry
 from cablewright.machine.powder_load import PowderLoad
 from cablewright.machine.settings import MachineSettings
@@ -31,7 +31,7 @@ _VECTORS: Final = (
 )  # fmt: skip
 _LINES: Final = (
     "excess", "slack", "lengths", "radii", "true_excess", "true_radii", "tensions", "measured", "turned",
-    "true_lengths", "taut", "estimated_tensions",
+    "true_lengths", "taut", "estimated_tensions", "read_tensions", "chosen_tensions",
 )  # fmt: skip
 _OF_ESTIMATE: Final = ("position", "velocity", "rotation", "clearance", "excess", "lengths", "radii")
 _OF_TRUTH: Final = ("position", "velocity", "rotation", "excess", "lengths", "radii")
@@ -40,10 +40,11 @@ _OF_TRUTH: Final = ("position", "velocity", "rotation", "excess", "lengths", "ra
 def row_type(m: int) -> np.dtype[np.void]:
     """Type of a row for *m* lines: scalars, vectors (3,) and values by line (m,), float64, SI. NaN: unknown.
 
-    ``step``: time since the last row. ``measured``: the lines' angles, and ``turned``: rotation of the winch drums by
-    their encoders (rad), positive paid out; both are the last readings. ``powder``: true mass in the drum, ``left``:
-    estimated by the valve's opening. ``broken``: of the light barrier. The record adds `ERRORS`, and for the rows that
-    it keeps ``taut``: angles of the lines if they were taut, and ``estimated_tensions``.
+    ``step``: time since the last row. ``measured``: the lines' angles, ``turned``: rotation of the winch drums by their
+    encoders (rad), positive paid out, and ``read_tensions``: all three are the last readings. ``chosen_tensions``: at
+    which the control holds the lines. ``powder``: true mass in the drum, ``left``: estimated by the valve's opening.
+    ``broken``: of the light barrier. The record adds `ERRORS`, and for the rows that it keeps ``taut``: angles of the
+    lines if they were taut, and ``estimated_tensions``.
     """
     widths = dict.fromkeys(_SCALARS, ()) | dict.fromkeys(_VECTORS, (3,)) | dict.fromkeys(_LINES, (m,))
     return np.dtype([(name, np.float64, width) for name, width in widths.items()])
@@ -109,6 +110,7 @@ class StepsTable:
         if progress is not None:
             row["state"] = STATES.index(progress.state)
             row["layer"], row["distance"], row["target"] = progress.layer, progress.distance, progress.target
+            row["chosen_tensions"] = np.nan if progress.tensions is None else progress.tensions
         if estimate is not None:
             for name in _OF_ESTIMATE:
                 row[name] = getattr(estimate, name)
@@ -125,6 +127,8 @@ class StepsTable:
                 self._held["measured"] = reading.angles
             elif isinstance(reading, Encoders):
                 self._held["turned"] = reading.counts * self._turn
+            elif isinstance(reading, Tensions):
+                self._held["read_tensions"] = reading.tensions
             elif isinstance(reading, Climate):
                 self._held["temperature"], self._held["humidity"] = reading.temperature, reading.humidity
             elif isinstance(reading, Barrier):

@@ -32,6 +32,10 @@ class WholeErrors(Result):
                "steps; 0 for a point platform.", shown="deg"),
         Figure("min_tension_margin", "N", "Smallest distance of a true tension at a sheave from the line's limits in "
                "these steps; negative: outside.", shown="N", digits=3),
+        Figure("tension_error_rms", "N", "Root of the mean square of the distance of each line's tension at its sheave "
+               "from the one that the control chose, in the steps that print; of the true tensions, of a real machine "
+               "of the measured ones; null where none are chosen.", shown="N", digits=3),
+        Figure("tension_error_max", "N", "Largest of these distances.", shown="N", digits=3),
         Figure("start_tension_margin", "N", "The same in the steps before, in which the machine stands as it was homed "
                "and goes to the beginning of the path.", detail=True, shown="N", digits=3),
     )  # fmt: skip
@@ -41,6 +45,8 @@ class WholeErrors(Result):
     orientation_max: float
     min_tension_margin: float
     start_tension_margin: float
+    tension_error_rms: float = math.nan
+    tension_error_max: float = math.nan
 
 
 class WholeErrorSums:
@@ -53,6 +59,7 @@ class WholeErrorSums:
         self._begun, self._count, self._squares = False, 0, 0.0
         self._position = self._orientation = math.nan
         self._margin = self._before = math.nan
+        self._tensions, self._off, self._most_off = 0, 0.0, math.nan
 
     def add(self, rows: Rows) -> None:
         """Add *rows* of consecutive steps."""
@@ -62,6 +69,7 @@ class WholeErrorSums:
         margins = np.minimum(rows["tensions"] - self._limits[:, 0], self._limits[:, 1] - rows["tensions"])
         self._before = _least(self._before, margins[:first])
         self._margin = _least(self._margin, margins[first:])
+        self._add_tensions(rows[prints])
         chosen = rows[first:]
         away = np.linalg.norm(chosen["true_position"] - chosen["target"], axis=1)
         away = away[np.isfinite(away)]
@@ -71,6 +79,14 @@ class WholeErrorSums:
         self._squares += float(away @ away)
         self._position = float(np.fmax(self._position, away.max()))
         self._add_orientation(chosen)
+
+    def _add_tensions(self, rows: Rows) -> None:
+        shown = np.where(np.isfinite(rows["tensions"]), rows["tensions"], rows["read_tensions"])
+        off = np.abs(shown - rows["chosen_tensions"])
+        off = off[np.isfinite(off)]
+        if len(off):
+            self._tensions, self._off = self._tensions + len(off), self._off + float(off @ off)
+            self._most_off = float(np.fmax(self._most_off, off.max()))
 
     def _add_orientation(self, rows: Rows) -> None:
         if not self._rigid:
@@ -85,7 +101,9 @@ class WholeErrorSums:
     def result(self) -> WholeErrors:
         """Return the errors of all steps."""
         rms = math.sqrt(self._squares / self._count) if self._count else math.nan
-        return WholeErrors(rms, self._position, self._orientation, self._margin, self._before)
+        tensions = math.sqrt(self._off / self._tensions) if self._tensions else math.nan
+        found = (rms, self._position, self._orientation, self._margin, self._before)
+        return WholeErrors(*found, tensions, self._most_off)
 
 
 def _least(now: float, margins: Array) -> float:

@@ -115,11 +115,12 @@ class PageOperator:
 
     def _homes(self, printer: Printer, place: tuple[float, ...] | None) -> str | None:
         """Take a measured place for homing; why not, or None."""
-        plan = printer.plan.manual
+        robot = printer.plan.velocity.model.robot
         if place is not None:
-            if len(place) != 3:
-                return f"home: place = {place}: three numbers are expected, m"
-            for axis, low, at, high in zip("xyz", plan.min_position, place, plan.max_position, strict=True):
+            if len(place) not in (3, robot.n):
+                turned = "" if robot.n == 3 else ", or six, m and rad,"
+                return f"home: place = {place}: three numbers, m{turned} are expected"
+            for axis, low, at, high in zip("xyz", robot.scene.frame_min, place[:3], robot.scene.frame_max, strict=True):
                 if not low <= at <= high:
                     return f"home: {axis} = {at:g} m is outside {low:g} to {high:g} m"
         self.home_at(None if place is None else np.array(place))

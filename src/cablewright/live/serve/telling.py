@@ -194,7 +194,7 @@ class Telling:
             "speeds": step.command.winch_speeds.tolist(),
             "valve": step.command.valve,
             "lines": _lines(estimate, printer.estimator.tensions),
-            "platform": _platform(estimate),
+            "platform": _platform(path, estimate),
             "faults": [f"{each.source}: {each.sentence}" for each in estimate.faults],
             "notices": sorted(self._shown.get("notices", ())),
             "events": list(self.events.told),
@@ -216,7 +216,7 @@ def _lines(estimate: Estimate, tensions: Array | None) -> dict[str, Any]:
     }
 
 
-def _platform(estimate: Estimate) -> dict[str, Any]:
+def _platform(path: TimedPath, estimate: Estimate) -> dict[str, Any]:
     covariance = estimate.covariance
     deviation = None if covariance is None else np.sqrt(np.diag(covariance)[:3]).tolist()
     return {
@@ -224,6 +224,9 @@ def _platform(estimate: Estimate) -> dict[str, Any]:
         "position": estimate.position.tolist(),
         "velocity": estimate.velocity.tolist(),
         "rotation": estimate.rotation.tolist(),
+        "nozzle": None
+        if path.attitude is None
+        else path.attitude.nozzle_at(estimate.position, estimate.rotation).tolist(),
         "deviation": deviation,
     }
 

@@ -226,6 +226,7 @@ TOPICS: Final = (
             "target": PLACE,
             "error": NUMBER_OR_NAN,
             "reason": TEXT,
+            "tensions": NUMBERS_OR_NONE,
         },
     ),
     Topic(

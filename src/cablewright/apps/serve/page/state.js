@@ -54,9 +54,11 @@ export class State {
     const told = control.fresh ? FRESH : control.waiting ? WAITING : reason ? reason[0].toUpperCase() + reason.slice(1) + "." : WORDS[state] ?? "";
     put(at("reason"), told);
     if (!control.platform) return;
-    const { position, velocity, valid, deviation } = control.platform;
+    const { position, velocity, valid, deviation, rotation, nozzle } = control.platform;
     const spread = deviation ? `, \u00b1${fixed(1e3 * Math.max(...deviation), 1)} mm` : "";
     put(at("position"), valid ? `(${position.map((v) => fixed(v, 3)).join(", ")}) m${spread}` : "not known");
+    this.fact("rotation", Boolean(nozzle), valid ? `(${rotation.map((v) => fixed((180 * v) / Math.PI, 2)).join(", ")})\u00b0` : "not known");
+    this.fact("nozzle", Boolean(nozzle), valid && nozzle ? `(${nozzle.map((v) => fixed(v, 3)).join(", ")}) m` : "not known");
     put(at("speed"), valid ? `${fixed(1e3 * Math.hypot(...velocity), 0)} mm/s` : "not known");
     put(at("time"), span(control.time));
     this.fact("powder", this.sitting?.powder != null, `${fixed(control.powder, 1)} kg`);
