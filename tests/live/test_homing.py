@@ -30,7 +30,7 @@ def home(found: Bench, folder: Path, place: np.ndarray | None = None) -> tuple[R
     printer = on.printer(still_path(found.robot, None), "model", {PrintState.HOMING: homing})
     operator = SessionOperator("anna", Order(OrderKind.HOME))
     loop.run(printer, operator, Watching())
-    position = homing.position
+    position = homing.pose
     off = np.nan if position is None else float(np.linalg.norm(position - found.rig.plant.truth.position))
     return on, operator, off
 

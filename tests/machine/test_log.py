@@ -125,6 +125,7 @@ def test_other_readers_find_schemas_and_messages(written: tuple[Path, list[Entry
                 "/command": {"modes", "tensions", "outputs"},
                 "/estimate": {"consistency"},
                 "/truth": {"retraction"},
+                "/progress": {"tensions"},
             }.get(channel.topic, set())
             assert set(values) == set(content["properties"]) - left_out
             seen += channel.topic not in ("/tf", "/scene")

@@ -265,7 +265,7 @@ def _homed(robot: Robot) -> bool:
     settings = HomingSettings(
         cw.Model.of(robot), take_up, lambda _: None, lambda *_: None, np.zeros(3), (np.zeros(3), np.ones(3))
     )
-    return Homing(settings).position is None
+    return Homing(settings).pose is None
 
 
 def _surveyed(robot: Robot) -> bool:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-from cablewright.apps.cli.main import run
 from cablewright.exchange import klipper_config, klipper_motion, linuxcnc, rrf_config
 from cablewright.foundation.errors import CablewrightError, InputError
 from cablewright.models.support import (
@@ -143,9 +141,7 @@ def test_a_message_names_what_has_the_feature_and_the_way_out() -> None:
     assert str(refused.value) == said
 
 
-def test_a_rigid_platform_is_not_served(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert run(["serve", "ipanema", "--out", str(tmp_path / "served")]) == 2
-    said = capsys.readouterr().err.strip().splitlines()
-    assert said[-1].endswith(
-        "serve: robot 'ipanema' has a rigid platform; not supported. " + SUPPORT[Capability.SERVE, "body"].instead
-    )
+def test_a_rigid_platform_is_served_unless_it_has_too_few_winches() -> None:
+    assert support(load("ipanema"), Capability.SERVE).verdict is Coverage.WORKS
+    with pytest.raises(InputError, match="serve: robot 'grab-four-lines' has fewer winches than degrees of freedom"):
+        require(load("grab-four-lines"), Capability.SERVE)

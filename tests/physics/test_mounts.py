@@ -286,7 +286,7 @@ def test_winches_on_drives_count_them(name: str) -> None:
     np.testing.assert_allclose(lengths_at(Model.of(robot), place, held.tensions), held.lengths, atol=1.5e-3)
     found = check_lengths(Model.of(robot), held.lengths, held.tensions, place + 0.05)
     assert found is not None
-    np.testing.assert_allclose(found.position, place, atol=3e-3)
+    np.testing.assert_allclose(found.pose, place, atol=3e-3)
 
 
 def test_a_check_compensates_mounts_with_the_stretch() -> None:
