@@ -201,12 +201,12 @@ class Watch:
         assert not (long.any() and state in _MOVE), f"{state} with a line over its limit"
 
 
-def run_sequence(seed: int) -> set[PrintState]:
-    """Run one life; return the states it saw. Raises `AssertionError`."""
+def run_sequence(seed: int, body: bool = False) -> set[PrintState]:
+    """Run one life, of a point or a *body*; return the states it saw. Raises `AssertionError`."""
     random = np.random.default_rng(seed)
-    machine, seen = Shaken(random), set()
+    machine, seen = Shaken(random, body=body), set()
     procedures = dict.fromkeys((PrintState.TENSIONING, PrintState.HOMING), TakeUp(random))
-    printer = Printer(replace(plan(), procedures=procedures), machine, lambda _place, _radii: Followed(machine))
+    printer = Printer(replace(plan(body), procedures=procedures), machine, lambda _pose, _radii: Followed(machine))
     with desk(random, machine) as (people, operator):
         watch = Watch(machine, people)
         for _ in range(STEPS):
@@ -219,11 +219,11 @@ def run_sequence(seed: int) -> set[PrintState]:
     return seen
 
 
-def _broken(seeds: range) -> str:
+def _broken(seeds: range, body: bool) -> str:
     """The first promise that is broken in these sequences; an empty text: none."""
     for seed in seeds:
         try:
-            run_sequence(seed)
+            run_sequence(seed, body)
         except AssertionError as error:
             return f"seed {seed}: {error}"
     return ""
@@ -234,11 +234,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sequences", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0, help="of the first sequence; the others follow")
+    parser.add_argument("--body", action="store_true", help="of a rigid platform instead of a point")
     given = parser.parse_args()
     last = given.seed + given.sequences
     chunks = [range(first, min(first + 500, last)) for first in range(given.seed, last, 500)]
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for number, broken in enumerate(pool.map(_broken, chunks), start=1):
+        for number, broken in enumerate(pool.map(_broken, chunks, [given.body] * len(chunks)), start=1):
             if broken:
                 sys.stdout.write(f"{broken}\n")
                 return 1

@@ -36,6 +36,7 @@ from cablewright.foundation.signals import (
     WinchMode,
     frozen,
 )
+from cablewright.live.prints.body_limits import nozzle_of
 from cablewright.live.prints.loop import PrintPlan
 from cablewright.live.serve.events import Events
 from cablewright.live.serve.latest import shared
@@ -43,6 +44,7 @@ from cablewright.live.serve.link import LEASE, ControlLink, ServerLink
 from cablewright.live.serve.messages import ChannelName, OrderMessage
 from cablewright.live.serve.operator import PageOperator
 from cablewright.machine.interface import Abilities
+from cablewright.models.rotation import moved
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job, Motion
 from cablewright.printing.numeric_path import Helix
@@ -74,15 +76,16 @@ _HUNG = tuple(each for each in Condition if each.value == "the control hung")
 
 
 @cache
-def plan() -> PrintPlan:
-    """A ring on a point robot, with short times so that a sequence sees every state."""
+def plan(body: bool = False) -> PrintPlan:
+    """A ring on a point robot, or with a *body*, with short times so that a sequence sees every state."""
     ring = Job(
         name="ring",
         origin=(0.3, -0.5, 0.0),
         helix=Helix(radius=0.05, layers=1, layer_height=0.001, first_height=1.0),
         motion=Motion(print_speed=0.2, travel_speed=0.2, acceleration=1.0),
     )
-    robot, path = load("merlet2023"), TimedPath.of(ring)
+    robot = load("ipanema" if body else "merlet2023")
+    path = TimedPath.of(ring, nozzle=nozzle_of(robot))
     scene = robot.scene
     limits = SupervisorSettings(
         scene.frame_min,
@@ -94,14 +97,8 @@ def plan() -> PrintPlan:
     )
     guard = GuardSettings(np.full(robot.m, LIMIT), max_drum_speed=20.0, counts_per_radian=COUNTS, stop=STOP)
     manual = ManualSettings(scene.frame_min, scene.frame_max, 1.0, park=(0.0, 0.0, 1.0))
-    velocity = VelocitySettings(Model(robot), 10.0, "paper")
+    velocity = VelocitySettings(Model(robot), 10.0, "model" if body else "paper")
     return PrintPlan(path, velocity, limits, guard, manual, powder=0.5, flow=0.5)
-
-
-@cache
-def exit_points() -> Array:
-    """Where lines leave their sheaves, (m, 3) m: near enough to tell how the platform moves."""
-    return np.array([line.exit_point for line in plan().velocity.model.robot.lines])
 
 
 class TakeUp:
@@ -131,13 +128,13 @@ class Shaken:
 
     period = PERIOD
 
-    def __init__(self, random: np.random.Generator, *, calm: bool = False) -> None:
-        """Begin with everything well, at the start of the path; *calm*: nothing ever goes wrong."""
-        self.calm = calm
-        self.random, self.time, self.m = random, 0.0, plan().velocity.model.m
+    def __init__(self, random: np.random.Generator, *, calm: bool = False, body: bool = False) -> None:
+        """Begin with everything well, at the start of the path; *calm*: nothing ever goes wrong. *body*: see `plan`."""
+        self.calm, self.model = calm, plan(body).velocity.model
+        self.random, self.time, self.m = random, 0.0, self.model.m
         self.wall = self.active = 0.0
         self.simulated = bool(random.random() < 0.5)
-        self.place = plan().path.track.at(0.0).position.copy()
+        self.pose = plan(body).path.start_pose.copy()
         self.angles = np.zeros(self.m)
         self.tensions = np.full(self.m, USUAL)
         self.jammed = 0  # line that pulls too hard during such a fault
@@ -202,9 +199,9 @@ class Shaken:
 
     def _move(self, speeds: Array, elapsed: float) -> None:
         self.angles += elapsed * speeds
-        away = self.place - exit_points()
-        along = away / np.linalg.norm(away, axis=1)[:, None]
-        self.place += elapsed * np.linalg.solve(along.T @ along, along.T @ (RADIUS * speeds))
+        along = taut_at(self.model, self.pose).per_motion
+        motion = np.linalg.lstsq(along, RADIUS * speeds, rcond=None)[0]
+        self.pose = moved(self.pose, np.asarray(elapsed * motion, dtype=np.float64))
 
     def _barrier(self) -> list[Reading]:
         """Readings of the light barrier: none, one that is repeated, overtaken or ahead, or that of now."""
@@ -239,12 +236,13 @@ class Followed:
 
     def step(self, frame: SensorFrame) -> Estimate:
         """As `Estimator`."""
-        place, m = frozen(self.machine.place), self.machine.m
-        lengths = taut_at(plan().velocity.model, place).lengths
+        pose, m = self.machine.pose, self.machine.m
+        place, lengths = frozen(pose[:3]), taut_at(self.machine.model, pose).lengths
         zeros, none = frozen(np.zeros(3)), frozen(np.zeros(m))
         slack, radii = np.zeros(m, dtype=np.bool_), frozen(np.full(m, RADIUS))
         valid = not self.machine.is_wrong("lost")
-        return Estimate(frame.time, place, zeros, zeros, frozen(lengths), none, slack, radii, valid=valid)
+        turned = frozen(pose[3:]) if len(pose) == 6 else zeros
+        return Estimate(frame.time, place, zeros, turned, frozen(lengths), none, slack, radii, valid=valid)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ DT = 0.01
 def moved(order: Order, *, again: float = 0.0, seconds: float = 20.0) -> list[TargetMotion]:
     """All steps until it is done; a jog is ordered *again* and again for so many seconds."""
     state, steps = ManualState(), []
-    manual.begin(LIMITS, state, order, 0.0, np.array([0.0, 0.0, 1.0]))
+    manual.begin(LIMITS, state, order, 0.0, (np.array([0.0, 0.0, 1.0]), np.zeros(3)))
     for k in range(round(seconds / DT)):
         if k * DT < again:
             manual.begin(LIMITS, state, replace(order, time=k * DT), k * DT, None)
@@ -45,6 +45,37 @@ def test_it_arrives_at_rest_within_its_limits(goal: tuple[float, float, float]) 
     far = math.dist(goal, (0.0, 0.0, 1.0))
     if far > MAX_SPEED**2 / 0.5:
         assert len(steps) * DT == pytest.approx(far / MAX_SPEED + MAX_SPEED / 0.5, abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("kind", "arguments"),
+    [(OrderKind.GO_TO, {"position": (0.9, 0.0, 1.0)}), (OrderKind.JOG, {"velocity": (0.2, 0, 0)})],
+)
+def test_it_stops_before_the_lines_cannot_hold_a_rigid_platform(
+    kind: OrderKind, arguments: dict[str, tuple[float, ...]]
+) -> None:
+    turned, asked = np.array([0.0, 0.1, 0.0]), []
+
+    def holds(place: np.ndarray, rotation: np.ndarray) -> bool:
+        asked.append(rotation)
+        return bool(place[0] <= 0.4)
+
+    limits, state, order = replace(LIMITS, holds=holds), ManualState(), Order(kind, arguments=arguments)
+    manual.begin(limits, state, order, 0.0, (np.array([0.0, 0.0, 1.0]), turned))
+    steps = []
+    for k in range(1000):
+        if kind is OrderKind.JOG:
+            manual.begin(limits, state, replace(order, time=k * DT), k * DT, None)
+        steps.append(manual.step(limits, state, k * DT, DT))
+        if steps[-1].done:
+            break
+    assert steps[-1].failure == "no tensions hold the platform farther on"
+    assert 0.35 < steps[-1].position[0] < 0.4
+    assert changes(steps).max() <= 0.5 * (1.0 + 1e-9)
+    assert all(np.array_equal(rotation, turned) for rotation in asked)
+    back = replace(order, arguments={key: (-0.1, 0.0, 1.0 if key == "position" else 0.0) for key in arguments})
+    manual.begin(limits, state, back, 20.0, None)
+    assert manual.step(limits, state, 20.0, DT).failure == ""  # the way back is free
 
 
 def test_a_jog_ends_when_nobody_repeats_it() -> None:
@@ -99,5 +130,7 @@ def test_from_outside_it_moves_only_inwards() -> None:
     state = ManualState()
     outside = np.array([0.0, 1.2, 1.0])
     for way, goes in ((0.1, False), (-0.1, True)):
-        manual.begin(LIMITS, state, Order(OrderKind.JOG, arguments={"velocity": (0.0, way, 0.0)}), 0.0, outside)
+        manual.begin(
+            LIMITS, state, Order(OrderKind.JOG, arguments={"velocity": (0.0, way, 0.0)}), 0.0, (outside, np.zeros(3))
+        )
         assert manual.step(LIMITS, state, 0.1, DT).velocity.any() == goes

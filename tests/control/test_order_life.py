@@ -229,21 +229,21 @@ def test_by_hand_it_goes_to_all_corners_with_pauses_between() -> None:
             if step.progress.state is PrintState.IDLE:
                 break
         assert step.progress.reason == ""
-        assert np.linalg.norm(machine.place - goal) < 0.05
+        assert np.linalg.norm(machine.pose - goal) < 0.05
         for _ in range(2):
-            before = machine.place.copy()
+            before = machine.pose.copy()
             way = tuple((0.1 * np.sign(0.5 - np.array(corner))).tolist())
             for _ in range(20):
                 printer.step((Order(OrderKind.JOG, "anna", printer.time, {"velocity": way}),))
             for _ in range(40):
                 step = printer.step()
             assert step.progress.state is PrintState.IDLE, step.progress.reason
-            assert np.linalg.norm(machine.place - before) > 0.1
+            assert np.linalg.norm(machine.pose - before) > 0.1
 
 
 def test_a_print_begins_from_wherever_it_was_moved_by_hand() -> None:
     printer, machine = operated()
-    goal = {"position": tuple((machine.place + np.array([0.5, 0.4, 0.3])).tolist())}
+    goal = {"position": tuple((machine.pose + np.array([0.5, 0.4, 0.3])).tolist())}
     printer.step((Order(OrderKind.GO_TO, "anna", printer.time, goal),))
     while printer.step().progress.state is PrintState.MANUAL:
         pass

@@ -20,10 +20,16 @@ from cablewright.live.prints.loop import Printer
 from cablewright.live.serve.operator import PageOperator
 
 SEEDS = range(300)
+BODIES = range(60)
 
 
 def test_no_promise_is_broken_and_every_state_is_seen() -> None:
     seen = set().union(*map(run_sequence, SEEDS))
+    assert seen == set(PrintState)
+
+
+def test_no_promise_is_broken_with_a_rigid_platform() -> None:
+    seen = set().union(*(run_sequence(seed, body=True) for seed in BODIES))
     assert seen == set(PrintState)
 
 

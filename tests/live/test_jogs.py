@@ -99,7 +99,7 @@ def test_who_is_gone_is_obeyed_for_the_lease_and_the_ramp_alone(speed: float) ->
     plan.require_run_out(speed)
     state, dt, gone = ManualState(), 0.01, 0.0
     order = Order(OrderKind.JOG, arguments={"velocity": (speed, 0.0, 0.0)})
-    manual.begin(plan, state, order, 0.0, np.zeros(3))
+    manual.begin(plan, state, order, 0.0, (np.zeros(3), np.zeros(3)))
     state.velocity[0] = speed
     for k in range(200):
         gone += dt * float(manual.step(plan, state, k * dt, dt).velocity[0])

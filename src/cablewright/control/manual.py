@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -18,6 +19,7 @@ LEASE: Final = 0.2
 MAX_SPEED: Final = 0.25
 """Largest speed by hand, m/s (ISO 10218-1 for manual operation at reduced speed)."""
 
+_AHEAD: Final = 0.02  # m that a rigid platform can go beyond where it stops
 _AT: Final = 1e-6  # m from a place that counts as there
 
 
@@ -26,7 +28,8 @@ class ManualSettings:
     """Limits of motions by hand. ``acceleration``: m/s^2. ``max_speed``: m/s. ``park``: (3,) m; None: there is none.
 
     ``deceleration``: m/s^2, of a jog that is let go; None: ``acceleration``. ``max_run_out``: m, from the last order to
-    jog to rest. ``delay``: s from a target to its motion.
+    jog to rest. ``delay``: s from a target to its motion. ``holds``: whether the lines hold a rigid platform with its
+    nozzle at a place (3,), m, at a rotation (3,), rad; None: nobody asks.
     """
 
     min_position: tuple[float, float, float]
@@ -37,6 +40,7 @@ class ManualSettings:
     deceleration: float | None = None
     max_run_out: float = math.inf
     delay: float = 0.0
+    holds: Callable[[Array, Array], bool] | None = None
 
     def require_run_out(self, speed: float) -> None:
         """Raise `InputError` for a *speed*, m/s, from which a jog would not stop in time."""
@@ -63,14 +67,19 @@ class ManualState:
     goal: Array | None = None  # m; None: a jog
     wish: Array = field(default_factory=lambda: np.zeros(3))  # m/s, of a jog
     lease_end: float = -math.inf  # s
+    rotation: Array = field(default_factory=lambda: np.zeros(3))  # rad, that a rigid platform keeps
 
 
 class TargetMotion(NamedTuple):
-    """Place and velocity of the target over the next step, and whether it has come to rest where it should."""
+    """Place and velocity of the target over the next step, and whether it has come to rest where it should.
+
+    ``failure``: why it has come to rest elsewhere.
+    """
 
     position: Array  # (3,) m
     velocity: Array  # (3,) m/s
     done: bool
+    failure: str = ""
 
 
 def refusal(settings: ManualSettings, order: Order, now: float) -> str:
@@ -91,10 +100,15 @@ def refusal(settings: ManualSettings, order: Order, now: float) -> str:
     return ""
 
 
-def begin(settings: ManualSettings, state: ManualState, order: Order, now: float, place: Array | None) -> None:
-    """Take an order that `refusal` lets pass. *place* (3,), m: where the platform is; None: it moves already."""
-    if place is not None:
-        state.position, state.velocity = place.copy(), np.zeros(3)
+def begin(
+    settings: ManualSettings, state: ManualState, order: Order, now: float, at: tuple[Array, Array] | None
+) -> None:
+    """Take an order that `refusal` lets pass.
+
+    *at*: where the platform is, or a rigid one's nozzle, (3,) m, and its rotation (3,), rad; None: it moves already.
+    """
+    if at is not None:
+        state.position, state.velocity, state.rotation = at[0].copy(), np.zeros(3), at[1].copy()
     if order.kind is OrderKind.JOG:
         state.goal, state.wish, state.lease_end = None, _vector(order, "velocity"), min(now, order.time) + LEASE
     else:
@@ -104,6 +118,11 @@ def begin(settings: ManualSettings, state: ManualState, order: Order, now: float
 def step(settings: ManualSettings, state: ManualState, now: float, dt: float) -> TargetMotion:
     """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place."""
     wish = _towards(settings, state, dt) if state.goal is not None else _jog(settings, state, now, dt)
+    stuck = (
+        settings.holds is not None and wish.any() and not settings.holds(_ahead(settings, state, wish), state.rotation)
+    )
+    if stuck:
+        wish = np.zeros(3)
     slows = state.goal is None and float(wish @ wish) < float(state.velocity @ state.velocity)
     change = (settings.deceleration or settings.acceleration if slows else settings.acceleration) * dt
     more = wish - state.velocity
@@ -112,8 +131,18 @@ def step(settings: ManualSettings, state: ManualState, now: float, dt: float) ->
     here = state.position
     state.position = here + dt * state.velocity
     still = not state.velocity.any()
+    if stuck and still:
+        return TargetMotion(here, state.velocity, True, "no tensions hold the platform farther on")
     there = state.goal is None or float(np.linalg.norm(state.goal - state.position)) <= _AT
     return TargetMotion(here, state.velocity, still and (there if state.goal is not None else now >= state.lease_end))
+
+
+def _ahead(settings: ManualSettings, state: ManualState, wish: Array) -> Array:
+    """A place (3,), m, on the way of a *wish* (3,), m/s, a little farther than where the target could stop."""
+    speed = float(np.linalg.norm(state.velocity))
+    return np.asarray(
+        state.position + (_AHEAD + speed * speed / (2.0 * settings.acceleration)) * wish / np.linalg.norm(wish)
+    )
 
 
 def _jog(settings: ManualSettings, state: ManualState, now: float, dt: float) -> Array:

@@ -119,7 +119,7 @@ def planned(
         velocity,
         _limits(robot, settings, path, period),
         _guard(robot, settings, path, period),
-        _by_hand(robot, path.acceleration, manual.MAX_SPEED - velocity.max_correction),
+        _by_hand(narrow, path, manual.MAX_SPEED - velocity.max_correction),
         HeightControl(float(begin[2]) - scene.frame_min[2]) if over_structure else None,
         load.flow,
         load.full,
@@ -129,13 +129,21 @@ def planned(
     )
 
 
-def _by_hand(robot: Robot, acceleration: float, speed: float) -> ManualSettings:
+def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
     """Limits of motions by hand: of a rigid platform those of its nozzle, with its origin and nozzle in the frame."""
-    low, high = np.array(robot.scene.frame_min), np.array(robot.scene.frame_max)
-    nozzle = np.array(body_limits.nozzle_of(robot) or (0.0, 0.0, 0.0))
+    scene, attitude = model.robot.scene, path.attitude
+    low, high = np.array(scene.frame_min), np.array(scene.frame_max)
+    if attitude is None:
+        return ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, speed)
+
+    def holds(place: Array, rotation: Array) -> bool:
+        pose = np.concatenate([attitude.origin(place, rotation), rotation])
+        return bool(solve_inverse(model, pose[None], path=True).ok[0])
+
+    nozzle = attitude.nozzle
     x, y, z = np.maximum(low, low + nozzle).tolist()
     far_x, far_y, far_z = np.minimum(high, high + nozzle).tolist()
-    return ManualSettings((x, y, z), (far_x, far_y, far_z), acceleration, speed)
+    return ManualSettings((x, y, z), (far_x, far_y, far_z), path.acceleration, speed, holds=holds)
 
 
 def _swing(drum: Drum, gravity: float) -> SwingDamping:

@@ -135,7 +135,6 @@ class Printer:
         self._guard, self._manual = GuardState(), ManualState()
         self._stop: StopState | None = StopState.closed(m)
         self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
-        self._turned = np.zeros(3)  # rad, of a rigid platform that is moved by hand: as it was
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
         self._powder_out_time = math.inf  # s of the path's time law, at which the powder ran out
         if saved is not None:
@@ -277,11 +276,9 @@ class Printer:
             if order.kind is OrderKind.OVERRIDE:
                 self.speed_share = order.arguments["share"][0]
             elif self.supervisor.state is PrintState.MANUAL and order.kind in BY_HAND:
-                place = None
-                if previous is not PrintState.MANUAL:
-                    place = self.plan.path.printing_point(estimate.position, estimate.rotation)
-                    self._turned = estimate.rotation.copy()
-                manual.begin(self.plan.manual, self._manual, order, self.time, place)
+                begun, place = previous is PrintState.MANUAL, estimate.position
+                at = self.plan.path.printing_point(place, estimate.rotation), estimate.rotation
+                manual.begin(self.plan.manual, self._manual, order, self.time, None if begun else at)
 
     def _next_target(self, verdict: Verdict, dt: float) -> Target:
         if verdict.state is not PrintState.MANUAL:
@@ -290,13 +287,14 @@ class Printer:
             return target._replace(arrived=False) if waits else target
         motion = manual.step(self.plan.manual, self._manual, self.time, dt)
         if motion.done:
-            supervisor.end_procedure(self.supervisor, self.time)
+            supervisor.end_procedure(self.supervisor, self.time, motion.failure)
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
         layer = int(path.track.layer[path.track.piece(distance)])
         if path.attitude is None:
             return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False)
-        place = path.attitude.origin(motion.position, self._turned)
-        return Target(place, motion.velocity, distance, layer, 0.0, False, False, False, self._turned)
+        turned = self._manual.rotation
+        place = path.attitude.origin(motion.position, turned)
+        return Target(place, motion.velocity, distance, layer, 0.0, False, False, False, turned)
 
     def _is_tensioned(self) -> bool:
         """Whether the lines of a rigid platform have about the tensions that they are to have on the path."""
