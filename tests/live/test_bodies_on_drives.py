@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cablewright.control.guide import TimedPath
-from cablewright.foundation.signals import PrintState
+from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives import actions
 from cablewright.live.drives.printing import print_on_drives
 from cablewright.live.estimators import estimator
@@ -16,6 +16,7 @@ from cablewright.live.prints import loop
 from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.limits import planned
 from cablewright.live.prints.loop import Printer, Step
+from cablewright.live.serve.station import DriveStation
 from cablewright.machine.interface import Machine
 from cablewright.machine.simulated.settings import Link
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -48,6 +49,16 @@ def homed(folder: Path, error: tuple[float, ...] = (0.0,) * 6) -> Bench:
     found = made()
     answer = actions.home(found.robot, found.twin.owner, folder / "machine", pose_of(found) + error, lambda: found.port)
     assert answer.status == "done", answer.reason
+    return found
+
+
+def stepped(printer: Printer, steps: int, kind: OrderKind | None = None, **arguments: tuple[float, ...]) -> Step:
+    """Give an order, and go on for some steps."""
+    orders = () if kind is None else (Order(kind, "anna", printer.time, arguments),)
+    found = printer.step(orders)
+    assert all(order.refusal == "" for order in found.orders)
+    for _ in range(steps):
+        found = printer.step()
     return found
 
 
@@ -90,6 +101,9 @@ def test_a_homed_body_prints_by_typed_orders_and_moves_by_hand_at_the_rotation_i
     )  # fmt: skip
     assert answer.finished, typist.said
     assert answer.estimator == "filter"
+    told = answer.to_dict()
+    assert abs(told["estimated_max_path_error"]) < 2e-3  # of the nozzle
+    assert told["tension_error_rms"] < 6.0  # N, by the drives' torques, of 50 N to 1 kN
     wanted = np.array([0.1, 0.05, 0.9])  # of the origin, with the nozzle where the ring ends
     assert np.linalg.norm(pose_of(found)[:3] - wanted) < 2e-3
     assert np.abs(pose_of(found)[3:]).max() < 3e-3
@@ -139,3 +153,28 @@ def test_a_homing_by_saved_lengths_finds_the_pose(tmp_path: Path) -> None:
     assert np.linalg.norm(np.array(answer.position) - pose_of(found)[:3]) < 1e-3
     assert angle_between(np.array(answer.rotation), pose_of(found)[3:]) < 2e-3
     assert answer.misfit < 1e-3
+
+
+def test_a_sitting_on_drives_homes_at_a_pose_and_goes_where_the_nozzle_is_told_to(tmp_path: Path) -> None:
+    found = made()
+    begin = pose_of(found)
+    station = DriveStation(found.robot, found.twin.owner, tmp_path / "machine", lambda: found.port, begin)
+    sitting = station.sitting(None)
+    assert sitting.procedures == ("tensioning", "homing")
+    printer, goal = sitting.printer, (0.13, 0.08, 0.82)
+    printer.machine.open()
+    try:
+        stepped(printer, 30)
+        stepped(printer, 80, OrderKind.RESET)
+        off = stepped(printer, 80, OrderKind.ENABLE)
+        assert not off.estimate.valid  # nothing is known before homing
+        sitting.home_at(begin)
+        assert stepped(printer, 260, OrderKind.HOME).estimate.valid
+        there = stepped(printer, 300, OrderKind.GO_TO, position=goal)
+        assert there.progress.state is PrintState.IDLE
+    finally:
+        printer.machine.stop()
+        printer.machine.close()
+    nozzle = printer.plan.path.printing_point(pose_of(found)[:3], pose_of(found)[3:])
+    assert np.linalg.norm(nozzle - goal) < 4e-3
+    assert np.abs(pose_of(found)[3:] - begin[3:]).max() < 3e-3

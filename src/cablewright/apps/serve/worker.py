@@ -101,7 +101,7 @@ def report_run(folder: Path, name: str) -> None:
     """Write the report of a run. Raises `CablewrightError`."""
     from cablewright.analyses.safe_travel import driven_job
     from cablewright.apps.report import print as report
-    from cablewright.control.guide import TimedPath
+    from cablewright.live.prints.limits import path_of
     from cablewright.live.prints.record import finish
     from cablewright.live.prints.run import alone_in
 
@@ -109,10 +109,9 @@ def report_run(folder: Path, name: str) -> None:
     run, number = uploads.run_folder(name), uploads.job_of_run(name)
     robot, owner = station_of(folder)
     job, samples = driven_job(robot, load_served(uploads.job(number), uploads.name(number)))
-    lift = 0.0 if owner.extrusion is None else owner.drum.valve
-    path = TimedPath.of(job, None, lift, samples=samples, robot=robot)
+    path = path_of(robot, job, samples, owner, "encoders")
     with alone_in(run):
-        record, _ = finish(run, path.track, path.print_speed, None, None)
+        record, _ = finish(run, path.track, path.print_speed, attitude=path.attitude)
         report.write(record, run, job.name)
         write_whole(run / "metrics.json", json.dumps(record.to_dict(), allow_nan=False, default=str).encode())
 

@@ -188,7 +188,7 @@ def print_on_drives(
             _run(run, head, operator, say, progress, lambda: machine.keeper.doubt)
         if machine.bus_machine.left:
             say(machine.bus_machine.left)
-        record, log = finish(folder, path.track, path.print_speed, None, progress)
+        record, log = finish(folder, path.track, path.print_speed, None, progress, path.attitude)
         return PrintedJob(machine.estimator, run, record, log).written()
 
 
