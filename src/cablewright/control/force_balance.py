@@ -110,8 +110,9 @@ class CarriedWatch:
 
 def _force(model: Model, place: Array, tensions: Array) -> Array:
     """What the lines pull the platform with, (3,) N: along their chords, with half of their own weight."""
-    taut, scene = taut_at(model, place), model.robot.scene
+    taut, scene, spans, pulls = taut_at(model, place), model.robot.scene, model.lines.spans, model.lines.pulls
     weights = scene.gravity * np.array([line.cable.linear_density for line in model.robot.lines]) * taut.free
-    up = -taut.toward[:, 2]  # from the platform to the sheave
+    up = -taut.toward[:, 2] / spans  # from the platform to the sheave
     middle = np.maximum(tensions - 0.5 * weights * up, 0.0)
-    return np.asarray(-(middle @ taut.toward) - np.array([0.0, 0.0, 0.5 * float(weights.sum())]))
+    carried = 0.5 * float((pulls * weights).sum())
+    return np.asarray(-((pulls / spans * middle) @ taut.toward) - np.array([0.0, 0.0, carried]))
