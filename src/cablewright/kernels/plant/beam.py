@@ -7,7 +7,7 @@ from cablewright.kernels.layout import FREE, PLATFORM_WEIGHT, POINT_X, PULLS, WE
 from cablewright.kernels.plant.dynamics import MASS, MOMENTUM, PART, THRUST
 from cablewright.kernels.plant.winding import DRUM_END, LIMITED, STALLED
 from cablewright.kernels.rotation import rotate
-from cablewright.kernels.statics.line.interface import heading_of_line
+from cablewright.kernels.statics.line.solved_line import heading_of_line
 from cablewright.kernels.statics.line.upright import is_slack, start_force
 
 # Entries of a beam; an empty array: the platform has one length.

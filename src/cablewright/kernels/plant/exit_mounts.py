@@ -18,7 +18,7 @@ from cablewright.kernels.layout import (
 )
 from cablewright.kernels.statics.forward import solve_warm
 from cablewright.kernels.statics.line.guides import GUIDE_SIZE
-from cablewright.kernels.statics.line.interface import carry_exit, directions_of_line
+from cablewright.kernels.statics.line.solved_line import carry_exit, directions_of_line
 
 CLOSED = 1e-7  # m: last move of an exit in equilibrium
 ROUNDS = 100

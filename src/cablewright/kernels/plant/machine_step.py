@@ -11,7 +11,8 @@ from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
 from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_points, turn_drive
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import turn_winches
-from cablewright.kernels.statics.line.interface import draw_line, guess_line, heading_of_line
+from cablewright.kernels.statics.line.interface import draw_line, guess_line
+from cablewright.kernels.statics.line.solved_line import heading_of_line
 from cablewright.kernels.statics.line.upright import is_slack, start_force
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import load_scale, place_platform, pose_of

@@ -4,7 +4,7 @@ from math import exp
 
 from cablewright.kernels import jit
 from cablewright.kernels.layout import DEAD, DEAD_COMPLIANCE, FREE, SPANS, TAU
-from cablewright.kernels.statics.line.interface import turn_line
+from cablewright.kernels.statics.line.solved_line import turn_line
 
 
 @jit

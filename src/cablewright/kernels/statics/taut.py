@@ -7,7 +7,8 @@ import numpy as np
 from cablewright.kernels import jit
 from cablewright.kernels.layout import FREE, PHI, SPANS, STATE
 from cablewright.kernels.statics.equilibrium import workspace
-from cablewright.kernels.statics.line.interface import end_of_line, hang_in_plane, place_lines, taut_line
+from cablewright.kernels.statics.line.interface import place_lines, taut_line
+from cablewright.kernels.statics.line.solved_line import end_of_line, hang_in_plane
 
 # Columns of a line's results.
 ANGLE, REACH, WHOLE = 0, 1, 2  # rad above the horizontal, m from the sheave, m from the winch
@@ -20,8 +21,8 @@ def draw(packed, pose, found, planes, toward, per_motion):
 
     *found* (m, FOUND); *planes* (m, 4) as `vertical_plane.place` has them, along the free span; *toward* (m, 3): the
     derivative of a line's length by the motion of its end: for one span the unit vector away from the sheave.
-    *per_motion* (m, n): that by the motion of the platform; nothing slides, so that it is what a tension of 1 pulls.
-    NaN for a line without a tangent to its end.
+    *per_motion* (m, n): what a tension of 1 pulls, which is that by the motion of the platform, but for cable that
+    comes aslant into a groove: see `docs/machine.md`. NaN for a line without a tangent to its end.
     """
     work, y = workspace(packed), np.zeros(STATE)
     place_lines(packed, pose, work)

@@ -10,7 +10,8 @@ import pytest
 import out_of_plane
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.equilibrium import evaluate
-from cablewright.kernels.statics.line.interface import condense_moving_line, end_of_line
+from cablewright.kernels.statics.line.interface import condense_moving_line
+from cablewright.kernels.statics.line.solved_line import end_of_line
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.packed_views import LineStates
 from cablewright.models.rotation import matrix_of, moved
