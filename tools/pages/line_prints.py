@@ -70,8 +70,9 @@ def printed(robot: Robot, job: Job, options: PrintOptions) -> Outcome:
         plan, rig, lambda place, radii: estimator(twin.estimator, twin.robot, rig.settings, place, (), radii)
     )
     attendant = Attendant(lambda: None)
-    errors, tensions = [], []
-    while not attendant.is_over(printer):
+    errors, tensions, begun = [], [], False
+    while not (begun and attendant.is_over(printer)):
+        begun = True
         step = printer.step(attendant.orders(printer, rig.time))
         if step.progress.state is PrintState.PRINTING:
             truth = rig.truth
