@@ -168,7 +168,8 @@ def with_margin(model: Model, path: TimedPath) -> Model:
     robot = model.robot
     if model.m <= model.n:
         return model
-    poses, retraction = poses_at(path, chosen_places(path))
+    places = chosen_places(path)
+    poses, retraction = (places, None) if path.attitude is None else poses_at(path, places)
     for share in _MARGINS:
         lines = []
         for line in robot.lines:
