@@ -1,4 +1,4 @@
-"""Every kind of line moves by the laws of mechanics: rest, energy, the work of winches, and damping."""
+"""Every kind of line moves by the laws of mechanics, and estimators know how it hangs and what winches pay out."""
 
 from __future__ import annotations
 
@@ -8,10 +8,17 @@ import numpy as np
 import pytest
 
 import out_of_plane
+from cablewright.control.force_balance import balance
+from cablewright.control.length_check import check_lengths
+from cablewright.estimation.kalman.sag import Sag, balanced
+from cablewright.estimation.slackness import SlacknessSettings
+from cablewright.foundation.signals import Encoders, SensorFrame
 from cablewright.kernels.plant import dynamics
 from cablewright.kernels.statics.equilibrium import evaluate
 from cablewright.kernels.statics.line.interface import condense_moving_line
 from cablewright.kernels.statics.line.solved_line import end_of_line
+from cablewright.live.estimators import estimator, reckoning_of
+from cablewright.machine.simulated.settings import load_twin
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.packed_views import LineStates
 from cablewright.models.rotation import matrix_of, moved
@@ -175,3 +182,47 @@ def test_straight_lines_grow_by_what_a_tension_pulls(kind: str, body: bool) -> N
             for way in (1.0, -1.0)
         )
         assert (ahead - behind) / (2.0 * step) == pytest.approx(found.per_motion[:, k], abs=within)
+
+
+@pytest.mark.parametrize("kind", POINTS)
+def test_estimators_and_checks_know_how_lines_hang_and_pull(kind: str) -> None:
+    model = Model(robot_of(kind, False))
+    found = solve_inverse(model, [0.3, -0.4, 1.2]).checked()
+    taut, states = taut_at(model, found.pose), LineStates(found.states)
+    forces = states.tension * np.cos(states.free_angle)
+    sag = Sag.at(SlacknessSettings(model), taut, np.ones(model.m))
+    excess = found.lengths - taut.lengths
+    assert sag.excess(forces) == pytest.approx(excess, rel=0.06, abs=4e-4)
+    weight = model.robot.platform.mass * model.robot.scene.gravity
+    may_be = balanced(SlacknessSettings(model), taut, weight, 0.1 * weight)
+    assert may_be is not None
+    share = ((forces - may_be.first) / may_be.change)[0]
+    assert may_be.forces(np.array([share]))[0] == pytest.approx(forces, rel=0.02, abs=1.0)
+    assert np.linalg.norm(balance(model, found.pose, found.tensions, 0.1).off) < 0.02 * weight
+    judged = check_lengths(model, found.lengths, found.tensions, found.pose + 0.05)
+    assert judged is not None
+    assert judged.fits
+    assert judged.position == pytest.approx(found.pose, abs=2e-3)
+
+
+@pytest.mark.parametrize("kind", POINTS)
+def test_dead_reckoning_follows_winches(kind: str) -> None:
+    robot = robot_of(kind, False)
+    twin = load_twin("merlet2023").with_owner(robot=None)
+    model, begin = Model(robot), np.array([0.3, -0.4, 1.2])
+    reckoning = estimator("encoders", robot, twin.owner, begin)
+    settings = reckoning_of(robot, twin.owner)
+    there = solve_inverse(settings.model, np.array([0.31, -0.39, 1.19])).checked()
+    first = solve_inverse(settings.model, begin).checked().lengths
+    turned = [
+        coil.angle(settings.total_length - out)
+        for coil, out in zip(settings.coils, there.lengths.tolist(), strict=True)
+    ]
+    begun = [coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, first.tolist(), strict=True)]
+    counts = np.rint((np.array(begun) - turned) * settings.counts_per_radian).astype(np.int64)
+    for k in range(1, 11):
+        frame = SensorFrame(0.01 * k, (Encoders(0.01 * k, (counts * (k - 1)) // 9),), ())
+        found = reckoning.step(frame)
+    assert found.position == pytest.approx(there.pose, abs=1e-5)
+    assert reckoning.tensions == pytest.approx(there.tensions, rel=1e-2)
+    assert found.excess == pytest.approx(there.lengths - taut_at(model, there.pose).lengths, abs=1e-5)
