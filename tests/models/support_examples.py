@@ -114,7 +114,6 @@ _CHANGES: dict[str, Callable[[Any, Robot], dict[str, Any]]] = {
     "counterweight": lambda _line, _robot: {"counterweight": 8.0, "winch": {}},
     "weightless": lambda line, _robot: {"cable": line.cable.model_copy(update={"linear_density": 0.0})},
     "unlike-cables": lambda line, _robot: {"cable": line.cable.model_copy(update={"breaking_load": 3e4})},
-    "unlike-drums": lambda _line, _robot: {"winch": {"drum_radius": 0.06}},
     "unlike-min-tensions": lambda _line, _robot: {"tension_limits": (6.0, 3000.0)},
     "no-diameter": lambda line, _robot: {"cable": line.cable.model_copy(update={"diameter": None})},
     "no-drum-radius": lambda _line, _robot: {"winch": {}},

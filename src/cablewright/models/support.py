@@ -157,8 +157,6 @@ FEATURES: Final = (
     _of_line("no-diameter", "no cable.diameter", "cable.diameter", lambda x: x.cable.diameter is None),
     _of_line("no-drum-radius", "no winch.drum_radius", "winch.drum_radius",
              lambda x: x.winch.drum_radius is None and x.counterweight is None),
-    _of_robot("unlike-drums", "drums of different radius", "lines.winch.drum_radius",
-              lambda robot: len({x.winch.drum_radius for x in robot.lines}) > 1),
     _of_robot("unlike-cables", "lines with different cables", "lines.cable",
               lambda robot: len({x.cable for x in robot.lines}) > 1),
     _of_robot("unlike-min-tensions", "lines with different minimum tensions", "lines.tension_limits",
@@ -182,7 +180,7 @@ SPATIAL: Final = "counterweight pulley winch-aside platform-sheave platform-pull
 """Features of lines that are more than a winch and a cable in one vertical plane."""
 
 _PROVED: Final = f"{SPATIAL} mount spring plane"  # no proof covers them
-_DRIVEN: Final = f"{SPATIAL} advantage cables shared-winch plane"  # no plant and no estimator covers them
+_DRIVEN: Final = "counterweight shared-winch plane"  # no plant and no estimator covers them
 _TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley"
 _OWN_WINCH: Final = "Give each line a winch of its own"
 _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
@@ -234,7 +232,6 @@ _ROWS: Final = (
     (_C.SIMULATION, _REJECTED, "offset-point", "Give all lines the platform_point [0, 0, 0]"),
     (_C.MACHINE_FILE, _REJECTED, _DRIVEN, "Use check, which needs no machine"),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
-    (_C.MACHINE_FILE, _REJECTED, "unlike-drums", "Give all winches the same drum_radius"),
     (_C.PRINT, _REJECTED, f"{_DRIVEN} few-winches", "Use check, or inverse at poses"),
     (_C.ESTIMATION, _REJECTED, f"{_DRIVEN} few-winches", "Use forward with the measured lengths"),
     (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),

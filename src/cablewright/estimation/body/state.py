@@ -21,7 +21,7 @@ from cablewright.models.statics import Model
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of_body
+from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of
 
 
 @dataclass(eq=False)
@@ -182,7 +182,7 @@ def start(
     wound = [
         coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
     ]
-    taut = taut_of_body(model.packed.lines, tracker.pose)
+    taut = taut_of(model.packed, tracker.pose)
     covariance = prior(settings, layout)
     m, still = model.m, np.zeros(model.m)
     return BodyState(
@@ -250,7 +250,7 @@ def follow(state: BodyState) -> bool:
     status = state.tracker.step(state.lengths)
     if status is Status.OK or state.tracker.restart(state.lengths):
         state.monitor.clear("encoders", "lost")
-        state.taut = taut_of_body(state.tracker.packed.lines, state.pose)
+        state.taut = taut_of(state.tracker.packed, state.pose)
         return True
     state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
     return False

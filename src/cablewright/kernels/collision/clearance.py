@@ -19,7 +19,7 @@ from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline
 from cablewright.kernels.layout import STATE
 from cablewright.kernels.newton import copy_rows
 from cablewright.kernels.statics.line.guides import GUIDE_SIZE
-from cablewright.kernels.statics.line.interface import shape_line
+from cablewright.kernels.statics.line.solved_line import shape_line
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import place_platform
 

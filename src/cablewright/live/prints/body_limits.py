@@ -139,8 +139,9 @@ def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> No
     """Raise `InputError` for a path too fast for the winches or the retraction."""
     fastest = max(path.print_speed, path.travel_speed)
     radius = min(line.winch.drum_radius or math.inf for line in model.robot.lines)
-    if fastest / radius > settings.winch.max_speed:  # no line changes faster than the nozzle moves, unturned
-        why = f"{fastest / radius:.3g} rad/s of a drum; at most {settings.winch.max_speed:g} is possible"
+    fastest_cable = fastest * max(line.advantage for line in model.robot.lines)  # ... of a nozzle that does not turn
+    if fastest_cable / radius > settings.winch.max_speed:
+        why = f"{fastest_cable / radius:.3g} rad/s of a drum; at most {settings.winch.max_speed:g} is possible"
         raise InputError(f"the path is too fast for the winches: {fastest:g} m/s takes {why}")
     assert path.attitude is not None
     lengths = path.attitude.schedule.retractions(path.track.positions[:, 2])
@@ -167,7 +168,8 @@ def with_margin(model: Model, path: TimedPath) -> Model:
     robot = model.robot
     if model.m <= model.n:
         return model
-    poses, retraction = poses_at(path, chosen_places(path))
+    places = chosen_places(path)
+    poses, retraction = (places, None) if path.attitude is None else poses_at(path, places)
     for share in _MARGINS:
         lines = []
         for line in robot.lines:

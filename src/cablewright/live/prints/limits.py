@@ -87,9 +87,10 @@ def planned(
     require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))
     notes = path.notes
+    manages_slack = model.m > model.n and settings.sensor(LINE_ANGLES) is not None
     if path.attitude is None:
         held = _check_path(model, path)
-        narrow = model
+        narrow = model if manages_slack else body_limits.with_margin(model, path)
     else:
         held, linear = body_limits.check_held(model, path)
         body_limits.check_tour(model, path)
@@ -104,7 +105,7 @@ def planned(
         narrow,
         settings.winch.max_speed,
         law,
-        manage_slack=model.m > model.n and settings.sensor(LINE_ANGLES) is not None,
+        manage_slack=manages_slack,
         by_lengths=estimator == "encoders",
     )
     if path.attitude is not None:

@@ -6,7 +6,9 @@ import math
 from itertools import product
 from typing import Final
 
+from cablewright.foundation.toml_input import parse_table
 from cablewright.foundation.units import FORCE, LENGTH, TORQUE, three_digits
+from cablewright.machine.simulated.settings import TwinSettings, twin_of_table
 from cablewright.models.support import Capability, require
 from cablewright.robot import PointPlatform, RigidPlatform, Robot
 
@@ -21,14 +23,13 @@ def machine_file(robot: Robot) -> str:
     """Return the text of a machine file for *robot*, each number with where it is from.
 
     Sensors are encoders and a light barrier: with them `print` uses dead reckoning. A body has load cells and an
-    inertial unit besides. Raises `InputError` for a robot that cannot be simulated: lines without weight, diameter or
-    drum radius, of several spans or out of one vertical plane, a platform in a plane, or winches whose drums differ.
+    inertial unit besides. Raises `InputError` for a robot that cannot be simulated: see `models.support`.
     """
     require(robot, Capability.MACHINE_FILE)
     radius, speed, torque = _winch(robot)
     length = RESERVE * _longest(robot)
     pitch = PITCH * max(line.cable.diameter or 0.0 for line in robot.lines)
-    width = LAYER * pitch * length / (2.0 * math.pi * radius)
+    width = LAYER * pitch * length / (2.0 * math.pi * min(line.winch.drum_radius or radius for line in robot.lines))
     scene = robot.scene
     size = max(high - low for low, high in zip(scene.frame_min[:2], scene.frame_max[:2], strict=True))
     is_point = isinstance(robot.platform, PointPlatform)
@@ -47,6 +48,13 @@ def machine_file(robot: Robot) -> str:
         ceiling=LENGTH.write(three_digits(scene.frame_max[2] + size), "m"),
         pull=FORCE.write(three_digits(torque / radius), "N"),
     )
+
+
+def built_machine(robot: Robot) -> tuple[TwinSettings, str]:
+    """Return the machine of `machine_file` for *robot*, and its file. Raises `InputError` as that does."""
+    text = machine_file(robot)
+    origin = f"the machine built for {robot.name!r}"
+    return twin_of_table(parse_table(text, origin), origin), text
 
 
 def _point(robot: Robot, gyration: float) -> tuple[str, str, str]:
@@ -81,12 +89,11 @@ def _quoted(name: str) -> str:
 
 
 def _winch(robot: Robot) -> tuple[float, float, float]:
-    """Radius of the drums, m, speed of the cable, m/s, and torque at the drum, N m."""
-    radius = robot.lines[0].winch.drum_radius
-    assert radius is not None  # the table of support requires one, the same of all lines
+    """Radius of the largest drum, m, speed of its cable, m/s, and torque at it, N m, of all cables of a line."""
+    radius = max(line.winch.drum_radius or 0.0 for line in robot.lines)  # which the table of support requires
     speeds = [line.winch.max_speed for line in robot.lines if line.winch.max_speed is not None]
     torques = [line.winch.max_torque for line in robot.lines if line.winch.max_torque is not None]
-    strongest = max(line.tension_limits[1] for line in robot.lines)
+    strongest = max(line.tension_limits[1] * line.cables for line in robot.lines)
     return radius, min(speeds, default=SPEED), min(torques, default=1.2 * strongest * radius)
 
 
@@ -96,8 +103,9 @@ def _longest(robot: Robot) -> float:
     corners = list(product(*zip(scene.frame_min, scene.frame_max, strict=True)))
     lengths = []
     for line in robot.lines:
-        dead = line.dead_length if line.winch_exit is None else math.dist(line.exit_point, line.winch_exit)
-        lengths.append(dead + max(math.dist(line.exit_point, corner) for corner in corners))
+        dead = line.dead_length if line.winch_exit is None else line.dead_span().length
+        wheels = 2.0 * math.pi * sum(line.radii)
+        lengths.append(dead + wheels + line.advantage * max(math.dist(line.exit_point, corner) for corner in corners))
     return max(lengths)
 
 

@@ -118,7 +118,7 @@ class QuasiStaticPlant:
         rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         if rig.brakes is not None:
-            rig.brakes.yield_by_secants(winches, rig.tensions * rig.unmodelled.ratio)
+            rig.brakes.yield_by_secants(winches, rig.tensions * winches.state[:, winding.RATIO])
         winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
         if rig.robot.m - len(rig.line_faults.broken()) < len(self._kept):
             self._fit()
@@ -135,7 +135,8 @@ class QuasiStaticPlant:
             return [Notice(Condition.NO_EQUILIBRIUM)]
         self._move(pose)
         rig.states[kept] = states
-        rig.work.planes[kept] = self._work.planes
+        rig.work.planes[kept], rig.work.arms[kept] = self._work.planes, self._work.arms
+        rig.work.rotation[:], rig.swing.place[:] = self._work.rotation, pose
         self._solved[:] = after
         rig.tensions[:] = LineStates(rig.states).tension
         return notices

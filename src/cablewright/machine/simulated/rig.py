@@ -28,7 +28,7 @@ from cablewright.machine.simulated.unmodelled.stuck_material import StuckMateria
 from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled, softness
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.creep_pace import Air
-from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
+from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.robot import RigidPlatform, Robot
@@ -56,8 +56,8 @@ class RigState:
     temperature: float  # degrees Celsius
     humidity: float
     ground: Ground
-    swivels: Array  # (m,) rad, of the lines' planes in plan view
-    winch_tensions: Array  # (m,) N, before the sheaves
+    swivels: Array  # (m,) rad, of upright swivels in plan view; NaN of other lines
+    winch_tensions: Array  # (m,) N, of one cable before the sheaves and guides
 
 
 class Rig:
@@ -82,6 +82,9 @@ class Rig:
         "_last_position",
         "_fall_start",
         "work.planes",
+        "work.arms",
+        "work.rotation",
+        "swing.place",
         "swing.ends",
         "_random",
         "winches",
@@ -115,11 +118,12 @@ class Rig:
         shared = model.packed
         self.packed = shared._replace(lines=shared.lines.copy(), platform=shared.platform.copy())
         self.states, pose = hung.states.copy(), hung.pose.copy()
-        self.work, self.swing = dynamics.moving_workspace(robot.n, robot.m)
+        self.work, self.swing = dynamics.moving_workspace(self.packed)
         evaluate(self.packed, self.lengths, pose, self.states, self.work)  # for the lines' planes
         self.unmodelled = Unmodelled(robot, simulation, self.packed, self.states, pose[:3], self.winches, seed)
         self.brakes = _brakes_of(robot, settings, seed)
         self._let_exits_give(pose)
+        self.swing.place[:] = pose
         self.tensions = hung.tensions.copy() if self.unmodelled.exits is None else LineStates(self.states).tension
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[:3] = pose[:3]
@@ -142,10 +146,8 @@ class Rig:
         self._scratch = blank_states()
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
         sensor = owner.sensor(LINE_ANGLES)
-        at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform)).tolist()
-        self._sensor_places = [(slice(i, i + 1), place) for i, place in enumerate(at)]  # m before B, by rows of lines
-        if len(set(at)) == 1:
-            self._sensor_places = [(slice(None), at[0])]
+        self._sensors_at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform))  # m before B
+        self._upright = np.array([line.has_upright_swivel for line in robot.lines])
 
     def _let_exits_give(self, pose: Array) -> None:
         """Let exits give at the start, updating *pose* (n,). Raises `InputError` where nothing holds the platform."""
@@ -204,8 +206,7 @@ class Rig:
         if reset:
             self.brakes.forget(self.winches)
         closed = np.array([mode is WinchMode.OFF for mode in modes] or [False] * self.robot.m)
-        spring = LineNumbers(self.packed.lines).spring
-        self.brakes.close(closed, self.winches, softness(self.packed, self.states) + spring)
+        self.brakes.close(closed, self.winches, softness(self.packed, self.states))
 
     def take_notices(self) -> list[Notice]:
         """Return the notices of winches, brakes and retraction since the last call."""
@@ -225,7 +226,9 @@ class Rig:
 
     def observe(self, time: float) -> RigState:
         """Return the present state, at *time*, s."""
-        self._show_lines()
+        packed, line, ends = self.packed, self.vibration, self.swing.ends
+        given = (packed, self.states, self.swing.place, self.work, ends, self.vibrations, line, self._sensors_at)
+        machine_step.show_lines(*given, self._scratch, self._shown)
         motion, rotation = self.motion, np.empty((3, 3))
         matrix(motion[6:9], rotation)
         air = air_at(self.settings.simulation.climate, time)
@@ -244,24 +247,9 @@ class Rig:
         )
         shown = self._shown[:, machine_step.SHOWN].copy()
         counts = self.winches.counts
-        swivels = np.arctan2(self.work.planes[:, 1], self.work.planes[:, 0])
+        swivels = np.where(self._upright, self._shown[:, machine_step.HEADING], np.nan)
         pulled = truth.tensions * self.unmodelled.ratio
         return RigState(truth, self.acceleration.copy(), rotation, shown, counts, *air, self.ground, swivels, pulled)
-
-    def _show_lines(self) -> None:
-        """Compute what the lines show; line by line where their accelerometers are not all at one place."""
-        for i, place in self._sensor_places:
-            machine_step.show_lines(
-                self.packed._replace(lines=self.packed.lines[i]),
-                self.states[i],
-                self.work.planes[i],
-                self.swing.ends[i],
-                self.vibrations[i],
-                self.vibration,
-                place,
-                self._scratch,
-                self._shown[i],
-            )
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""

@@ -42,7 +42,8 @@ SPAN_BY_FORCE = 17  # 17..19: its derivative by f, m/N
 POINT_BY_RADIUS = 20  # 20..22: derivative of the point by the sheave's radius, of a guide ASIDE
 ARC_BY_RADIUS, SPAN_BY_RADIUS = 23, 24  # the same of contact length and dead span
 GIVEN_WAY = 25  # 25..27: what of the contact point is how far the mount gives, m
-GUIDE_SIZE = 28
+TOWARDS = 28  # 28..30: unit vector to where the cable of a guide ASIDE comes from
+GUIDE_SIZE = 31
 
 NO_PLANE = 1e-9  # sine of the angle to the axis under which a sheave has no plane
 UNWOUND = 1.5 * pi  # rad: a larger angle of contact is one below zero
@@ -263,6 +264,7 @@ def _write_aside(row, frame, f, winch, slope, size, out, at):
         out[at + SPAN_BY_FORCE + j] = -radius * wn / span * turned / size
     for i in range(3):
         out[at + CONTACT_POINT + i] = leaves * e[i] + turn * c * a[i]
+        out[at + TOWARDS + i] = (sqrt(square) * (cos(psi) * e[i] + sin(psi) * a[i]) + wn * n[i]) / span
     wrap = side * (psi - atan2(s, c)) + pi
     wrap = wrap if wrap < UNWOUND else wrap - 2.0 * pi
     out[at + ARC], out[at + SPAN] = radius * wrap, span + row[DEAD_SPAN]
