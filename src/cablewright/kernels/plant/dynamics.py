@@ -7,7 +7,7 @@ platform, where all lines meet, is a body on whose lines its rotation does nothi
 rows instead of six.
 """
 
-from math import atan2, sqrt
+from math import atan2, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +17,19 @@ from cablewright.kernels import jit
 from cablewright.kernels.layout import FREE, MASS_X, NOT_CONVERGED, NOT_FINITE, OK, PLATFORM_WEIGHT, SINGULAR, WEIGHT
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import compose, matrix, rotate
-from cablewright.kernels.statics.equilibrium import evaluate, workspace_of
+from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.kernels.statics.line.interface import advance_line
 from cablewright.kernels.statics.line.upright import force_change, is_slack
 from cablewright.kernels.statics.line.upright_lines import add_eliminated, eliminate
-from cablewright.kernels.statics.platform import add_force, add_turning, pose_of, weight_without_moment
+from cablewright.kernels.statics.platform import (
+    add_force,
+    add_turning,
+    force_on_plane,
+    hold,
+    is_held,
+    pose_of,
+    weight_without_moment,
+)
 
 STEPS = 30
 MOVE_TOLERANCE = 1e-9  # m and rad: size of the last Newton step of the midpoint
@@ -59,11 +67,13 @@ class Swing(NamedTuple):
     pulled: NDArray[np.float64]  # (n,): rate of the lines' wrench due to the change of their lengths, N/s, N m/s
     turning: NDArray[np.float64]  # (3, 3): part of the stiffness that no line's own force has: of forces on turned arms
     ends: NDArray[np.float64]  # (m, 3): acceleration of each platform point in the last step, m/s^2
+    on_plane: NDArray[np.float64]  # (2,): force on the platform's plane along its normal, N: last, and most so far
 
 
 @jit(allocates=True)
-def moving_workspace(n, m):
-    """Scratch for *m* lines and *n* freedoms in their balance, and of the body."""
+def moving_workspace(packed):
+    """Scratch for the lines and freedoms of *packed* in their balance, and of the body."""
+    n, m = packed.freedoms, packed.lines.shape[0]
     swing = Swing(
         np.zeros((6, 6)),
         np.zeros((6, 1)),
@@ -76,8 +86,9 @@ def moving_workspace(n, m):
         np.zeros(n),
         np.zeros((3, 3)),
         np.zeros((m, 3)),
+        np.full(2, -inf),
     )
-    return workspace_of(None, n, m), swing
+    return workspace(packed), swing
 
 
 @jit
@@ -106,6 +117,7 @@ def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
         if not _condense(packed, before, after, dt, states, work, swing):
             return SINGULAR
         _assemble(packed, body, motion, dt, work, swing)
+        _hold(packed, swing)
         if not solve(swing.system, swing.rhs, 6, 1):
             return SINGULAR
         move = _apply(packed, dt, states, work, swing)
@@ -113,6 +125,7 @@ def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
             code = OK
             break
     if code == OK:
+        swing.on_plane[1] = max(swing.on_plane[0], swing.on_plane[1])
         for k in range(3):
             motion[PLACE + k] += dt * middle[VELOCITY + k]
             motion[VELOCITY + k] = 2.0 * middle[VELOCITY + k] - motion[VELOCITY + k]
@@ -237,6 +250,25 @@ def _add_part(body, wx, wy, wz, swing):
     b[3, 0] -= ry * fz - rz * fy
     b[4, 0] -= rz * fx - rx * fz
     b[5, 0] -= rx * fy - ry * fx
+
+
+@jit
+def _hold(packed, swing):
+    """Leave the system in the directions that the platform's plane leaves free: a point does not turn there.
+
+    The force on the plane is what the balance lacks across it, with the inertia.
+    """
+    if not is_held(packed.general, packed.platform):
+        return
+    wrench = swing.rhs[:, 0]
+    swing.on_plane[0] = force_on_plane(packed, wrench)
+    if packed.freedoms == 3:
+        for k in range(3, 6):
+            wrench[k] = 0.0
+            for j in range(6):
+                swing.system[k, j] = swing.system[j, k] = 0.0
+            swing.system[k, k] = 1.0
+    hold(packed, wrench, swing.system)
 
 
 @jit

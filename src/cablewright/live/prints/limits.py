@@ -68,7 +68,7 @@ def planned(
     notes = path.notes
     if path.attitude is None:
         held = _check_path(model, path)
-        narrow = model
+        narrow = model if robot.platform.plane is None else body_limits.with_margin(model, path)
     else:
         held, linear = body_limits.check_held(model, path)
         body_limits.check_tour(model, path)
