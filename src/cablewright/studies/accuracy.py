@@ -21,7 +21,6 @@ from cablewright.foundation.paging import Room, in_room, let_go
 from cablewright.foundation.progress import Progress
 from cablewright.foundation.results import Figure, Result
 from cablewright.live.places import Places, workspace_nodes
-from cablewright.models.free_coordinates import with_free
 from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
@@ -33,7 +32,7 @@ from cablewright.running.executors.kept import kept_in
 from cablewright.running.executors.shared_spread import SharedMethod
 from cablewright.running.memory import require_for_samples
 from cablewright.solvers.arguments import as_poses
-from cablewright.solvers.hanging_path import nozzle_on_path
+from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
 
 Ranges = Sequence[Range] | None
@@ -270,7 +269,7 @@ def _over_shape(
 
 def _unrotated(model: Model, positions: Array) -> Array:
     """Return poses (k, n) with the nozzle at *positions* (k, 3), m: unrotated, or at rest as equilibrium decides."""
-    return nozzle_on_path(model, with_free(model.robot, model.unrotated_at(positions)), positions)
+    return hung(model, model.unrotated_at(positions))
 
 
 def _studied(places: Places, found: Accuracy, limits: BoundaryLimits | None = None) -> AccuracyStudy:

@@ -14,7 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import FREE, MASS_X, NOT_CONVERGED, NOT_FINITE, OK, PLATFORM_WEIGHT, SINGULAR, WEIGHT
+from cablewright.kernels.layout import (
+    FREE,
+    MASS_X,
+    NORMAL,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    OK,
+    PLATFORM_WEIGHT,
+    SINGULAR,
+    WEIGHT,
+)
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import compose, matrix, rotate
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
@@ -24,7 +34,6 @@ from cablewright.kernels.statics.line.upright_lines import add_eliminated, elimi
 from cablewright.kernels.statics.platform import (
     add_force,
     add_turning,
-    force_on_plane,
     hold,
     is_held,
     pose_of,
@@ -250,6 +259,13 @@ def _add_part(body, wx, wy, wz, swing):
     b[3, 0] -= ry * fz - rz * fy
     b[4, 0] -= rz * fx - rx * fz
     b[5, 0] -= rx * fy - ry * fx
+
+
+@jit
+def force_on_plane(packed, wrench):
+    """Return the part along the normal of a *wrench* (n,) on the platform, N: positive lifts off. Only with a plane."""
+    platform = packed.platform
+    return platform[NORMAL] * wrench[0] + platform[NORMAL + 1] * wrench[1] + platform[NORMAL + 2] * wrench[2]
 
 
 @jit

@@ -291,19 +291,12 @@ def _normal(packed):
 
 
 @jit
-def force_on_plane(packed, wrench):
-    """Return the part along the normal of a *wrench* (n,) on the platform, N: positive lifts off. Only with a plane."""
-    x, y, z = _normal(packed)
-    return x * wrench[0] + y * wrench[1] + z * wrench[2]
-
-
-@jit
 def keep_free(packed, wrench):
     """Take from *wrench* (n,) what the plane carries."""
     if not is_held(packed.general, packed.platform):
         return
     x, y, z = _normal(packed)
-    along = force_on_plane(packed, wrench)
+    along = x * wrench[0] + y * wrench[1] + z * wrench[2]
     wrench[0] -= along * x
     wrench[1] -= along * y
     wrench[2] -= along * z

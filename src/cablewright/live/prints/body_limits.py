@@ -45,6 +45,9 @@ def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) ->
     if robot.n == 3:
         if turns:
             raise InputError(f"job {job.name}: schedule sets a rotation; the platform of {robot.name} is a point")
+        if robot.platform.plane is not None and owner.drum is not None and owner.drum.valve:
+            why = f"must be 0 m: the tool of {robot.name!r} works in its plane"
+            raise InputError(f"machine {owner.name!r}: drum.valve = {owner.drum.valve:g} m: {why}")
         return
     if law != "model":
         raise InputError(f"law = {law}: is one of a point platform; that of {robot.name!r} is rigid")

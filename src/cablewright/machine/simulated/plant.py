@@ -16,7 +16,7 @@ from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics import forward
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
-from cablewright.kernels.statics.platform import between, force_on_plane
+from cablewright.kernels.statics.platform import between
 from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
 from cablewright.models.packed_views import LineStates
@@ -148,7 +148,7 @@ class QuasiStaticPlant:
         loose = packed.platform.copy()
         loose[HELD] = 0.0
         evaluate(packed._replace(platform=loose), self._solved[self._kept], pose, states, self._work)
-        self.rig.swing.on_plane[:] = force_on_plane(packed, self._work.trial)
+        self.rig.swing.on_plane[:] = dynamics.force_on_plane(packed, self._work.trial)
 
     def _follow(
         self, packed: Packed, before: Array, after: Array, pose: Array, states: Array

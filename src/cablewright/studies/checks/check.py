@@ -29,7 +29,7 @@ from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.running.memory import require_for_samples
 from cablewright.solvers.feeds import fed
-from cablewright.solvers.hanging_path import nozzle_on_path
+from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
@@ -209,7 +209,7 @@ def _nowhere(full: Model) -> int:
     ends = zip(scene.frame_min, scene.frame_max, strict=True)
     axes = (np.linspace(low, high, PLACES + 2)[1:-1] for low, high in ends)
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return 0 if solve_inverse(full, full.unrotated_at(places)).ok.any() else len(places)
+    return 0 if solve_inverse(full, hung(full, full.unrotated_at(places))).ok.any() else len(places)
 
 
 def _require_scale(robot: Robot, job: Job, toolpath: Toolpath) -> None:
