@@ -152,7 +152,7 @@ def example(feature: str, body: bool) -> Robot | None:
 
 def _example(feature: str, body: bool) -> Robot | None:
     robot = plain(body)
-    if feature == "shared-winch" and body:
+    if feature in ("shared-winch", "few-shared-winches") and body:
         robot = parallelograms(4)
         return robot.model_copy(update={"platform": robot.platform.model_copy(update={"inertia": (0.2, 0.2, 0.2)})})
     if feature in _CHANGES:
@@ -182,7 +182,7 @@ def _example(feature: str, body: bool) -> Robot | None:
     if feature in ("few-winches", "free-position"):
         own = load("grab-four-lines") if feature == "few-winches" else None
         return own if body else _kept(robot, (0, 2))
-    assert feature == "retraction"
+    assert feature in ("retraction", "few-shared-winches")
     if not body:
         return None
     table = robot.model_dump(by_alias=True)
