@@ -151,7 +151,7 @@ def example(feature: str, body: bool) -> Robot | None:
 
 def _example(feature: str, body: bool) -> Robot | None:
     robot = plain(body)
-    if feature == "shared-winch" and body:
+    if feature in ("shared-winch", "few-shared-winches") and body:
         robot = parallelograms(4)
         return robot.model_copy(update={"platform": robot.platform.model_copy(update={"inertia": (0.2, 0.2, 0.2)})})
     if feature in _CHANGES:
@@ -178,9 +178,10 @@ def _example(feature: str, body: bool) -> Robot | None:
         table = robot.model_dump(by_alias=True)
         lines = [line | own for line, own in zip(table["lines"], at, strict=True)]
         return None if body else Robot.model_validate(table | {"lines": lines})
-    if feature == "few-winches":
-        return load("grab-four-lines") if body else _kept(robot, (0, 2))
-    assert feature == "retraction"
+    if feature in ("few-winches", "free-position"):
+        own = load("grab-four-lines") if feature == "few-winches" else None
+        return own if body else _kept(robot, (0, 2))
+    assert feature in ("retraction", "few-shared-winches")
     if not body:
         return None
     table = robot.model_dump(by_alias=True)
@@ -245,8 +246,8 @@ def job_of(robot: Robot) -> Job:
 
 @cache
 def twin(robot: Robot) -> TwinSettings:
-    """A machine that fits the example: that of the plain one, or of a body on few lines its own."""
-    own = robot if robot.name == "grab-four-lines" else plain(robot.n == 6)
+    """A machine that fits the example: that of the plain one, or of few lines and planes its own."""
+    own = robot if robot.name in ("grab-four-lines", "board") else plain(robot.n == 6)
     file = Path(_FOLDER.name) / "machine.toml"
     file.write_text(machine_file(own))
     return load_twin(file)

@@ -20,6 +20,7 @@ from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.batches import run
+from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 
 KINDS = ("line", "platform", "frame", "part")
@@ -367,7 +368,7 @@ def free_region(
         raise InputError(f"free region: {count} nodes: 2 or more each, at most {MAX_NODES} in all, are expected")
     x, y, z = (np.linspace(ends[0, k], ends[1, k], count[k]) for k in range(3))
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
-    held = solve_inverse(model, model.unrotated_at(places), path=True)
+    held = solve_inverse(model, hung(model, model.unrotated_at(places)), path=True)
     found = distances(held, part=part, settings=settings)
     own = np.where(held.ok, found.margins[:, KINDS.index("part")], np.nan)
     return Free((x, y, z), own.reshape(count), clearance)

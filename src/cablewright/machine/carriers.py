@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from cablewright.foundation.units import Mass, NonNegative, Vec3
 from cablewright.foundation.validation import Description, refusal
-from cablewright.machine.quantities import Dense, Heavy, Span
+from cablewright.machine.quantities import Dense, Heavy, Span, Width
 
 
 class _Carrier(Description):
@@ -61,7 +61,7 @@ class Drum(_Carrier):
     powder_bottom: Span = 0.1
     empty_centre: Span
     empty_gyration: tuple[Span, Span, Span]
-    valve: Span
+    valve: Width
 
 
 class Body(_Carrier):

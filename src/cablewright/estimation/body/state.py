@@ -16,6 +16,7 @@ from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status
 from cablewright.kernels.layout import Packed
+from cablewright.models.free_coordinates import with_free
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Model
 from cablewright.solvers.continuation import Tracker, TrackerSettings
@@ -176,7 +177,7 @@ def start(
     """
     model = settings.model if math.isnan(retraction) else Model(settings.model.robot.retracted(retraction))
     if lengths is None:
-        lengths = solve_inverse(model, pose).checked().lengths
+        lengths = solve_inverse(model, with_free(model.robot, pose)).checked().lengths
     tracker = _tracker_near(model, lengths, pose)
     layout = BodyLayout(model.m, settings.sensors)
     wound = [

@@ -7,20 +7,34 @@ platform, where all lines meet, is a body on whose lines its rotation does nothi
 rows instead of six.
 """
 
-from math import atan2, sqrt
+from math import atan2, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import MASS_X, NOT_CONVERGED, NOT_FINITE, OK, PLATFORM_WEIGHT, SINGULAR
+from cablewright.kernels.layout import (
+    MASS_X,
+    NORMAL,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    OK,
+    PLATFORM_WEIGHT,
+    SINGULAR,
+)
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import compose, matrix, rotate
 from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.kernels.statics.line.interface import advance_line, condense_moving_line
 from cablewright.kernels.statics.line.upright import is_slack
-from cablewright.kernels.statics.platform import add_turning, pose_of, weight_without_moment
+from cablewright.kernels.statics.platform import (
+    add_turning,
+    hold,
+    is_held,
+    pose_of,
+    weight_without_moment,
+)
 
 STEPS = 30
 MOVE_TOLERANCE = 1e-9  # m and rad: size of the last Newton step of the midpoint
@@ -58,6 +72,7 @@ class Swing(NamedTuple):
     pulled: NDArray[np.float64]  # (n,): rate of the lines' wrench due to the change of their lengths, N/s, N m/s
     turning: NDArray[np.float64]  # (3, 6): part of the stiffness against moments that is of forces on moving arms
     ends: NDArray[np.float64]  # (m, 3): acceleration of each platform point in the last step, m/s^2
+    on_plane: NDArray[np.float64]  # (2,): force on the platform's plane along its normal, N: last, and most so far
 
 
 @jit(allocates=True)
@@ -76,6 +91,7 @@ def moving_workspace(packed):
         np.zeros(n),
         np.zeros((3, 6)),
         np.zeros((m, 3)),
+        np.full(2, -inf),
     )
     return workspace(packed), swing
 
@@ -106,6 +122,7 @@ def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
         if not _condense(packed, before, after, dt, states, work, swing):
             return SINGULAR
         _assemble(packed, body, motion, dt, work, swing)
+        _hold(packed, swing)
         if not solve(swing.system, swing.rhs, 6, 1):
             return SINGULAR
         move = _apply(packed, dt, states, work, swing)
@@ -113,6 +130,7 @@ def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
             code = OK
             break
     if code == OK:
+        swing.on_plane[1] = max(swing.on_plane[0], swing.on_plane[1])
         for k in range(3):
             motion[PLACE + k] += dt * middle[VELOCITY + k]
             motion[VELOCITY + k] = 2.0 * middle[VELOCITY + k] - motion[VELOCITY + k]
@@ -228,6 +246,32 @@ def _add_part(body, wx, wy, wz, swing):
     b[3, 0] -= ry * fz - rz * fy
     b[4, 0] -= rz * fx - rx * fz
     b[5, 0] -= rx * fy - ry * fx
+
+
+@jit
+def force_on_plane(packed, wrench):
+    """Return the part along the normal of a *wrench* (n,) on the platform, N: positive lifts off. Only with a plane."""
+    platform = packed.platform
+    return platform[NORMAL] * wrench[0] + platform[NORMAL + 1] * wrench[1] + platform[NORMAL + 2] * wrench[2]
+
+
+@jit
+def _hold(packed, swing):
+    """Leave the system in the directions that the platform's plane leaves free: a point does not turn there.
+
+    The force on the plane is what the balance lacks across it, with the inertia.
+    """
+    if not is_held(packed.general, packed.platform):
+        return
+    wrench = swing.rhs[:, 0]
+    swing.on_plane[0] = force_on_plane(packed, wrench)
+    if packed.freedoms == 3:
+        for k in range(3, 6):
+            wrench[k] = 0.0
+            for j in range(6):
+                swing.system[k, j] = swing.system[j, k] = 0.0
+            swing.system[k, k] = 1.0
+    hold(packed, wrench, swing.system)
 
 
 @jit

@@ -297,10 +297,12 @@ class Printer:
         return Target(place, motion.velocity, distance, layer, 0.0, False, False, False, turned)
 
     def _is_tensioned(self) -> bool:
-        """Whether the lines of a rigid platform have about the tensions that they are to have on the path."""
-        if self.plan.path.attitude is None or self.estimator.tensions is None:
+        """Whether lines have about their tensions on the path: those of a rigid platform, or one in a plane."""
+        model = self.plan.velocity.model
+        free = self.plan.path.attitude is None and model.free_directions is None
+        if free or self.estimator.tensions is None:
             return True
-        least = self.plan.velocity.model.lines.tension_min
+        least = model.lines.tension_min
         waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
         return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
 

@@ -161,8 +161,9 @@ def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: Mac
     """Raise `InputError` for places where they are of no use, and tensions without what measures them."""
     measured = {"place layers": choices.place_layers, "place every": choices.place_every}
     for name, often in measured.items():
-        if often and (chosen != "encoders" or robot.n == 6):
-            raise InputError(f"{name}: is for point platforms by encoders alone (--estimator encoders)")
+        if often and (chosen != "encoders" or robot.n == 6 or robot.platform.plane is not None):
+            why = "is for point platforms in no plane, by encoders alone (--estimator encoders)"
+            raise InputError(f"{name}: {why}")
     for name, given in (
         ("place tensions", choices.place_tensions),
         ("place learn", choices.place_learn),

@@ -61,7 +61,8 @@ def _point(robot: Robot, gyration: float) -> tuple[str, str, str]:
     """What hangs from a point platform, with that radius of *gyration*, m; how it moves; no sensors on it."""
     mass, gravity = robot.platform.mass, robot.scene.gravity
     inertia = mass * gyration**2
-    drum = _DRUM.format(mass=f"{mass:g}", gyration=LENGTH.write(three_digits(gyration), "mm"))
+    valve = _VALVE if robot.platform.plane is None else _TOOL
+    drum = _DRUM.format(mass=f"{mass:g}", gyration=LENGTH.write(three_digits(gyration), "mm"), valve=valve)
     motion = _DRUM_MOTION.format(
         damping=three_digits(0.6 * inertia * math.sqrt(gravity / gyration)),
         yaw=three_digits(inertia),
@@ -188,7 +189,14 @@ empty_mass = "{mass} kg"        # robot
 flow = 0.1                      # kg/s, valve open; a job with strands sets its own
 empty_centre = "{gyration}"     # of mass, below the lines' point
 empty_gyration = ["{gyration}", "{gyration}", "{gyration}"]
+{valve}"""
+
+_VALVE: Final = """\
 valve = "20 mm"                 # nozzle, below the lines' point
+"""
+
+_TOOL: Final = """\
+valve = "0 mm"                  # the tool works in the platform's plane
 """
 
 _DRUM_MOTION: Final = """\

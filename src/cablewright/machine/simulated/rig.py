@@ -28,6 +28,7 @@ from cablewright.machine.simulated.unmodelled.stuck_material import StuckMateria
 from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled, softness
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.creep_pace import Air
+from cablewright.models.free_coordinates import with_free
 from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
@@ -139,8 +140,9 @@ class Rig:
         self._fall_start = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
         self._last_position = self.motion[:3].copy()
-        if simulation.drum is not None:
-            yaw = simulation.drum.yaw_wander * self._random.standard_normal()
+        self._twist = simulation.drum if robot.platform.plane is None else None  # no point turns in its plane
+        if self._twist is not None:
+            yaw = self._twist.yaw_wander * self._random.standard_normal()
             self.body[dynamics.YAW_REST] = self.motion[8] = yaw
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = blank_states()
@@ -186,7 +188,7 @@ class Rig:
 
     def _wander(self) -> None:
         """Change the yaw at which the twist of a drum's lines rests, by the way that it went."""
-        drum = self.settings.simulation.drum
+        drum = self._twist
         if drum is None:
             return
         keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
@@ -209,10 +211,13 @@ class Rig:
         self.brakes.close(closed, self.winches, softness(self.packed, self.states))
 
     def take_notices(self) -> list[Notice]:
-        """Return the notices of winches, brakes and retraction since the last call."""
+        """Return the notices of winches, brakes, retraction and plane since the last call."""
         notices = self.retraction.take_notices()
         if self.brakes is not None:
             notices += self.brakes.notices(self.winches)
+        if self.robot.platform.may_lift and self.swing.on_plane[1] > 0.0:
+            notices.append(Notice(Condition.OFF_PLANE))
+        self.swing.on_plane[1] = -math.inf
         if not self.winch_flags.any():
             return notices
         notices += [
@@ -301,15 +306,14 @@ class Rig:
 def start_pose(robot: Robot, start: ArrayLike) -> Array:
     """Return the pose (n,) at which a machine of *robot* starts; of a body (3,) is a place without rotation.
 
-    Where lines are fewer than freedoms, gravity turns the body: as many rotations, from that about x on, are NaN.
+    With fewer winches than degrees of freedom, what equilibrium decides is NaN.
     Raises `InputError` for any other size.
     """
     given = np.array(start, dtype=np.float64)
     if robot.n == 6 and given.shape in {(3,), (6,)}:
         pose = np.zeros(6)
         pose[: len(given)] = given
-        pose[3 : max(3, 9 - robot.m)] = np.nan
-        return pose
+        return with_free(robot, pose)
     if given.shape != (robot.n,):
         asked = "3 numbers" if robot.n == 3 else "3 or 6 numbers"
         raise InputError(f"start = {given.tolist()}: {asked} are expected, a pose of robot {robot.name!r}")

@@ -29,6 +29,7 @@ from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.running.memory import require_for_samples
 from cablewright.solvers.feeds import fed
+from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
@@ -76,7 +77,7 @@ def check(
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the motion of the platform by the time law. Raises `InputError`
-    for a model under another law, a robot with fewer lines than freedoms, a schedule that it cannot follow, a path many
+    for a model under another law, a schedule that it cannot follow, a path many
     times as large as the frame or a G-code file that cannot be used; `EnvironmentFault` where more memory is needed
     than is free; an infeasible job raises nothing.
     """
@@ -104,7 +105,9 @@ def check(
     motion = JobMotion.of(robot, job, samples, kept)
     samples = motion.samples
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
-    path = JobPath(job, samples, motion.law, *along(robot, job, samples, kept), beads, kept)
+    poses, drawn = along(robot, job, samples, kept)
+    poses = nozzle_on_path(Model.full(robot), poses, samples.positions, drawn)
+    path = JobPath(job, samples, motion.law, poses, drawn, beads, kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_errors(expected, walked.statics.displacement, path))
@@ -114,10 +117,10 @@ def check(
         job=job,
         samples=samples,
         law=path.law,
-        poses=path.poses,
+        poses=walked.poses,
         retraction=path.retraction,
         statics=walked.statics,
-        errors=SampleErrors.of(robot, samples, path.poses, walked.statics, kept),
+        errors=SampleErrors.of(robot, samples, walked.poses, walked.statics, kept),
         findings=findings,
         verdict="",
         toolpath=toolpath,
@@ -206,7 +209,7 @@ def _nowhere(full: Model) -> int:
     ends = zip(scene.frame_min, scene.frame_max, strict=True)
     axes = (np.linspace(low, high, PLACES + 2)[1:-1] for low, high in ends)
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return 0 if solve_inverse(full, full.unrotated_at(places)).ok.any() else len(places)
+    return 0 if solve_inverse(full, hung(full, full.unrotated_at(places))).ok.any() else len(places)
 
 
 def _require_scale(robot: Robot, job: Job, toolpath: Toolpath) -> None:

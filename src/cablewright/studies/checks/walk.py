@@ -15,6 +15,7 @@ from cablewright.analyses.motion.path_swing import PathSwing, SwingExtremes
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress
+from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
@@ -41,6 +42,7 @@ WalkSettings = tuple[Sequence[Range], Collection[str], int, Progress]
 class Walked:
     """What was found along the path; None where it was not looked for."""
 
+    poses: Array  # (k, n), complete: as asked, and as equilibrium decides where it does
     statics: PathStatics
     tension_drop: Array  # (m,) N, at least 0: the most that motion takes from the tension of each line
     tension_rise: Array  # (m,) N, at least 0
@@ -67,6 +69,7 @@ class JobPath:
         rows, swing = len(self.poses), PathSwing(full)
         solved: PathStatics | None = None
         drop, rise = np.zeros(full.m), np.zeros(full.m)
+        poses = self.room.empty(self.poses.shape) if free_coordinates(full.robot) else self.poses
         for first in range(0, rows, BLOCK):
             report("solving", first, rows)
             block = slice(first, first + BLOCK)
@@ -74,6 +77,8 @@ class JobPath:
             held = solve_inverse(full, self.poses[block], path=True, retraction=retraction)
             regular, linear = linearise_solved(held)
             fed = None if self.law.vector is None or not compensates(full.robot) else self.law.vector[block]
+            if poses is not self.poses:
+                poses[block] = held.pose
             moved = swing.take(held, regular, linear, *self._times(block), fed)
             found = PathStatics.of(held, self.poses[block], retraction)
             if fed is not None:
@@ -92,7 +97,7 @@ class JobPath:
         _add_speeds(solved.lines.winch_speed, solved.lengths, self.samples, self.law)
         lines = replace(solved.lines, cable_length=solved.lengths)
         clearances = None if distances is None else distances.clearances
-        return Walked(replace(solved, lines=lines), drop, rise, clearances, search)
+        return Walked(poses, replace(solved, lines=lines), drop, rise, clearances, search)
 
     def _fed_forward(
         self, full: Model, found: PathStatics, moved: SwingExtremes, block: slice, vector: Array
@@ -134,7 +139,7 @@ class JobPath:
     def judged(self, robot: Robot, found: Walked) -> tuple[Finding, ...]:
         """Compare with the limits of the robot's file."""
         of = found.statics
-        return judge(robot, self.poses[:, :3], of.codes, of.violations, of.lines, of.plane_force)
+        return judge(robot, found.poses[:, :3], of.codes, of.violations, of.lines, of.plane_force)
 
     def bounded(self, robot: Robot, found: Walked) -> Iterator[Finding]:
         """Compare with what straight lines, the nozzle's speed and the sampling imply.
