@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -94,7 +95,9 @@ def test_a_stop_keeps_its_ramp_and_a_jog_its_acceleration(tmp_path: Path) -> Non
     wild, calm = plans
     assert calm.path.shaping is not None
     assert calm.guard.stop == wild.guard.stop
-    assert calm.manual == wild.manual
+    assert dataclasses.replace(calm.manual, period=None) == wild.manual
+    assert calm.path.period is not None
+    assert wild.path.period is None
     for plan in plans:  # a hold on the path slows down by the job's acceleration, as before
         state = GuideState(path_time=plan.path.duration - 3.0)
         speeds = [guide.step(plan.path, state, 0.01, GuideMode.FOLLOW).path_speed for _ in range(100)]

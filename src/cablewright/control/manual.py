@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from cablewright.control.ramp_mean import PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind
@@ -26,7 +27,8 @@ class ManualSettings:
     """Limits of motions by hand. ``acceleration``: m/s^2. ``max_speed``: m/s. ``park``: (3,) m; None: there is none.
 
     ``deceleration``: m/s^2, of a jog that is let go; None: ``acceleration``. ``max_run_out``: m, from the last order to
-    jog to rest. ``delay``: s from a target to its motion.
+    jog to rest. ``delay``: s from a target to its motion. ``period``: for which a motion from rest is shaped; None: it
+    is not. A jog that is let go, or is to slow down, is not shaped.
     """
 
     min_position: tuple[float, float, float]
@@ -37,6 +39,7 @@ class ManualSettings:
     deceleration: float | None = None
     max_run_out: float = math.inf
     delay: float = 0.0
+    period: PeriodAt | None = None
 
     def require_run_out(self, speed: float) -> None:
         """Raise `InputError` for a *speed*, m/s, from which a jog would not stop in time."""
@@ -63,6 +66,7 @@ class ManualState:
     goal: Array | None = None  # m; None: a jog
     wish: Array = field(default_factory=lambda: np.zeros(3))  # m/s, of a jog
     lease_end: float = -math.inf  # s
+    mean: RampMean = field(default_factory=RampMean)  # of the velocity
 
 
 class TargetMotion(NamedTuple):
@@ -71,6 +75,7 @@ class TargetMotion(NamedTuple):
     position: Array  # (3,) m
     velocity: Array  # (3,) m/s
     done: bool
+    accelerations: Array  # (2, 3) m/s^2, in the last step and in this one, of a shaped motion; else zero
 
 
 def refusal(settings: ManualSettings, order: Order, now: float) -> str:
@@ -95,25 +100,50 @@ def begin(settings: ManualSettings, state: ManualState, order: Order, now: float
     """Take an order that `refusal` lets pass. *place* (3,), m: where the platform is; None: it moves already."""
     if place is not None:
         state.position, state.velocity = place.copy(), np.zeros(3)
+        state.mean.rest()
     if order.kind is OrderKind.JOG:
         state.goal, state.wish, state.lease_end = None, _vector(order, "velocity"), min(now, order.time) + LEASE
     else:
+        if state.goal is None:  # it comes to rest first as a jog does, within its limits
+            state.mean.rest()
         state.goal = _goal(settings, order)
 
 
 def step(settings: ManualSettings, state: ManualState, now: float, dt: float) -> TargetMotion:
     """Return the motion over the next *dt* (s), with bounded acceleration; *state* changes in place."""
     wish = _towards(settings, state, dt) if state.goal is not None else _jog(settings, state, now, dt)
-    slows = state.goal is None and float(wish @ wish) < float(state.velocity @ state.velocity)
+    before = state.velocity
+    slows = state.goal is None and float(wish @ wish) < float(before @ before)
     change = (settings.deceleration or settings.acceleration if slows else settings.acceleration) * dt
-    more = wish - state.velocity
-    size = float(np.linalg.norm(more))
-    state.velocity = wish if size <= change else state.velocity + more * (change / size)
+    if settings.period is None or _is_prompt(state, wish):
+        state.mean.rest()
+        state.velocity = _nearer(before, wish, change)
+    else:
+        period, place = settings.period, state.position
+        asked = _nearer(state.mean.asked(before), wish, change)
+        mean = state.mean.take(before, asked, lambda: period(place), dt)
+        fast = state.goal is None and float(mean @ mean) > float(wish @ wish)  # it has come near its limits
+        state.velocity = wish if fast else mean
     here = state.position
     state.position = here + dt * state.velocity
     still = not state.velocity.any()
     there = state.goal is None or float(np.linalg.norm(state.goal - state.position)) <= _AT
-    return TargetMotion(here, state.velocity, still and (there if state.goal is not None else now >= state.lease_end))
+    done = still and (there if state.goal is not None else now >= state.lease_end)
+    return TargetMotion(here, state.velocity, done, np.broadcast_to(state.mean.rates, (2, 3)))
+
+
+def _is_prompt(state: ManualState, wish: Array) -> bool:
+    """Whether the velocity follows its *wish* (3,), m/s, at once: a jog slows down or turns, or goes on to a place."""
+    if state.goal is None:
+        return float(wish @ state.velocity) < float(state.velocity @ state.velocity)
+    return not state.mean.has_begun and bool(state.velocity.any())
+
+
+def _nearer(velocity: Array, wish: Array, change: float) -> Array:
+    """Return the *velocity* (3,), m/s, nearer to the *wish* (3,), m/s, by *change*, m/s."""
+    more = wish - velocity
+    size = float(np.linalg.norm(more))
+    return wish if size <= change else velocity + more * (change / size)
 
 
 def _jog(settings: ManualSettings, state: ManualState, now: float, dt: float) -> Array:
@@ -138,7 +168,7 @@ def _stopping(settings: ManualSettings, left: float, dt: float) -> float:
 def _towards(settings: ManualSettings, state: ManualState, dt: float) -> Array:
     """Velocity (3,), m/s, towards the goal, from which it can still stop there, in whole steps."""
     assert state.goal is not None
-    way = state.goal - state.position
+    way = state.goal - state.position - state.mean.pending(state.velocity, dt)
     left = float(np.linalg.norm(way))
     if left <= _AT:
         return np.zeros(3)

@@ -36,6 +36,7 @@ from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.shaping import SLOWEST, SlowestMode
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
@@ -78,6 +79,7 @@ def planned(
         body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
     notes += overstretched(robot, held.tensions.max(axis=0))
+    path = _calm(model, path)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
         narrow,
@@ -98,7 +100,13 @@ def planned(
         velocity,
         _limits(robot, settings, path, period),
         _guard(robot, settings, path, period),
-        ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, manual.MAX_SPEED - velocity.max_correction),
+        ManualSettings(
+            scene.frame_min,
+            scene.frame_max,
+            path.acceleration,
+            manual.MAX_SPEED - velocity.max_correction,
+            period=path.period,
+        ),
         HeightControl(float(begin[2]) - scene.frame_min[2]) if over_structure else None,
         load.flow,
         load.full,
@@ -106,6 +114,23 @@ def planned(
         beam=body_limits.beam_of(robot, settings),
         notes=notes,
     )
+
+
+def _calm(model: Model, path: TimedPath) -> TimedPath:
+    """Return the *path* with the slowest mode's period anywhere in the frame, for motions off the path and pauses.
+
+    As it is where the job does not want its motion shaped, or no mode in the frame is fast enough.
+    """
+    if path.motion.shaping == "none":
+        return path
+    scene, begin = model.robot.scene, path.track.at(0.0).position
+
+    def poses(places: Array) -> tuple[Array, Array | None]:
+        return (places, None) if path.attitude is None else body_limits.poses_at(path, places)
+
+    corners = np.array(scene.frame_min), np.array(scene.frame_max)
+    modes = SlowestMode.within(model, *corners, begin, poses, SLOWEST)
+    return path if modes is None else replace(path, period=modes.period_at)
 
 
 def _swing(drum: Drum, gravity: float) -> SwingDamping:

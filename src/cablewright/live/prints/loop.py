@@ -257,13 +257,14 @@ class Printer:
         if verdict.state is previous:
             return
         if verdict.state is PrintState.FAULT:  # the target stands with the machine
-            self.guide.speed_factor, self.guide.speed = 0.0, 0.0
+            self.guide.stand()
         if verdict.state is PrintState.REFILLING and self.load.left > self.plan.supervisor.refill_mass:
             self._powder_out_time = self.guide.path_time  # earlier than estimated: the path will continue from here
         if verdict.state is PrintState.READY:
             if math.isfinite(self._powder_out_time):
                 self.guide.path_time, self._powder_out_time = self._powder_out_time, math.inf
-            self.guide.position, self.guide.speed_factor, self.guide.speed = None, 0.0, 0.0
+            self.guide.position = None
+            self.guide.stand()
             self._approach_pending = True
         if verdict.state in self.plan.procedures:
             self.plan.procedures[verdict.state].begin(self.time)
@@ -290,7 +291,18 @@ class Printer:
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
         layer = int(path.track.layer[path.track.piece(distance)])
         turned = self.last_pose[3:] if self.plan.path.attitude is not None else np.zeros(3)
-        return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False, turned)
+        return Target(
+            motion.position,
+            motion.velocity,
+            distance,
+            layer,
+            0.0,
+            False,
+            False,
+            False,
+            turned,
+            accelerations=motion.accelerations,
+        )
 
     def _is_tensioned(self) -> bool:
         """Whether the lines of a rigid platform have about the tensions that they are to have on the path."""
