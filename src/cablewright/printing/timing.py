@@ -72,6 +72,13 @@ def time_law(
     return _frozen(time, speed, extremes, samples.dwell[-1])
 
 
+def times_on_way(samples: Samples, law: TimeLaw, block: slice) -> tuple[Array, Array]:
+    """Return the time (b,), s, on the way to each of a *block* of samples from the one before, and at the sample."""
+    time, dwell = (each[max(block.start - 1, 0) : block.stop] for each in (law.time, samples.dwell))
+    spent = np.diff(time) - dwell[:-1]
+    return (spent, dwell[1:]) if block.start else (np.concatenate([[0.0], spent]), dwell)
+
+
 def _square_speeds(distance: Array, limit: Array, corner: Array, acceleration: float, found: Array) -> None:
     """Write to *found* (k,), m^2/s^2, the greatest squares of speeds at *distance* (k,), m, within all limits.
 
