@@ -188,7 +188,6 @@ class _Motion:
         old, rows = self.samples, int(counts.sum()) + 1
         made = {key: room.empty((rows, *value.shape[1:]), value.dtype) for key, value in vars(old).items()}
         time, speed, vector = room.empty((rows,)), room.empty((rows,)), room.empty((rows, 3))
-        extremes = room.empty((rows - 1, 2))
         for key, column in made.items():
             column[0] = getattr(old, key)[0]
         made["dwell"][0], time[0], speed[0], vector[0] = self.dwell[0], 0.0, 0.0, 0.0
@@ -206,14 +205,12 @@ class _Motion:
             steps = np.linalg.norm(np.diff(made["positions"][first - 1 : into.stop], axis=0), axis=1)
             made["distance"][into] = made["distance"][first - 1] + np.cumsum(np.maximum(steps, _APART))
             time[into], vector[into], speed[into] = times, acceleration, np.linalg.norm(velocity, axis=1)
-            tangent = (acceleration * velocity).sum(axis=1) / np.maximum(speed[into], _APART)
-            extremes[first - 1 : into.stop - 1] = np.stack([np.minimum(tangent, 0.0), np.maximum(tangent, 0.0)], axis=1)
             first = into.stop
-            let_go((old, self.law, tuple(made.values()), time, speed, vector, extremes))
+            let_go((old, self.law, tuple(made.values()), time, speed, vector))
         speed[-1] = 0.0
-        for column in (*made.values(), time, speed, vector, extremes):
+        for column in (*made.values(), time, speed, vector):
             column.setflags(write=False)
-        return Samples(**made), TimeLaw(time, speed, extremes, float(time[-1] + self.dwell[-1]), vector)
+        return Samples(**made), TimeLaw(time, speed, float(time[-1] + self.dwell[-1]), vector)
 
     def _spans(self) -> Iterator[_Span]:
         """Yield the path in spans of some segments and some time."""
