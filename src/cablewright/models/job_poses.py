@@ -12,6 +12,7 @@ from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
 from cablewright.models.free_coordinates import free_coordinates, with_free
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
+from cablewright.printing.beads import Beads
 from cablewright.printing.job import DEFAULT_STEP, Job
 from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule
@@ -24,15 +25,17 @@ INTERPOLATED: Final = 2e-5
 SHORTEST_STEP: Final = 5e-3  # m
 
 
-def sampled(robot: Robot, job: Job, toolpath: Toolpath, room: Room = MEMORY) -> tuple[Samples, float]:
-    """Return the samples of *job*, and the maximum distance between them, m. *room*: for the samples.
+def sampled(
+    robot: Robot, job: Job, toolpath: Toolpath, room: Room = MEMORY, beads: Beads | None = None
+) -> tuple[Samples, float]:
+    """Return the samples of *job*, and the maximum distance between them, m. *room* and *beads*: as `Job.samples`.
 
     Where the job does not give it, it follows from the shortest lines that the path allows: a length of s spans of l,
     interpolated over a step h, is off by s h^2 / (8 l) at most, here `INTERPOLATED`. Raises `InputError` for a path
     that cannot be sampled.
     """
     step = job.sampling.step or _step(robot, job, toolpath)
-    return job.samples(toolpath, step, room), step
+    return job.samples(toolpath, step, room, beads), step
 
 
 def path_box(job: Job, toolpath: Toolpath) -> tuple[Array, Array]:

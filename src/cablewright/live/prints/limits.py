@@ -38,6 +38,7 @@ from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.shaping import SLOWEST, SlowestMode
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
@@ -100,6 +101,7 @@ def planned(
         body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
     notes += overstretched(robot, held.tensions.max(axis=0))
+    path = _calm(model, path)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
         narrow,
@@ -135,7 +137,7 @@ def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
     scene, attitude = model.robot.scene, path.attitude
     low, high = np.array(scene.frame_min), np.array(scene.frame_max)
     if attitude is None:
-        return ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, speed)
+        return ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, speed, period=path.period)
 
     def holds(place: Array, rotation: Array) -> bool:
         pose = np.concatenate([attitude.origin(place, rotation), rotation])
@@ -144,7 +146,24 @@ def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
     nozzle = attitude.nozzle
     x, y, z = np.maximum(low, low + nozzle).tolist()
     far_x, far_y, far_z = np.minimum(high, high + nozzle).tolist()
-    return ManualSettings((x, y, z), (far_x, far_y, far_z), path.acceleration, speed, holds=holds)
+    return ManualSettings((x, y, z), (far_x, far_y, far_z), path.acceleration, speed, holds=holds, period=path.period)
+
+
+def _calm(model: Model, path: TimedPath) -> TimedPath:
+    """Return the *path* with the slowest mode's period anywhere in the frame, for motions off the path and pauses.
+
+    As it is where the job does not want its motion shaped, or no mode in the frame is fast enough.
+    """
+    if path.motion.shaping == "none":
+        return path
+    scene, begin = model.robot.scene, path.track.at(0.0).position
+
+    def poses(places: Array) -> tuple[Array, Array | None]:
+        return body_limits.poses_at(model, path, places)
+
+    corners = np.array(scene.frame_min), np.array(scene.frame_max)
+    modes = SlowestMode.within(model, *corners, begin, poses, SLOWEST)
+    return path if modes is None else replace(path, period=modes.period_at)
 
 
 def _swing(drum: Drum, gravity: float) -> SwingDamping:

@@ -257,13 +257,14 @@ class Printer:
         if verdict.state is previous:
             return
         if verdict.state is PrintState.FAULT:  # the target stands with the machine
-            self.guide.speed_factor, self.guide.speed = 0.0, 0.0
+            self.guide.stand()
         if verdict.state is PrintState.REFILLING and self.load.left > self.plan.supervisor.refill_mass:
             self._powder_out_time = self.guide.path_time  # earlier than estimated: the path will continue from here
         if verdict.state is PrintState.READY:
             if math.isfinite(self._powder_out_time):
                 self.guide.path_time, self._powder_out_time = self._powder_out_time, math.inf
-            self.guide.position, self.guide.speed_factor, self.guide.speed = None, 0.0, 0.0
+            self.guide.position = None
+            self.guide.stand()
             self._approach_pending = True
         if verdict.state in self.plan.procedures:
             self.plan.procedures[verdict.state].begin(self.time)
@@ -290,11 +291,12 @@ class Printer:
             supervisor.end_procedure(self.supervisor, self.time, motion.failure)
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
         layer = int(path.track.layer[path.track.piece(distance)])
-        if path.attitude is None:
-            return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False)
-        turned = self._manual.rotation
-        place = path.attitude.origin(motion.position, turned)
-        return Target(place, motion.velocity, distance, layer, 0.0, False, False, False, turned)
+        place, turned = motion.position, np.zeros(3)
+        if path.attitude is not None:
+            turned = self._manual.rotation
+            place = path.attitude.origin(place, turned)
+        speed, rates = motion.velocity, motion.accelerations
+        return Target(place, speed, distance, layer, 0.0, False, False, False, turned, accelerations=rates)
 
     def _is_tensioned(self) -> bool:
         """Whether lines have about their tensions on the path: those of a rigid platform, or one in a plane."""

@@ -9,6 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
+from cablewright.analyses.motion.slower import slower_note
 from cablewright.analyses.safe_travel import driven_job
 from cablewright.control.guide import TimedPath
 from cablewright.control.velocity import LAWS
@@ -133,7 +134,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
-    job, samples = driven_job(robot, job)
+    asked, (job, samples) = job, driven_job(robot, job)
     bead, differing = job.typical_bead()
     owner = extruding(given.owner, bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
@@ -152,7 +153,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         choices,
         chosen,
         path,
-        notes if owner.extrusion is None else (*notes, *differing),
+        (*notes, *slower_note(asked, job), *(() if owner.extrusion is None else differing)),
         built,
     )
 

@@ -13,6 +13,7 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
+from cablewright.analyses.motion.slower import slowed, slower_note, with_reserve
 from cablewright.analyses.safe_travel import LedTravel, led
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
@@ -38,7 +39,7 @@ from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
-from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
+from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings
 
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a path whose arrays are in files."""
@@ -95,13 +96,14 @@ def check(
     toolpath = in_room(job.toolpath(report), kept)
     _require_scale(robot, job, toolpath)
     beads = in_room(job.beads(toolpath, bead), kept)
-    samples, step = sampled(robot, job, toolpath, kept)
+    samples, step = sampled(robot, job, toolpath, kept, beads)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
     travels: tuple[LedTravel, ...] = ()
     samples = fed(robot, job, samples, kept)
     if job.motion.travel == "safe":
         samples, travels = led(full, job, samples, beads, clearance, room=kept, progress=report)
     source, uncertain = _uncertainty(robot, uncertainty)
+    asked, job = job, slowed(robot, job, samples, beads, kept)
     motion = JobMotion.of(robot, job, samples, kept)
     samples = motion.samples
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
@@ -133,7 +135,8 @@ def check(
         reserved=careful is not robot,
         shaping=motion,
         travels=travels,
-        fastest=Fastest.of(robot, job, toolpath, samples, walked.statics.lengths, kept),
+        slower=slower_note(asked, job),
+        fastest=Fastest.of(robot, job, toolpath, beads, samples, walked.statics.lengths, kept),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
@@ -147,7 +150,7 @@ def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked
     findings = path.judged(robot, walked)
     if walked.statics.codes.any() or not _breaks_tensions(findings):
         return walked, robot
-    careful = with_reserve(robot, walked)
+    careful = with_reserve(robot, walked.tension_drop, walked.tension_rise)
     if careful is None or not path.is_held(Model.full(careful), [each.sample for each in findings]):
         return walked, robot
     reserved = path.walk(Model.full(careful), *settings)

@@ -163,6 +163,8 @@ class Check(Result):
         Figure("changed_travels", "", "Travel moves that are lifted or led aside so that lines keep clear, and "
                "those that no safe way was found for.", "travels", "travel moves changed",
                only=lambda found: found.job.motion.travel == "safe", parts=LedTravel.FIGURES, detail=True),
+        Figure("acceleration", "m/s^2", "Acceleration of the job, lowered where its fastest motion would break limits.",
+               "job.motion.acceleration", detail=True),
         Figure("fastest_duration", "s", "Duration without the feeds of the file, within limits of winch speed, flow, "
                "acceleration and corners, and the speeds that the job gives; null where nothing limits a speed.",
                "fastest.duration", only=lambda found: found.fastest is not None, name="fastest within limits"),
@@ -237,6 +239,7 @@ class Check(Result):
     findings: tuple[Finding, ...]
     verdict: str
     travels: tuple[LedTravel, ...]  # that were changed, or that no way was found for
+    slower: tuple[str, ...]  # a note, where motion had to be slower than the job asks for
     fastest: Fastest | None  # None where nothing limits a speed
     expected: ExpectedError | None  # None where it was not asked for
     uncertainty: str  # where the uncertainties are from
@@ -359,7 +362,7 @@ class Check(Result):
             corners = " to ".join(f"({', '.join(f'{each:.4g}' for each in end)})" for end in ends)
             notes.append(f"the path, {corners} m, is not in the robot: is it, or its origin, in {' or '.join(units)}?")
         notes += overstretched(self.robot, LARGEST(self.statics.lines.highest_tension))
-        notes += self.shaping.notes
+        notes += (*self.slower, *self.shaping.notes)
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property
