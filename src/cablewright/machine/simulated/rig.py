@@ -21,6 +21,7 @@ from cablewright.machine.simulated.as_built_parts import home_errors
 from cablewright.machine.simulated.motion.line_faults import LineFaults
 from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.motion.retraction import RetractionAxis
+from cablewright.machine.simulated.motion.yaw_axis import YawAxis
 from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.unmodelled.brakes import Brakes
@@ -77,6 +78,7 @@ class Rig:
         "packed.lines",
         "packed.platform",
         "retraction",
+        "yaw",
         "line_faults",
         "unmodelled",
         "_last_position",
@@ -103,6 +105,7 @@ class Rig:
         self.settings, self.seed, self.powder = settings, seed, owner.carrier.powder
         require(robot, Capability.SIMULATION)
         self.masses, self.retraction = Masses(robot, settings), RetractionAxis(robot, owner.retraction)
+        self.yaw = YawAxis(None if owner.drum is None else owner.drum.yaw_drive)
         law = simulation.sticking
         self.stuck = StuckMaterial(law) if law.share else None
         self.body = self.masses.numbers(self.powder, 0.0, self.retraction.length)
@@ -174,7 +177,7 @@ class Rig:
         """
         self.line_faults.begin(time, self.packed.lines, self.states)
         notices = self._pour(period, valve)
-        self._wander()
+        self._wander(period)
         if self.retraction.has_drive and self.retraction.drive.beam[beam.MOVING_MASS]:
             self._weigh()
         law = self.settings.simulation.climate
@@ -182,15 +185,18 @@ class Rig:
         self.winches.set_strain(self._expansion * warmer + self.unmodelled.strain)
         return notices
 
-    def _wander(self) -> None:
-        """Change the yaw at which the twist of a drum's lines rests, by the way that it went."""
+    def _wander(self, period: float) -> None:
+        """Change the yaw at which the twist of a drum's lines rests, by the way that it went and by its drive."""
         drum = self.settings.simulation.drum
         if drum is None:
             return
         keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
         self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
-        self.body[dynamics.YAW_REST] = keep * self.body[dynamics.YAW_REST] + push * self._random.standard_normal()
+        rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
+        x, y, _ = self._turned() @ (1.0, 0.0, 0.0)
+        self.yaw.turn(period, rest - math.atan2(y, x), drum.yaw_stiffness)
+        self.body[dynamics.YAW_REST] = rest + self.yaw.angle
 
     def advance_unmodelled(self, time: float, period: float) -> None:
         """Advance what no model has by the *period*, s, that has passed from *time*, s, on, for the next one."""
@@ -209,7 +215,7 @@ class Rig:
 
     def take_notices(self) -> list[Notice]:
         """Return the notices of winches, brakes and retraction since the last call."""
-        notices = self.retraction.take_notices()
+        notices = [*self.retraction.take_notices(), *self.yaw.take_notices()]
         if self.brakes is not None:
             notices += self.brakes.notices(self.winches)
         if not self.winch_flags.any():
@@ -226,8 +232,7 @@ class Rig:
     def observe(self, time: float) -> RigState:
         """Return the present state, at *time*, s."""
         self._show_lines()
-        motion, rotation = self.motion, np.empty((3, 3))
-        matrix(motion[6:9], rotation)
+        motion, rotation = self.motion, self._turned()
         air = air_at(self.settings.simulation.climate, time)
         truth = Truth(
             time,
@@ -289,10 +294,14 @@ class Rig:
 
     def _over_ground(self) -> tuple[float, float]:
         """Where in plan view the nozzle is, m, world."""
+        x, y, _ = (self.motion[:3] + self._turned() @ self.masses.nozzle).tolist()
+        return x, y
+
+    def _turned(self) -> Array:
+        """Rotation (3, 3) of drum or body to the world."""
         rotation = np.empty((3, 3))
         matrix(self.motion[6:9], rotation)
-        x, y, _ = (self.motion[:3] + rotation @ self.masses.nozzle).tolist()
-        return x, y
+        return rotation
 
     def fill(self, powder: float) -> None:
         """Set the *powder*, kg, in the drum or hopper."""
