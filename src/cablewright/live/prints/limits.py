@@ -94,7 +94,7 @@ def planned(
         notes += ("the swing of the drum is damped: the platform follows it",)
     yaw = _held_yaw(settings, estimator)
     if yaw is not None:
-        notes += (f"the yaw of the drum is held at {math.degrees(yaw.held):g} deg by its drive",)
+        notes += (f"the yaw of the drum is held at {math.degrees(yaw.held):.3g} deg by its drive",)
     over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
     load = PowderLoad.of(settings.carrier)
     return PrintPlan(
