@@ -66,8 +66,10 @@ def test_without_one_it_is_stable_with_angles_two_turns_old(delay: float, inerti
 
 
 def test_a_drive_that_turns_the_wrong_way_stands_at_the_limits() -> None:
-    _, state = swung(1.0, 0.6, 1.5, delay=0.1, gyro=True, sign=-1.0, rest=0.05)
+    found, state = swung(1.0, 0.6, 1.5, delay=0.1, gyro=True, sign=-1.0, rest=0.05)
     assert abs(state.angle) <= SETTINGS.travel
+    assert np.abs(found).max() < 2.0  # the drum swings past the drive
+    assert np.ptp(found[-1000:]) < 0.05
     state = YawState(angle=0.3)
     for yaw in (math.nan, GIVE_UP + 0.01, -GIVE_UP - 0.01):
         assert step(SETTINGS, state, SensorFrame(1.0), yaw, DT) == 0.0

@@ -60,7 +60,9 @@ class YawDrive(Description):
     max_torque: Positive[Torque]
     lag: Delay = 0.0
     travel: Annotated[Positive[Angle], Field(le=math.tau)] = math.pi / 2.0
-    held: Annotated[Angle, Field(ge=-math.pi, le=math.pi)] = 0.0
+    held: Annotated[Angle, Field(ge=-math.pi / 6.0, le=math.pi / 6.0)] = (
+        0.0  # beyond, a lidar's walls are behind its mask
+    )
 
 
 class Drum(_Carrier):

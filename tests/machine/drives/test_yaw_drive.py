@@ -104,7 +104,7 @@ def test_settings_are_checked() -> None:
         {"max_speed": 0.0},
         {"travel": 0.0},
         {"travel": 7.0},
-        {"held": 4.0},
+        {"held": 0.6},
         {"lag": -1.0},
     ):
         with pytest.raises(ValueError, match=next(iter(keys))):
