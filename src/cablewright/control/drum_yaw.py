@@ -49,6 +49,8 @@ class YawSettings:
 class YawState:
     """Changed in place by `step`. ``angle``: rad, of the drive, by its commands: it needs no encoder."""
 
+    SAVED = ("angle",)
+
     angle: float = 0.0
     integral: float = 0.0  # rad
     rate: float = 0.0  # rad/s, smoothed

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from cablewright.foundation.signals import PrintState
+from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print, twin_of
 from cablewright.live.prints.print_job import print_job
+from cablewright.live.prints.recorder import checkpoint_of
 from cablewright.live.prints.run import begin_print
 from cablewright.machine.carriers import YawDrive
 from cablewright.machine.log.log import read_log
@@ -61,7 +62,17 @@ def test_the_plan_says_that_it_is_held_and_where_nothing_knows_it_the_drive_stan
 def test_a_stopped_machine_does_not_turn_its_drum() -> None:
     """The printer begins in a fault: its commands close brakes, and no output moves the drive."""
     made = twin(DRIVEN)
-    machine, printer = begin_print(replace(made), plan_print(made))
+    machine, printer = begin_print(made, plan_print(made))
     for _ in range(20):
         assert "yaw" not in printer.step().command.outputs
     assert machine.rig.yaw.angle == 0.0
+
+
+def test_a_resumed_print_knows_where_its_drive_is() -> None:
+    made = twin(DRIVEN)
+    plan = plan_print(made)
+    machine, printer = begin_print(made, plan)
+    printer.yaw.angle = 0.25
+    kept = checkpoint_of(printer)
+    again = Printer(plan, machine, lambda place, radii: printer.estimator, saved=kept)
+    assert again.yaw.angle == 0.25

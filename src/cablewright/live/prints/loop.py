@@ -104,7 +104,7 @@ class Step:
 class Printer:
     """Runs one machine through one plan. `step` raises nothing, whatever a frame contains."""
 
-    SAVED = ("guide", "load", "supervisor", "_powder_out_time", "last_pose", "radii")
+    SAVED = ("guide", "load", "supervisor", "yaw", "_powder_out_time", "last_pose", "radii")
 
     def __init__(
         self,
@@ -134,7 +134,7 @@ class Printer:
         self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self.speed_share = 1.0  # of the planned speed
         self._clock, self._orders = FrameClock(machine.period, now), OrderState()
-        self._guard, self._manual, self._yaw = GuardState(), ManualState(), YawState()
+        self._guard, self._manual, self.yaw = GuardState(), ManualState(), YawState()
         self._stop: StopState | None = StopState.closed(m)
         self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
@@ -316,7 +316,7 @@ class Printer:
         speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
         outputs = {} if moved is None else {beam.OUTPUT: moved.speed}
         if self.plan.yaw is not None:
-            outputs[drum_yaw.OUTPUT] = drum_yaw.step(self.plan.yaw, self._yaw, frame, estimate.yaw, dt)
+            outputs[drum_yaw.OUTPUT] = drum_yaw.step(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)
         opening = target.flow / self.plan.path.print_speed if verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0), outputs=outputs)
 

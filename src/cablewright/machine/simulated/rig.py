@@ -194,8 +194,9 @@ class Rig:
         self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
         rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
-        x, y, _ = self._turned() @ (1.0, 0.0, 0.0)
-        self.yaw.turn(period, rest - math.atan2(y, x), drum.yaw_stiffness)
+        if self.yaw.has_drive:
+            x, y = self._turned()[:2, 0].tolist()
+            self.yaw.turn(period, rest - math.atan2(y, x), drum.yaw_stiffness)
         self.body[dynamics.YAW_REST] = rest + self.yaw.angle
 
     def advance_unmodelled(self, time: float, period: float) -> None:

@@ -40,8 +40,7 @@ class YawAxis:
         The drive yields where the torque of the lines is over its own.
         """
         own = self._settings
-        if own is None:
-            return
+        assert own is not None  # as `has_drive` says
         wanted = min(max(self._commanded, -own.max_speed), own.max_speed)
         self.speed += (wanted - self.speed) * (1.0 - math.exp(-period / own.lag) if own.lag else 1.0)
         aim = self.angle + period * self.speed
