@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.control import manual
+from cablewright.control.drum_yaw import YawSettings
 from cablewright.control.guard import UNCOUNTED, GuardSettings
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
@@ -115,6 +116,9 @@ def planned(
     elif damps and estimator != "encoders" and settings.sensor(INERTIAL) is not None:
         velocity = replace(velocity, swing=_swing(settings.point_drum, scene.gravity))
         notes += ("the swing of the drum is damped: the platform follows it",)
+    yaw = _held_yaw(settings, estimator)
+    if yaw is not None:
+        notes += (f"the yaw of the drum is held at {math.degrees(yaw.held):.3g} deg by its drive",)
     over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
     load = PowderLoad.of(settings.carrier)
     return PrintPlan(
@@ -128,6 +132,7 @@ def planned(
         load.full,
         frozenset({"encoders"}),
         beam=body_limits.beam_of(robot, settings),
+        yaw=yaw,
         notes=notes,
     )
 
@@ -173,6 +178,15 @@ def _swing(drum: Drum, gravity: float) -> SwingDamping:
     centre = (drum.empty_mass * drum.empty_centre + powder * depth) / mass
     square = drum.empty_mass * (drum.empty_centre**2 + drum.empty_gyration[0] ** 2) + powder * depth**2
     return SwingDamping.of(gravity, centre, math.sqrt(square / mass - centre**2))
+
+
+def _held_yaw(settings: MachineSettings, estimator: str) -> YawSettings | None:
+    """How the drum's yaw is held; None without a drive, or where the estimator does not know it: the drive stands."""
+    drive = None if settings.drum is None else settings.drum.yaw_drive
+    if drive is None or estimator == "encoders":
+        return None
+    turn = max(settings.lidars[name].turn for name in ("north", "south") if name in settings.lidars)
+    return YawSettings(drive.held, drive.max_speed, drive.travel, turn)
 
 
 def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estimator: str, begins_above: bool) -> bool:

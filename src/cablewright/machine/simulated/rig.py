@@ -21,6 +21,7 @@ from cablewright.machine.simulated.as_built_parts import home_errors
 from cablewright.machine.simulated.motion.line_faults import LineFaults
 from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.motion.retraction import RetractionAxis
+from cablewright.machine.simulated.motion.yaw_axis import YawAxis
 from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.unmodelled.brakes import Brakes
@@ -78,6 +79,7 @@ class Rig:
         "packed.lines",
         "packed.platform",
         "retraction",
+        "yaw",
         "line_faults",
         "unmodelled",
         "_last_position",
@@ -107,6 +109,7 @@ class Rig:
         self.settings, self.seed, self.powder = settings, seed, owner.carrier.powder
         require(robot, Capability.SIMULATION)
         self.masses, self.retraction = Masses(robot, settings), RetractionAxis(robot, owner.retraction)
+        self.yaw = YawAxis(None if owner.drum is None else owner.drum.yaw_drive)
         law = simulation.sticking
         self.stuck = StuckMaterial(law) if law.share else None
         self.body = self.masses.numbers(self.powder, 0.0, self.retraction.length)
@@ -178,7 +181,7 @@ class Rig:
         """
         self.line_faults.begin(time, self.packed.lines, self.states)
         notices = self._pour(period, valve)
-        self._wander()
+        self._wander(period)
         if self.retraction.has_drive and self.retraction.drive.beam[beam.MOVING_MASS]:
             self._weigh()
         law = self.settings.simulation.climate
@@ -186,15 +189,19 @@ class Rig:
         self.winches.set_strain(self._expansion * warmer + self.unmodelled.strain)
         return notices
 
-    def _wander(self) -> None:
-        """Change the yaw at which the twist of a drum's lines rests, by the way that it went."""
+    def _wander(self, period: float) -> None:
+        """Change the yaw at which the twist of a drum's lines rests, by the way that it went and by its drive."""
         drum = self._twist
         if drum is None:
             return
         keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
         self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
-        self.body[dynamics.YAW_REST] = keep * self.body[dynamics.YAW_REST] + push * self._random.standard_normal()
+        rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
+        if self.yaw.has_drive:
+            x, y = self._turned()[:2, 0].tolist()
+            self.yaw.turn(period, rest - math.atan2(y, x), drum.yaw_stiffness)
+        self.body[dynamics.YAW_REST] = rest + self.yaw.angle
 
     def advance_unmodelled(self, time: float, period: float) -> None:
         """Advance what no model has by the *period*, s, that has passed from *time*, s, on, for the next one."""
@@ -211,8 +218,8 @@ class Rig:
         self.brakes.close(closed, self.winches, softness(self.packed, self.states))
 
     def take_notices(self) -> list[Notice]:
-        """Return the notices of winches, brakes, retraction and plane since the last call."""
-        notices = self.retraction.take_notices()
+        """Return the notices of winches, brakes, retraction, yaw and plane since the last call."""
+        notices = [*self.retraction.take_notices(), *self.yaw.take_notices()]
         if self.brakes is not None:
             notices += self.brakes.notices(self.winches)
         if self.robot.platform.may_lift and self.swing.on_plane[1] > 0.0:
@@ -234,8 +241,7 @@ class Rig:
         packed, line, ends = self.packed, self.vibration, self.swing.ends
         given = (packed, self.states, self.swing.place, self.work, ends, self.vibrations, line, self._sensors_at)
         machine_step.show_lines(*given, self._scratch, self._shown)
-        motion, rotation = self.motion, np.empty((3, 3))
-        matrix(motion[6:9], rotation)
+        motion, rotation = self.motion, self._turned()
         air = air_at(self.settings.simulation.climate, time)
         truth = Truth(
             time,
@@ -282,10 +288,14 @@ class Rig:
 
     def _over_ground(self) -> tuple[float, float]:
         """Where in plan view the nozzle is, m, world."""
+        x, y, _ = (self.motion[:3] + self._turned() @ self.masses.nozzle).tolist()
+        return x, y
+
+    def _turned(self) -> Array:
+        """Rotation (3, 3) of drum or body to the world."""
         rotation = np.empty((3, 3))
         matrix(self.motion[6:9], rotation)
-        x, y, _ = (self.motion[:3] + rotation @ self.masses.nozzle).tolist()
-        return x, y
+        return rotation
 
     def fill(self, powder: float) -> None:
         """Set the *powder*, kg, in the drum or hopper."""

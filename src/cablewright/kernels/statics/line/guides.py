@@ -151,6 +151,26 @@ def leave_platform(row, rotation, gx, gy, gz, away, out, at):
 
 
 @jit
+def wheel_on_platform(row, rotation, end, away, wheel):
+    """Write the sheave on the platform as a disc to *wheel* (7,): its centre from the platform point, normal, radius.
+
+    *end*: the force (x, y, z), world, with which the span arrives; *away* and *rotation* as of `leave_platform`.
+    """
+    a0, a1, a2 = rotate(rotation, row[END_AXIS_X], row[END_AXIS_X + 1], row[END_AXIS_X + 2])
+    wheel[0] = wheel[1] = wheel[2] = 0.0
+    wheel[3], wheel[4], wheel[5], wheel[6] = a0, a1, a2, row[END_RADIUS]
+    if row[END_ARRIVAL_X] == row[END_ARRIVAL_X + 1] == row[END_ARRIVAL_X + 2] == 0.0:
+        rise = end[0] * a0 + end[1] * a1 + end[2] * a2
+        out = (rise * a0 - end[0], rise * a1 - end[1], rise * a2 - end[2])
+        reach = max(sqrt(_dot(out, out)), NO_PLANE)
+        reach = reach if _dot(out, away) <= 0.0 else -reach
+        out = (out[0] / reach, out[1] / reach, out[2] / reach)
+        across = _cross((a0, a1, a2), out)
+        for k in range(3):
+            wheel[k], wheel[3 + k] = row[END_RADIUS] * out[k], across[k]
+
+
+@jit
 def _clear(out, at):
     for k in range(GUIDE_SIZE):
         out[at + k] = 0.0
