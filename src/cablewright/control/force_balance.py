@@ -16,11 +16,11 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
-from cablewright.models.rotation import placed
+from cablewright.models.rotation import moved, placed
 from cablewright.models.statics import Model
 from cablewright.solvers.taut import taut_at
 
-_STEP: Final = 1e-3  # m, of a derivative
+_STEP: Final = 1e-3  # m and rad, of a derivative
 _MEAN: Final = 0.5  # s, over which forces of a platform that moves are averaged
 _EVERY: Final = 0.05  # s
 _MOVING: Final = 1.5  # times what is allowed at rest: it speeds up and slows down
@@ -31,7 +31,7 @@ class ForceBalance:
     """``off``: (n,) N and N m, what the lines carry beyond the ``weight``, N. ``limit``: N, the size that is allowed.
 
     ``arm``: m, at which moments count as forces; 0 of a point. ``reach``: m, how far off a place must be at least
-    before it is sure to show.
+    before it is sure to show; ``turn``: rad, by how much a rotation of a rigid platform must be.
     """
 
     pose: Array
@@ -40,6 +40,7 @@ class ForceBalance:
     limit: float
     reach: float
     arm: float = 0.0
+    turn: float = np.inf
 
     @property
     def size(self) -> float:
@@ -71,16 +72,21 @@ def balance(model: Model, pose: Array, tensions: Array, share: float, laid: floa
     *laid*: kg that have left the model's platform.
     """
     off, arm = excess(model, pose, tensions, laid), model.robot.arm
-    ways = np.eye(3, model.n) * _STEP
     slopes = []
-    for way in ways:
-        change = _wrench(model, pose + way, tensions) - _wrench(model, pose - way, tensions)
+    for way in np.eye(model.n) * _STEP:
+        change = _wrench(model, moved(pose, way), tensions) - _wrench(model, moved(pose, -way), tensions)
         slopes.append(_as_forces(change, arm) / (2.0 * _STEP))
     slope = np.column_stack(slopes)
-    softest = float(np.linalg.svd(slope, compute_uv=False)[-1]) if np.isfinite(slope).all() else 0.0
     limit = share * _scale(model, tensions, laid)
-    reach = 2.0 * limit / softest if softest > 0.0 else np.inf
-    return ForceBalance(pose, off, weight_of(model, laid), limit, reach, arm)
+    reach, turn = (_reach(limit, columns) for columns in (slope[:, :3], slope[:, 3:]))
+    return ForceBalance(pose, off, weight_of(model, laid), limit, reach, arm, turn)
+
+
+def _reach(limit: float, slope: Array) -> float:
+    """How far to go by the *slope* (k, c) of forces, N by m or rad, until they change by twice the *limit*, N."""
+    known = slope.size and np.isfinite(slope).all()
+    softest = float(np.linalg.svd(slope, compute_uv=False)[-1]) if known else 0.0
+    return 2.0 * limit / softest if softest > 0.0 else np.inf
 
 
 def weight_of(model: Model, laid: float = 0.0) -> float:

@@ -8,6 +8,7 @@ test can see is told too.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -201,7 +202,14 @@ class Homing:
         found = balance(own.model, place, tensions, own.tension_error, own.laid())
         if not found.holds:
             return found.sentence()
-        self.notes.append(f"{unseen} by less than {found.reach:.2f} m: from there on the tensions show it")
+        turned = (
+            ""
+            if own.model.n == 3
+            else f" or {math.degrees(found.turn):.0f} deg"
+            if found.turn < math.pi
+            else " or any turn"
+        )
+        self.notes.append(f"{unseen} by less than {found.reach:.2f} m{turned}: from there on the tensions show it")
         return ""
 
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
