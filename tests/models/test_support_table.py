@@ -136,8 +136,8 @@ def test_a_message_names_what_has_the_feature_and_the_way_out() -> None:
     robot = examples.example("guides", body=False)
     assert robot is not None
     with pytest.raises(InputError) as refused:
-        require(robot, Capability.SIMULATION)
-    said = "the simulated machine: line 'line 0' has guides; not supported. Use check, which solves each pose of a job"
+        require(robot, Capability.SLACK_SETS)
+    said = "sets of slack lines: line 'line 0' has guides; not supported. Use forward with longer lengths"
     assert str(refused.value) == said
 
 

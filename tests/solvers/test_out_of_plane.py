@@ -11,9 +11,7 @@ import cablewright as cw
 import out_of_plane
 from cablewright.analyses.interference import distances
 from cablewright.foundation.errors import InputError, Status
-from cablewright.live.estimators import estimator
 from cablewright.live.logged_lines import hanging_lines
-from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 from cablewright.solvers.limits import sheave_clearances
 from cablewright.solvers.line_cover import refuse_unfit
@@ -44,8 +42,6 @@ def test_none_is_certified_and_none_is_called_the_only_one() -> None:
         (lambda: refuse_unfit(cw.Model(TILTED), np.full(4, 5.0)), "exhaustive"),
         (lambda: cw.enclose_poses(cw.inverse(TILTED, PLACE), 1e-4), "a box of poses"),
         (lambda: cw.simulate_calibration(TILTED, 20, 1e-4, cable="elastic"), "calibration of lines that stretch"),
-        (lambda: require(TILTED, Capability.SIMULATION), "the simulated machine"),
-        (lambda: estimator("encoders", TILTED, cw.load_machine("merlet2023"), np.zeros(3)), "estimation"),
     ],
 )
 def test_what_does_not_cover_them_says_so(ask: Any, by: str) -> None:
