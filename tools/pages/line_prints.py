@@ -3,16 +3,19 @@
     python tools/pages/line_prints.py                    # all robots
     python tools/pages/line_prints.py --robots cogiro --seeds 0:2
 
-Robots: the Hangprinter, whose lines have an advantage of 2, and the cogiro with sheaves on its platform; jobs: rings of
-two layers. The machine is built for the robot, or the library's, with the severity typical and the dynamic plant in
+Robots: the Hangprinter, whose lines have an advantage of 2, the cogiro with sheaves on its platform, the Maslow, whose
+sled slides on a board, and a body that hangs on four lines; jobs: rings of two layers, on the board two rounds of a
+rectangle. The machine is built for the robot, or the library's, with the severity typical and the dynamic plant in
 steps of 10 ms. True values in each step that prints: distance of the nozzle from its target, and tensions.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -23,7 +26,8 @@ from cablewright.live.prints.attendant import Attendant
 from cablewright.live.prints.loop import Printer
 from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
-from cablewright.printing.job import Job
+from cablewright.models.plane import directions
+from cablewright.printing.job import Job, load_job
 from cablewright.robot import PlatformSheave, Robot, load
 from cablewright.studies.checks.check import check
 
@@ -36,19 +40,43 @@ def with_sheaves() -> Robot:
     return Robot.model_validate(robot.model_copy(update={"lines": lines}).model_dump())
 
 
-def ring(radius: float, height: float, speed: float) -> Job:
-    """Two layers of a ring of that *radius*, m, from a *height*, m, on, at that *speed*, m/s."""
+def ring(radius: float, height: float, speed: float, x: float = 0.0) -> Job:
+    """Two layers of a ring of that *radius*, m, about *x*, m, from a *height*, m, on, at that *speed*, m/s."""
     return Job.model_validate({
         "name": "ring",
         "helix": {"radius": radius, "layers": 2, "layer_height": 2e-3, "first_height": height},
+        "origin": (x, 0.0, 0.0),
         "bead": {"width": 0.01, "height": 2e-3},
         "motion": {"print_speed": speed, "travel_speed": speed, "acceleration": 0.5 * speed},
     })  # fmt: skip
 
 
-CASES: Final[dict[str, tuple[Callable[[], Robot], Job]]] = {
-    "hangprinter-v4": (lambda: load("hangprinter-v4"), ring(0.2, 0.3, 0.1)),
-    "cogiro": (with_sheaves, ring(0.5, 0.5, 0.2)),
+def on_the_board(folder: Path) -> Job:
+    """Two rounds of a rectangle of 0.4 x 0.3 m in the plane of the Maslow, 1 m up; its files in a *folder*."""
+    plane = load("maslow4").platform.plane
+    across, up = directions(plane, 3).T
+    up = up if up[2] > 0.0 else -up
+    corners = [(-0.2, -0.15), (0.2, -0.15), (0.2, 0.15), (-0.2, 0.15)]
+    lines = ["G21", "G90", "M83", "G0 X0 Y0 Z0 F6000"]
+    for layer in range(2):
+        lines.append(f";LAYER:{layer}")
+        for k, (a, b) in enumerate([*corners, corners[0]]):
+            x, y, z = 1e3 * (a * across + b * up)
+            lines.append(f"G{int(k > 0)} X{x:.6f} Y{y:.6f} Z{z:.6f} F6000" + " E5" * (k > 0))
+    (folder / "board.gcode").write_text("\n".join(lines) + "\n")
+    (folder / "board.toml").write_text(
+        f'schema = 1\nname = "board"\ngcode = "board.gcode"\norigin = {up.tolist()}\n'
+        "[bead]\nwidth = 0.006\nheight = 0.002\n"
+        "[motion]\nprint_speed = 0.1\ntravel_speed = 0.1\nacceleration = 0.1\ncorner_deviation = 0.002\n"
+    )
+    return load_job(folder / "board.toml")
+
+
+CASES: Final[dict[str, tuple[Callable[[], Robot], Callable[[Path], Job]]]] = {
+    "hangprinter-v4": (lambda: load("hangprinter-v4"), lambda _: ring(0.2, 0.3, 0.1)),
+    "cogiro": (with_sheaves, lambda _: ring(0.5, 0.5, 0.2)),
+    "maslow4": (lambda: load("maslow4"), on_the_board),
+    "grab-four-lines": (lambda: load("grab-four-lines"), lambda _: ring(0.2, -0.3, 0.1, 1.1)),
 }
 
 
@@ -91,9 +119,15 @@ def main() -> None:
     parser.add_argument("--severity", default="typical", choices=("ideal", "typical", "rough", "own"))
     parser.add_argument("--estimator", default="", help="by default the one that the machine's sensors allow")
     given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        _tell(given, Path(folder))
+
+
+def _tell(given: argparse.Namespace, folder: Path) -> None:
+    """Print the tables; files of jobs are in the *folder*."""
     for name in given.robots.split(","):
-        make, job = CASES[name]
-        robot = make()
+        make, path = CASES[name]
+        robot, job = make(), path(folder)
         limits = np.array([line.tension_limits for line in robot.lines])
         found = check(robot, job).expected
         expected = np.nan if found is None else found.value

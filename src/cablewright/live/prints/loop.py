@@ -302,11 +302,11 @@ class Printer:
 
     def _is_tensioned(self) -> bool:
         """Whether lines have about their tensions on the path: those of a rigid platform, or one in a plane."""
-        model = self.plan.velocity.model
-        free = self.plan.path.attitude is None and model.free_directions is None
-        if free or self.estimator.tensions is None:
+        own = self.plan.velocity
+        in_plane = own.model.free_directions is not None and own.law == "model" and not own.manage_slack
+        if not (in_plane or self.plan.path.attitude is not None) or self.estimator.tensions is None:
             return True
-        least = model.lines.tension_min
+        least = own.model.lines.tension_min
         waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
         return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
 
