@@ -219,7 +219,7 @@ class Drop:
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[:3] = START
         self.motion[2] += DROP
-        self.work, self.swing = dynamics.moving_workspace(3, robot.m)
+        self.work, self.swing = dynamics.moving_workspace(self.model.packed)
 
     def midpoint(self, dt: float) -> None:
         """One step of the implicit midpoint rule."""

@@ -20,7 +20,7 @@ from cablewright.models.fidelity import Fidelity
 from cablewright.models.rotation import placed
 from cablewright.models.solids import Obstacle, of_mesh
 from cablewright.models.statics import Equilibrium, Model
-from cablewright.robot import Beam, Box, Robot, load
+from cablewright.robot import Beam, Box, PlatformPulley, PlatformSheave, Robot, load
 from cablewright.solvers.inverse import solve_inverse
 
 SEED = 20200613
@@ -389,3 +389,72 @@ def test_crossing_lines_without_a_diameter_touch() -> None:
     given = distances(crossed(diameter=2e-3)[None])
     assert given.contacts.line.margin == pytest.approx(-2e-3, abs=1e-5)
     assert given.notes == ()
+
+
+def over_wheels(kinds: str) -> Robot:
+    """CoGiRo with a sheave on the platform for each line, swivels or pulleys, and beams among them."""
+    robot = load("cogiro")
+    lines = []
+    for i, line in enumerate(robot.lines):
+        own = {"radius": 0.06 + 0.01 * i, "axis": (0.1 * i - 0.3, 0.2, -1.0)}
+        if kinds == "pulleys":
+            towards = np.array(line.exit_point) - [0.0, 0.0, 1.0]
+            axis = np.cross(towards, [0.0, 0.0, 1.0]) + 0.1
+            own |= {"axis": tuple(axis), "leaves": tuple(np.cross(axis, towards))}
+        kind = PlatformPulley if kinds == "pulleys" else PlatformSheave
+        lines.append(line.model_copy(update={"platform_sheave": kind(**own)}))
+    beams = (Beam(start=(-2.0, 1.3, 1.2), end=(2.0, 0.9, 1.7), radius=0.02),)
+    scene = robot.scene.model_copy(update={"beams": beams})
+    return robot.model_copy(update={"lines": tuple(lines), "scene": scene})
+
+
+def disc_points(row: Equilibrium, i: int, contact: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Points of the sheave of line *i*, world, that its cable meets at *contact* after *before*: on its rim."""
+    line = row.model.robot.lines[i]
+    sheave, R = line.platform_sheave, Rotation.from_rotvec(row.pose[3:])
+    point, axis = row.platform_points[i], R.apply(np.array(sheave.axis) / np.linalg.norm(sheave.axis))
+    centre, normal = point, axis
+    if isinstance(sheave, PlatformSheave):
+        out = contact - point - axis * (axis @ (contact - point))
+        out /= np.linalg.norm(out)
+        centre, normal = point + sheave.radius * out, np.cross(axis, out)
+        assert abs((contact - before) @ normal) < 1e-4  # the plane of the sheave has its cable, but for its sag
+    assert np.linalg.norm(contact - centre) == pytest.approx(sheave.radius, abs=1e-8)
+    one = np.cross(normal, [0.3, 0.5, 0.9])
+    one /= np.linalg.norm(one)
+    two = np.cross(normal, one)
+    r, turn = np.meshgrid(np.linspace(0.0, sheave.radius, 25), np.linspace(0.0, 2.0 * np.pi, 121))
+    flat = (r * np.cos(turn)).reshape(-1, 1) * one + (r * np.sin(turn)).reshape(-1, 1) * two
+    return centre + flat
+
+
+@pytest.mark.parametrize("kinds", ["swivels", "pulleys"])
+def test_sheaves_on_the_platform_are_discs_against_sampled_points(kinds: str) -> None:
+    robot = over_wheels(kinds)
+    poses = [[0.2, -0.3, 1.5, 0.02, -0.03, 0.1], [0.5, 0.6, 1.2, -0.05, 0.03, -0.2]]
+    states = solve_inverse(Model(robot), poses)
+    found = distances(states, settings=InterferenceSettings(tolerance=1e-5))
+    bare = distances(states, settings=InterferenceSettings(tolerance=1e-5, ends=0.0))
+    radii = [0.5 * line.cable.thickness for line in robot.lines]
+    (beam,) = robot.scene.beams
+    steel = np.array(beam.start) + np.linspace(0.0, 1.0, 4001)[:, None] * np.subtract(beam.end, beam.start)
+    for row in range(len(poses)):
+        curves = bare.curves(row)
+        near: dict[tuple[str, int, int], float] = {}
+        fine = [np.vstack([p + np.linspace(0, 1, 2001)[:, None] * (q - p) for p, q in pairwise(c)]) for c in curves]
+        for i, curve in enumerate(curves):
+            disc = cKDTree(disc_points(states[row], i, curve[-1], curve[-2]))
+            near["frame", i, 1] = disc.query(steel)[0].min() - beam.radius - radii[i]
+            for j in set(range(robot.m)) - {i}:
+                near["platform", j, i] = disc.query(fine[j])[0].min() - radii[i] - radii[j]
+            to_beam = [np.linalg.norm(steel - p, axis=1).min() for p in fine[i][::20]]
+            near["frame", i, 0] = min(to_beam) - beam.radius - radii[i]
+        for kind in ("platform", "frame"):
+            of_kind = {key: value for key, value in near.items() if key[0] == kind}
+            key = min(of_kind, key=of_kind.__getitem__)
+            contact = found[row].nearest(kind)
+            assert contact.margin == pytest.approx(of_kind[key], abs=3e-3)
+            assert contact.margin <= of_kind[key] + 1e-5  # the samples are of the disc
+            assert contact.line == robot.lines[key[1]].name
+            other = f"platform sheave of line {robot.lines[key[2]].name}"
+            assert contact.other == (other if kind == "platform" else f"beam 1{' at its platform sheave' * key[2]}")

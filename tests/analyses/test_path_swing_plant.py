@@ -55,7 +55,7 @@ def moved(found: Check, frequency: float) -> tuple[float, float]:
         np.column_stack([np.interp(times, found.law.time, column) for column in values.T])
         for values in (found.lengths, found.samples.positions)
     )
-    body, work = body_of(found, RATIO / (np.pi * frequency)), dynamics.moving_workspace(n, found.robot.m)
+    body, work = body_of(found, RATIO / (np.pi * frequency)), dynamics.moving_workspace(packed)
     error, least = 0.0, np.inf
     for k in range(1, len(times)):
         given = (packed, body, motion, lengths[k - 1], lengths[k], STEP, states, *work)

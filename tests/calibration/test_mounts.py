@@ -38,7 +38,7 @@ def plant(robot: Robot, cable: str, poses: np.ndarray, soft: np.ndarray) -> tupl
     """Lengths, and poses and tensions in equilibrium with exits that give as those of the simulated machine do."""
     model = Model(robot, Fidelity.of(cable))
     held = solve_inverse(model, poses).checked()
-    work, _ = dynamics.moving_workspace(robot.n, robot.m)
+    work, _ = dynamics.moving_workspace(model.packed)
     places, tensions = held.pose.copy(), held.tensions.copy()
     for k in range(len(poses)):
         packed = model.packed._replace(lines=model.packed.lines.copy(), platform=model.packed.platform.copy())

@@ -65,7 +65,7 @@ def plant(robot: Robot, cable: str, count: int, rng: np.random.Generator) -> Mea
     """What a machine on such mounts measures by the simulated machine's own law, which moves exits until they rest."""
     model = Model(on_stiff_ends(robot), Fidelity.of(cable))
     held = solve_inverse(model, random_poses(model, count, rng)).checked()
-    work, _ = dynamics.moving_workspace(robot.n, robot.m)
+    work, _ = dynamics.moving_workspace(model.packed)
     soft = np.array([compliance_matrix(line.exit_compliance or 0.0) for line in robot.lines])
     places, tensions = held.pose.copy(), held.tensions.copy()
     for k in range(count):

@@ -154,6 +154,7 @@ NOTICES = {
     Condition.BUS_SILENT: StopKind.BRAKE,
     Condition.BRAKE: StopKind.KEEP,
     Condition.NO_EQUILIBRIUM: StopKind.HOLD,
+    Condition.OFF_PLANE: StopKind.HOLD,
     Condition.ESTOP: StopKind.RAMP,
     Condition.CLOCK_BACK: StopKind.RAMP,
     Condition.CLOCK_AHEAD: StopKind.RAMP,

@@ -94,6 +94,28 @@ def test_it_begins_with_a_fault_and_moves_only_once_the_position_is_known() -> N
     assert made.go().state is PrintState.PRINTING
 
 
+def test_a_pause_by_order_is_without_a_swing_and_any_other_stop_at_once(floor: Floor) -> None:
+    assert floor.go(1, OrderKind.PAUSE).guide_mode is GuideMode.PAUSE
+    floor.broken = True
+    assert floor.go().guide_mode is GuideMode.HOLD  # somebody comes while it slows down
+    floor.broken = False
+    assert floor.go().guide_mode is GuideMode.PAUSE
+    far = aimed(PLACE + np.array([0.0, 0.2, 0.0]))
+    assert floor.go(target=far).guide_mode is GuideMode.HOLD
+    assert floor.go(1, OrderKind.STOP).guide_mode is GuideMode.HOLD
+    assert floor.go(target=aimed(path_speed=0.0)).hold_winches
+
+
+def test_a_pause_holds_the_winches_at_its_end_and_a_refill_is_one(floor: Floor) -> None:
+    assert floor.go(1, powder=0.1).state is PrintState.REFILLING
+    slowing, standing = (
+        floor.go(powder=0.1),
+        floor.go(powder=0.1, target=aimed(path_speed=0.0)._replace(velocity=np.zeros(3))),
+    )
+    assert (slowing.guide_mode, slowing.hold_winches) == (GuideMode.PAUSE, False)
+    assert standing.hold_winches
+
+
 def test_a_broken_barrier_pauses_until_it_is_clear_and_somebody_orders_it(floor: Floor) -> None:
     floor.broken = True
     paused = floor.go()

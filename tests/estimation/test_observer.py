@@ -293,3 +293,27 @@ def test_states_are_nested_in_parts_of_at_most_15_fields() -> None:
                 counted[name] = len(dataclasses.fields(kind))
     assert {"FilterState", "ObserverState", "BodyState", "ReckoningState"} <= counted.keys()
     assert max(counted.values()) <= 15, counted
+
+
+@pytest.mark.parametrize("depth", [0.05, 0.0])
+def test_a_window_behind_its_wall_spreads_the_list_of_positions_by_half_its_depth(depth: float) -> None:
+    """The paper's list, of an operator to choose from: +-3 cm in x and +-2 mm in y, in a room with such a window."""
+    room = SETTINGS.room
+    walls = tuple(
+        wall.model_copy(update={"start": (2.5 + depth, -0.5), "end": (2.5 + depth, 1.5)})
+        if wall.name == "window"
+        else wall
+        for wall in room.walls
+        if depth or not wall.name.startswith("window, ")
+    )
+    twin = machine(TWIN.with_owner(room=room.model_copy(update={"walls": walls})), seed=4)
+    settings = observer_settings(ROBOT, twin.settings)
+    state = observer.start(settings)
+    while twin.time < 4.2:
+        estimate = observer.step(settings, state, twin.step(Command(twin.time, np.zeros(4))))
+    places = np.array([each.position for each in state.located.wall_pose.candidates])
+    near = places[np.linalg.norm(places - places[0], axis=1) < 0.3]
+    spread = 0.5 * (near.max(axis=0) - near.min(axis=0))
+    assert spread[0] == pytest.approx(0.5 * depth, abs=5e-3)
+    assert spread[1] < 2e-3
+    assert np.linalg.norm((estimate.position - twin.truth.position)[:2]) < 5e-3  # which is not its error

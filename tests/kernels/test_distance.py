@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from cablewright.kernels.collision.distance import clipped, depth_in_box, segment_box, segment_polygon, segment_segment
+from cablewright.kernels.collision.distance import (
+    clipped,
+    depth_in_box,
+    segment_box,
+    segment_disc,
+    segment_polygon,
+    segment_segment,
+)
 
 SEED = 20200612
 EXACT = 1e-12
@@ -165,3 +172,30 @@ def test_a_triangle_is_cut_at_a_height() -> None:
             elif below == 2:
                 z = np.sort(corners[:, 2])
                 assert 1.0 - share == pytest.approx((z[2] - height) ** 2 / ((z[2] - z[1]) * (z[2] - z[0])), rel=1e-6)
+
+
+def test_a_disc_is_as_far_as_its_nearest_point() -> None:
+    """Against minimisation over fractions and discs' points; crossing segments have distance zero."""
+    rng = np.random.default_rng(SEED)
+    for k in range(100):
+        a = rng.normal(size=(2, 3))
+        normal = rng.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        centre, radius = rng.normal(size=3), rng.uniform(0.05, 1.5)
+        if k % 4 == 0:  # through the disc
+            one = np.cross(normal, rng.normal(size=3))
+            a += centre + 0.9 * radius * one / np.linalg.norm(one) - (0.3 * a[0] + 0.7 * a[1])
+        if k % 10 == 1:
+            a[1] = a[0]
+        square, s = segment_disc(a, 0, np.concatenate([centre, normal, [radius]]))
+
+        def square_at(t: float, a=a, normal=normal, centre=centre, radius=radius) -> float:
+            from_centre = a[0] + t * (a[1] - a[0]) - centre
+            height = from_centre @ normal
+            beyond = max(np.linalg.norm(from_centre - height * normal) - radius, 0.0)
+            return height**2 + beyond**2
+
+        assert square == pytest.approx(square_at(s), abs=EXACT)
+        assert square <= min(square_at(t) for t in np.linspace(0.0, 1.0, 301)) + EXACT
+        if k % 4 == 0 and k % 10 != 1:
+            assert square < EXACT

@@ -48,7 +48,7 @@ class Moving:
             self.body[getattr(dynamics, name)] = value
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[[0, 1, 2, 6, 7, 8]] = self.rest.pose
-        self.work, self.swing = dynamics.moving_workspace(6, robot.m)
+        self.work, self.swing = dynamics.moving_workspace(self.model.packed)
 
     def shove(self, by: list[float]) -> None:
         self.motion[VELOCITY : VELOCITY + 3], self.motion[RATE : RATE + 3] = by[:3], by[3:]
@@ -246,7 +246,7 @@ def test_a_drum_is_a_body_that_hangs_from_one_point() -> None:
         packed = model.packed._replace(freedoms=n, platform=numbers)
         motion, states = np.zeros(dynamics.MOTION), held.states.copy()
         motion[:3], motion[RATE : RATE + 3] = held.pose, [0.4, -0.3, 0.6]
-        work, swing = dynamics.moving_workspace(n, 4)
+        work, swing = dynamics.moving_workspace(packed)
         for k in range(500):
             after = held.lengths + 1e-3 * math.sin(0.01 * k) * np.array([1, -1, 1, 0])
             assert dynamics.midpoint_step(packed, body, motion, after, after, 2e-3, states, work, swing) == 0

@@ -43,7 +43,7 @@ class Moving:
             self.drum[getattr(dynamics, name)] = value
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[:3] = self.rest.pose
-        self.work, self.swing = dynamics.moving_workspace(3, robot.m)
+        self.work, self.swing = dynamics.moving_workspace(self.model.packed)
 
     def step(self, dt: float, after: Array | None = None) -> None:
         after = self.lengths if after is None else after

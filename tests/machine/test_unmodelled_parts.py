@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from cablewright.kernels.layout import COLUMNS, STATE
+from cablewright.kernels.layout import COLUMNS, PLATFORM, STATE, Packed
 from cablewright.machine.simulated.unmodelled.cable_creep import CableCreep, step_response
 from cablewright.machine.simulated.unmodelled.cable_hysteresis import CableHysteresis
 from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState
@@ -131,11 +131,20 @@ def test_strain_arrives_where_the_load_leads_it() -> None:
     assert cable.strain == pytest.approx(cable.settled)
 
 
+STRAIGHT, PLANES = np.zeros(1), np.array([[1.0, 0.0, 4.0, 0.0]])
+
+
+def packed_of(lines: Array) -> Packed:
+    """The packed *lines* of a plain robot."""
+    return Packed(3, lines, np.zeros(PLATFORM), None)
+
+
 def one_line(radius: float, free: float, angle: float = -0.5, dead: float = -0.5 * math.pi) -> tuple[Array, Array]:
     """A packed line with dead span, that leaves downwards at *angle*, and its state with *free* m after the sheave."""
     lines, states = np.zeros((1, COLUMNS)), np.zeros((1, STATE))
     numbers, state = LineNumbers(lines), LineStates(states)
-    numbers.radius, numbers.side, numbers.unknowns, numbers.pulls = radius, 1.0, 5.0, 1.0
+    numbers.radius, numbers.side, numbers.unknowns, numbers.spans = radius, 1.0, 5.0, 1.0
+    numbers.pulls = 1.0
     numbers.free_compliance = numbers.dead_compliance = 1e-5
     state.free_length, state.dead_length, state.free_angle, state.dead_angle = free, 3.0, angle, dead
     state.log_tension = math.log(200.0)
@@ -146,21 +155,25 @@ def one_line(radius: float, free: float, angle: float = -0.5, dead: float = -0.5
 @pytest.mark.parametrize("angle", [-1.4, -0.3, 0.9])
 def test_a_sheave_divides_tensions_by_the_capstan_formula(radius: float, angle: float) -> None:
     lines, states = one_line(radius, 5.0, angle)
-    sheaves = SheaveSlip(0.03, states)
+    sheaves = SheaveSlip(0.03, states, STRAIGHT)
     mu = -math.log(0.97) / (0.5 * math.pi)
     for way, sign in ((0.5, -1.0), (-0.5, 1.0)):  # paid out: the platform's side pulls the cable through
         states[0, 2] += way
         turned = 0.5 * math.pi - angle  # from straight up to *angle*
-        assert sheaves.slide(lines, states)[0] == pytest.approx(math.exp(sign * mu * turned), rel=1e-12)
-    assert SheaveSlip(0.03, one_line(0.0, 5.0, 0.0)[1])._rate * 0.5 * math.pi == pytest.approx(-math.log(0.97))
+        assert sheaves.slide(packed_of(lines), states, PLANES)[0] == pytest.approx(
+            math.exp(sign * mu * turned), rel=1e-12
+        )
+    assert SheaveSlip(0.03, one_line(0.0, 5.0, 0.0)[1], STRAIGHT)._rate * 0.5 * math.pi == pytest.approx(
+        -math.log(0.97)
+    )
 
 
 def test_where_the_motion_turns_round_tension_does_not_jump() -> None:
     lines, states = one_line(0.05, 5.0)
-    sheaves, ratios = SheaveSlip(0.03, states), []
+    sheaves, ratios = SheaveSlip(0.03, states, STRAIGHT), []
     for way in 1e-5 * np.concatenate([np.ones(300), -np.ones(600), np.ones(600)]):
         states[0, 2] += way
-        ratios.append(sheaves.slide(lines, states)[0])
+        ratios.append(sheaves.slide(packed_of(lines), states, PLANES)[0])
     steps = np.abs(np.diff(ratios))
     full = max(ratios) - min(ratios)
     assert full > 0.03
@@ -177,10 +190,10 @@ def test_friction_takes_energy_over_any_closed_way() -> None:
     for _ in range(30):
         turns = random.uniform(-3e-3, 3e-3, 5)
         way = np.concatenate([np.linspace(a, b, 100) for a, b in zip(turns, np.roll(turns, -1), strict=True)])
-        sheaves, ratios = SheaveSlip(0.1, states), []
+        sheaves, ratios = SheaveSlip(0.1, states, STRAIGHT), []
         for off in np.tile(way, 3):
             states[0, 2] = 5.0 + off
-            ratios.append(sheaves.slide(lines, states)[0])
+            ratios.append(sheaves.slide(packed_of(lines), states, PLANES)[0])
         paid = np.tile(way, 3)
         force = 1.0 - 0.5 * (np.array(ratios)[1:] + np.array(ratios)[:-1])  # on the cable, against its motion out
         assert (force * np.diff(paid))[-len(way) :].sum() >= -1e-12
@@ -188,14 +201,14 @@ def test_friction_takes_energy_over_any_closed_way() -> None:
 
 def test_friction_does_not_depend_on_the_steps_between_turns() -> None:
     lines, states = one_line(0.05, 5.0)
-    coarse, fine = SheaveSlip(0.03, states), SheaveSlip(0.03, states)
+    coarse, fine = SheaveSlip(0.03, states, STRAIGHT), SheaveSlip(0.03, states, STRAIGHT)
     for way in (0.7e-3, -0.4e-3, 0.3e-3):
         for part in range(1, 101):
             between = states.copy()
             between[0, 2] += way * part / 100.0
-            last = fine.slide(lines, between)
+            last = fine.slide(packed_of(lines), between, PLANES)
         states = between
-        assert coarse.slide(lines, states) == pytest.approx(last, rel=1e-12)
+        assert coarse.slide(packed_of(lines), states, PLANES) == pytest.approx(last, rel=1e-12)
 
 
 @pytest.mark.parametrize("compliance", [1e-5, [[3e-5, 1e-5, 0.0], [1e-5, 2e-5, 0.0], [0.0, 0.0, 1e-6]]])
@@ -205,7 +218,7 @@ def test_an_exit_is_displaced_by_its_forces(compliance: object) -> None:
     matrix = np.eye(3) * compliance if isinstance(compliance, float) else np.array(compliance)
     exits = ExitMountState(matrix[None])
     for _ in range(80):  # without a platform that answers the tension stays as it is
-        moved = exits.give(lines, states, planes, np.array([1.03]))
+        moved = exits.give(packed_of(lines), states, planes, np.array([1.03]))
     assert moved < 1e-12
     flat = np.array([0.6, 0.8])
     free = np.array([*(math.cos(-0.5) * flat), math.sin(-0.5)])
@@ -227,7 +240,7 @@ def test_a_cantilever_gives_by_beam_theory() -> None:
     exits = ExitMountState(np.diag([bending, bending, along])[None])
     LineNumbers(lines).unknowns = 3.0  # the winch is on the post: only the free span bends it
     for _ in range(80):
-        exits.give(lines, states, np.array([[1.0, 0.0, 4.0, 0.0]]), np.ones(1))
+        exits.give(packed_of(lines), states, np.array([[1.0, 0.0, 4.0, 0.0]]), np.ones(1))
     assert exits.displaced[0] == pytest.approx([200.0 * bending, 0.0, 0.0], abs=1e-12)
     assert 1e-5 < bending < 2e-5  # m/N: of the size of the rough severity
 

@@ -114,7 +114,6 @@ _CHANGES: dict[str, Callable[[Any, Robot], dict[str, Any]]] = {
     "counterweight": lambda _line, _robot: {"counterweight": 8.0, "winch": {}},
     "weightless": lambda line, _robot: {"cable": line.cable.model_copy(update={"linear_density": 0.0})},
     "unlike-cables": lambda line, _robot: {"cable": line.cable.model_copy(update={"breaking_load": 3e4})},
-    "unlike-drums": lambda _line, _robot: {"winch": {"drum_radius": 0.06}},
     "unlike-min-tensions": lambda _line, _robot: {"tension_limits": (6.0, 3000.0)},
     "no-diameter": lambda line, _robot: {"cable": line.cable.model_copy(update={"diameter": None})},
     "no-drum-radius": lambda _line, _robot: {"winch": {}},
@@ -152,7 +151,7 @@ def example(feature: str, body: bool) -> Robot | None:
 
 def _example(feature: str, body: bool) -> Robot | None:
     robot = plain(body)
-    if feature == "shared-winch" and body:
+    if feature in ("shared-winch", "few-shared-winches") and body:
         robot = parallelograms(4)
         return robot.model_copy(update={"platform": robot.platform.model_copy(update={"inertia": (0.2, 0.2, 0.2)})})
     if feature in _CHANGES:
@@ -179,9 +178,10 @@ def _example(feature: str, body: bool) -> Robot | None:
         table = robot.model_dump(by_alias=True)
         lines = [line | own for line, own in zip(table["lines"], at, strict=True)]
         return None if body else Robot.model_validate(table | {"lines": lines})
-    if feature == "few-winches":
-        return load("grab-four-lines") if body else _kept(robot, (0, 2))
-    assert feature == "retraction"
+    if feature in ("few-winches", "free-position"):
+        own = load("grab-four-lines") if feature == "few-winches" else None
+        return own if body else _kept(robot, (0, 2))
+    assert feature in ("retraction", "few-shared-winches")
     if not body:
         return None
     table = robot.model_dump(by_alias=True)
@@ -246,8 +246,8 @@ def job_of(robot: Robot) -> Job:
 
 @cache
 def twin(robot: Robot) -> TwinSettings:
-    """A machine that fits the example: that of the plain one, or of a body on few lines its own."""
-    own = robot if robot.name == "grab-four-lines" else plain(robot.n == 6)
+    """A machine that fits the example: that of the plain one, or of few lines and planes its own."""
+    own = robot if robot.name in ("grab-four-lines", "board") else plain(robot.n == 6)
     file = Path(_FOLDER.name) / "machine.toml"
     file.write_text(machine_file(own))
     return load_twin(file)

@@ -14,6 +14,9 @@ from scipy.optimize import minimize, root
 import cablewright as cw
 from cablewright.analyses import feasibility
 from cablewright.foundation.errors import InputError
+from cablewright.foundation.signals import Command
+from cablewright.kernels.plant import winding
+from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.models.stiffness import stiffness
 from cablewright.robot import Eyelet, Robot
 from cablewright.solvers.limits import winch_torques
@@ -243,3 +246,30 @@ def test_what_does_not_cover_them_says_so() -> None:
         cw.enclose_poses(held, 1e-5)
     with pytest.raises(InputError, match="lines that stretch: line 'line 0' has an advantage over 1; not supported"):
         cw.simulate_calibration(several, 20, 1e-4, cable="elastic")
+
+
+def test_a_machine_with_cables_side_by_side_moves_as_with_one_of_their_strength() -> None:
+    found = []
+    for strong in (True, False):
+        lines = []
+        for line, cables in zip(robot().lines, CABLES, strict=True):
+            pulls = cables if strong else 1
+            cable = line.cable.model_copy(update={
+                "axial_stiffness": pulls * STIFFNESS, "linear_density": pulls * DENSITY, "breaking_load": pulls * 4e3,
+                "diameter": 2e-3,
+            })  # fmt: skip
+            limits = (pulls * LIMITS[0], pulls * LIMITS[1])
+            own = {"advantage": 1, "cables": 1 if strong else cables, "cable": cable, "tension_limits": limits}
+            lines.append(line.model_copy(update=own))
+        described = robot().model_copy(update={"lines": tuple(lines)})
+        twin, _ = built_machine(described)
+        found.append(cw.SimulatedMachine(described, twin, [0.3, -0.2, 0.8], seed=3))
+    speeds = np.array([0.2, -0.1, 0.1, -0.2, 0.05])
+    for k in range(1, 21):
+        one, several = (each.step(Command(0.01 * k, speeds)) for each in found)
+        assert [each.condition for each in one.notices] == [each.condition for each in several.notices]
+    one, several = (each.truth for each in found)
+    assert several.position == pytest.approx(one.position, abs=1e-9)
+    assert several.tensions * CABLES == pytest.approx(one.tensions, rel=1e-6)
+    pulls = [each.rig.winches.state[:, winding.RATIO] * each.truth.tensions for each in found]
+    assert pulls[1] == pytest.approx(pulls[0], rel=1e-6)

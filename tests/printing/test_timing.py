@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cablewright.foundation import paging
-from cablewright.printing.job import Job
 from cablewright.printing.layers import layer_table
 from cablewright.printing.path import Samples, sample
-from cablewright.printing.timing import accelerations, corner_speeds, time_law
+from cablewright.printing.timing import corner_speeds, time_law
 
 LEG = st.tuples(st.integers(-40, 40), st.integers(-40, 40), st.integers(-3, 3), st.booleans(), st.integers(1, 900))
 PATHS = st.lists(LEG, min_size=1, max_size=15)
@@ -147,56 +146,6 @@ def test_arrays_cannot_be_written(read):
     law = time_law(sample(read("G1 X100 E1")), 0.5)
     with pytest.raises(ValueError, match="read-only"):
         law.speed[0] = 1
-
-
-@given(PATHS, STEPS, ACCELERATIONS, st.sampled_from([None, 0.5, 40.0]))
-def test_accelerations_contain_the_mean_of_each_segment(read, legs, step, acceleration, jerk):
-    samples = samples_of(read, legs, step)
-    law = time_law(samples, acceleration, jerk=jerk)
-    low, high = law.acceleration.T
-    assert (low <= 0.0).all()
-    assert (high >= 0.0).all()
-    assert (np.abs(law.acceleration) <= acceleration * (1 + 1e-6)).all()
-    moving = samples.dwell[:-1] == 0
-    spent = np.diff(law.time)
-    mean = np.diff(law.speed) / spent
-    slack = 1e-6 * acceleration + 1e-9 / spent
-    assert (mean >= low - slack)[moving].all()
-    assert (mean <= high + slack)[moving].all()
-
-
-def test_a_circle_at_constant_speed_accelerates_towards_its_middle() -> None:
-    job = Job.model_validate(
-        {
-            "name": "circle",
-            "helix": {"radius": 1.0, "layers": 1, "layer_height": 1e-9, "first_height": 0.0},
-            "motion": {"print_speed": 0.3, "acceleration": 0.5},
-        }
-    )
-    samples = job.samples(job.toolpath())
-    law = job.time_law(samples)
-    found = accelerations(samples, law, corner_speeds(samples, 0.5, 0.005), 0.5, slice(0, None))
-    cruising = np.flatnonzero((law.speed > 0.3 * (1 - 1e-9)) & (samples.distance > 1.0) & (samples.distance < 5.0))
-    inward = -samples.positions[cruising, :2]
-    np.testing.assert_allclose(found[cruising, 0, :2], 0.3**2 * inward, atol=0.01 * 0.09)
-    ends = found[[0, -1]]
-    assert np.abs(ends[0, 3:]).max() == pytest.approx(0.5, rel=1e-3)  # it starts, and it stops
-    assert np.abs(ends[1, 1:3]).max() == pytest.approx(0.5, rel=1e-3)
-
-
-def test_blocks_of_accelerations_are_those_of_the_whole(read) -> None:
-    samples = samples_of(read, [(9, 9, 0, True, 500), (-9, 4, 1, True, 700), (30, -2, 0, False, 900)], 0.05)
-    law, corner = time_law(samples, 0.5), corner_speeds(samples, 0.5, 0.005)
-    whole = accelerations(samples, law, corner, 0.5, slice(0, None))
-    parts = [accelerations(samples, law, corner, 0.5, slice(first, first + 7)) for first in range(0, len(samples), 7)]
-    np.testing.assert_array_equal(np.concatenate(parts), whole)
-
-
-def test_a_reversal_stops_with_the_limit_and_no_more(read) -> None:
-    samples = samples_of(read, [(0, 0, 0, True, 900), (40, 0, 0, True, 900), (0, 0, 0, True, 900)], 0.05)
-    law = time_law(samples, 0.5)
-    found = accelerations(samples, law, corner_speeds(samples, 0.5, 0.005), 0.5, slice(0, None))
-    assert np.linalg.norm(found, axis=2).max() == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("jerk", [None, 2.0])

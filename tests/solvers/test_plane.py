@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 import boards
 import cablewright as cw
 import cases
-from cablewright.control.velocity import VelocitySettings
 from cablewright.foundation.errors import AnswerError, InputError, Status
 from cablewright.models.inertia import mass_matrix
 from cablewright.models.stiffness import stiffness
@@ -347,9 +346,8 @@ def test_what_does_not_know_planes_refuses_them() -> None:
         lambda: cw.solve_with_slack(robot, held.pose, {0: 0.1}),
         lambda: cw.slack_sets(robot, held.pose),
         lambda: cw.enclose_poses(held, 1e-6),
-        lambda: require(robot, Capability.SIMULATION),
+        lambda: require(robot, Capability.SERVE),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
-        lambda: VelocitySettings(cw.Model.of(robot), 1.0),
     ):
         with pytest.raises(InputError, match=r"robot 'board' has platform\.plane; not supported"):
             asked()

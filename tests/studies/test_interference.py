@@ -162,10 +162,3 @@ def test_the_region_above_the_part_is_free(job: Job, model: Model) -> None:
     behind = np.abs(x - 0.4).argmin(), np.abs(y).argmin()  # seen from the west, behind the tower
     assert region.floor[behind] > 0.5
     assert z[0] == 0.0
-
-
-def test_a_body_needs_as_many_lines_as_freedoms(job: Job) -> None:
-    from cablewright.robot import load
-
-    with pytest.raises(InputError, match="has fewer winches than degrees of freedom; not supported"):
-        interference(Model(load("grab-four-lines")), job)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +86,28 @@ def test_a_layer_shorter_than_the_shaper_is_told(tmp_path: Path) -> None:
     assert any("is longer than layer 1, " in note and 'motion.shaping = "none"' in note for note in notes)
 
 
+def test_layers_shorter_than_the_shaper_keep_their_place_and_do_not_swing(tmp_path: Path) -> None:
+    """Dots of 4 cm, each 10 mm over the last: slow, on their path, layer by layer, and calm."""
+    text = "G21\nG90\nM83\nG0 X0 Y0 Z800 F18000\n"
+    for layer in range(6):
+        text += f";LAYER:{layer}\nG0 Z{800 + 10 * layer}\nG1 X{40 * (1 - layer % 2)} E1 F18000\n"
+    (tmp_path / "dots.gcode").write_text(text)
+    bead = {"width": 0.06, "height": 0.01}
+    job = Job.model_validate({"name": "dots", "gcode": str(tmp_path / "dots.gcode"), "bead": bead})
+    found = check(ROBOT, job, skip=ALONE)
+    path = found.shaping.path
+    begin, way = path.positions[:-1], np.diff(path.positions, axis=0)
+    away = []
+    for point in found.samples.positions:
+        share = np.clip(((point - begin) * way).sum(axis=1) / (way**2).sum(axis=1), 0.0, 1.0)
+        away.append(np.linalg.norm(point - begin - share[:, None] * way, axis=1).min())
+    assert max(away) <= job.motion.corner_deviation * 1.001
+    assert set(found.samples.layer) == set(path.layer)
+    assert found.feasible
+    assert found.to_dict()["motion_error"] < 1e-3
+    assert any("that shapes the motion is longer than layer" in note for note in found.notes)
+
+
 def test_a_stop_keeps_its_ramp_and_a_jog_its_acceleration(tmp_path: Path) -> None:
     plans = []
     for shaping in ("none", "auto"):
@@ -94,7 +117,9 @@ def test_a_stop_keeps_its_ramp_and_a_jog_its_acceleration(tmp_path: Path) -> Non
     wild, calm = plans
     assert calm.path.shaping is not None
     assert calm.guard.stop == wild.guard.stop
-    assert calm.manual == wild.manual
+    assert dataclasses.replace(calm.manual, period=None) == wild.manual
+    assert calm.path.period is not None
+    assert wild.path.period is None
     for plan in plans:  # a hold on the path slows down by the job's acceleration, as before
         state = GuideState(path_time=plan.path.duration - 3.0)
         speeds = [guide.step(plan.path, state, 0.01, GuideMode.FOLLOW).path_speed for _ in range(100)]

@@ -20,6 +20,7 @@ from cablewright.models.solids import Obstacle, nothing
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.batches import run
+from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 
 KINDS = ("line", "platform", "frame", "part")
@@ -190,8 +191,9 @@ class Interference(Distances):
     `margins` (N, 4): the smallest for each of `KINDS`; inf where the machine has nothing of a kind, NaN where a pose
     has no solution. `bounds` (N,): largest distance of a line from the polyline that represents it, which bounds the
     error of a margin (twice it between two lines). `pairs` (N, 4, 2): indices of the line and of what it is nearest to:
-    a line, box or beam in the order of the robot, a bead or triangle in the order of the part. `places` (N, 4, 3): m,
-    world.
+    a line, box or beam in the order of the robot, a bead or triangle in the order of the part; the boxes are followed
+    by the lines, whose sheave on the platform is meant, and the beams by the beams, nearest to the line's sheave.
+    `places` (N, 4, 3): m, world.
     """
 
     FIGURES: ClassVar = (
@@ -270,8 +272,12 @@ class Interference(Distances):
             what = names[other]
         elif kind == kernel.PART:
             what = f"{self.part.noun} {int(self.part.order[other]) + 1} of the part"
+        elif kind == kernel.BODY:
+            boxes = len(self.robot.platform.boxes)
+            what = f"platform box {other + 1}" if other < boxes else f"platform sheave of line {names[other - boxes]}"
         else:
-            what = f"{'platform box' if kind == kernel.BODY else 'beam'} {other + 1}"
+            beams = len(self.robot.scene.beams)
+            what = f"beam {other + 1}" if other < beams else f"beam {other - beams + 1} at its platform sheave"
         x, y, z = (float(each) for each in self.places[row, kind])
         return Contact(row, KINDS[kind], names[line], what, float(self.margins[row, kind]), (x, y, z))
 
@@ -367,7 +373,7 @@ def free_region(
         raise InputError(f"free region: {count} nodes: 2 or more each, at most {MAX_NODES} in all, are expected")
     x, y, z = (np.linspace(ends[0, k], ends[1, k], count[k]) for k in range(3))
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
-    held = solve_inverse(model, model.unrotated_at(places), path=True)
+    held = solve_inverse(model, hung(model, model.unrotated_at(places)), path=True)
     found = distances(held, part=part, settings=settings)
     own = np.where(held.ok, found.margins[:, KINDS.index("part")], np.nan)
     return Free((x, y, z), own.reshape(count), clearance)

@@ -14,6 +14,7 @@ import numpy as np
 
 from cablewright.analyses.interference import distances, too_near
 from cablewright.analyses.job_distances import JobDistances
+from cablewright.analyses.motion.slower import slowed
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import MEMORY, Room, blocks
 from cablewright.foundation.progress import Progress, silent
@@ -58,22 +59,28 @@ class LedTravel:
     added: float  # m, that it is longer; NaN: no safe way was found, it is as it was
 
 
-def driven(robot: Robot, job: Job, samples: Samples | None = None) -> Samples:
+def driven(robot: Robot, job: Job, samples: Samples, beads: Beads) -> Samples:
     """Return *samples* of a *job* with the speeds and the travel moves of its motion on a *robot*.
 
-    By default those of its file. Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's
-    schedule.
+    Raises as `driven_job`.
     """
-    fast = fed(robot, job, samples or job.samples(job.toolpath()))
-    if job.motion.travel == "gcode":
-        return fast
-    return led(Model.full(robot), job, fast, job.beads(job.toolpath()))[0]
+    fast = fed(robot, job, samples)
+    return fast if job.motion.travel == "gcode" else led(Model.full(robot), job, fast, beads)[0]
 
 
-def driven_job(robot: Robot, job: Job) -> tuple[Job, Samples]:
-    """Return the *job* with the largest speeds of its motion on a *robot*, and its samples as `driven`."""
-    samples = driven(robot, job)
-    return with_speeds(job, samples), samples
+def driven_job(robot: Robot, job: Job, samples: Samples | None = None) -> tuple[Job, Samples]:
+    """Return a *job* with the largest speeds and the acceleration of its motion on a *robot*, and its samples.
+
+    They have the speeds and the travel moves of that motion. *samples*: of the job; by default those of its file.
+    Raises `InputError` where nothing limits a speed, or the robot cannot follow the job's schedule.
+    """
+    as_written = job.motion.speed == "gcode" and job.motion.travel == "gcode"
+    if as_written:
+        return job, samples or job.samples(job.toolpath())
+    toolpath = job.toolpath()
+    beads = job.beads(toolpath)
+    found = driven(robot, job, samples or job.samples(toolpath, beads=beads), beads)
+    return with_speeds(slowed(robot, job, found, beads), found), found
 
 
 def led(

@@ -154,13 +154,14 @@ def _as_forces(wrench: Array, arm: float) -> Array:
 
 def _wrench(model: Model, pose: Array, tensions: Array) -> Array:
     """What the lines pull the platform with, (n,) N and N m: along their chords, with half of their own weight."""
-    taut, robot = taut_at(model, pose), model.robot
+    taut, robot, spans, pulls = taut_at(model, pose), model.robot, model.lines.spans, model.lines.pulls
     weights = robot.scene.gravity * np.array([line.cable.linear_density for line in robot.lines]) * taut.free
-    up = -taut.toward[:, 2]  # from the platform to the sheave
+    up = -taut.toward[:, 2] / spans  # from the platform to the sheave
     middle = np.maximum(tensions - 0.5 * weights * up, 0.0)
-    pull = -(middle @ taut.per_motion)
-    pull[2] -= 0.5 * float(weights.sum())
+    pull = -((pulls / spans * middle) @ taut.per_motion)
+    carried = 0.5 * pulls * weights
+    pull[2] -= float(carried.sum())
     if model.n == 6:
         x, y, _ = (placed(pose, [line.platform_point for line in robot.lines]) - pose[:3]).T
-        pull[3:5] += 0.5 * np.array([-(y @ weights), x @ weights])
+        pull[3:5] += np.array([-(y @ carried), x @ carried])
     return np.asarray(pull)

@@ -53,6 +53,7 @@ _STANDING: Final = (Condition.STALLED, Condition.DRUM_END)  # winches that do no
 
 _CONDITIONS: Final = {
     Condition.NO_EQUILIBRIUM: ("the platform is in no equilibrium", StopKind.HOLD),
+    Condition.OFF_PLANE: (str(Condition.OFF_PLANE), StopKind.HOLD),
     Condition.DRIVE_FAULT: (str(Condition.DRIVE_FAULT), StopKind.BRAKE),
     Condition.BUS_SILENT: (str(Condition.BUS_SILENT), StopKind.BRAKE),
     Condition.BRAKE: (str(Condition.BRAKE), StopKind.KEEP),

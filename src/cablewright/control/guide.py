@@ -15,6 +15,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 
 from cablewright.control.attitude import Attitude
+from cablewright.control.ramp_mean import PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.models.rotation import turn_between
@@ -39,6 +40,7 @@ class GuideMode(Enum):
     """Mode of the guide."""
 
     HOLD = "slow down and stay"
+    PAUSE = "slow down without a swing, and stay"
     APPROACH = "return to the path"
     FOLLOW = "follow the path"
 
@@ -81,6 +83,7 @@ class TimedPath:
     shaping: tuple[Shaper, Samples] | None = None  # of a shaped path: what shapes it, and what is shaped
     notes: tuple[str, ...] = ()  # on shaping
     tour: Array = field(default_factory=lambda: np.zeros((0, 3)))  # (t, 3) m, gone through before the path begins
+    period: PeriodAt | None = None  # for which pauses, and the way to the path, are shaped; None: they are not
 
     @classmethod
     def of(
@@ -129,7 +132,7 @@ class TimedPath:
         if self.shaping is not None:
             shaper, path = replace(self.shaping[0], acceleration=acceleration), self.shaping[1]
             slow = self._timed(*shaper.shaped(path), self.lift, motion, self.attitude)
-            return replace(slow, shaping=(shaper, path), notes=self.notes, tour=self.tour)
+            return replace(slow, shaping=(shaper, path), notes=self.notes, tour=self.tour, period=self.period)
         law = motion.time_law(self.samples, at_samples=at_points)
         return replace(self, motion=motion, start=law.time + self.samples.dwell, arrival=law.time, speed=law.speed)
 
@@ -220,6 +223,14 @@ class GuideState:
     height_offset: float = 0.0  # m, of the platform over the path
     rotation: Array | None = None  # (3,) rad, of a target off the path; None: by the schedule
     toured: int = 0  # places of the path's tour that were reached
+    factor_mean: RampMean = field(default_factory=RampMean)  # of the speed factor
+    speed_mean: RampMean = field(default_factory=RampMean)  # of the speed off the path
+
+    def stand(self) -> None:
+        """Let the target stand."""
+        self.speed_factor, self.speed = 0.0, 0.0
+        self.factor_mean.rest()
+        self.speed_mean.rest()
 
     def is_touring(self, path: TimedPath) -> bool:
         """Whether there are places to go through before the path begins."""
@@ -234,9 +245,9 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     """
     if state.position is not None:
         return _approach(path, state, dt, mode)
-    state.speed_factor = _speed_factor(path, state, dt, share if mode is GuideMode.FOLLOW else 0.0)
     begin = state.path_time
     now = path.distance(begin)
+    state.speed_factor = _speed_factor(path, state, dt, mode, share)
     state.path_time = min(begin + state.speed_factor * dt, path.duration)
     then = path.distance(state.path_time)
     here, there = path.track.at(now).position, path.track.at(then).position
@@ -250,6 +261,8 @@ def step(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: 
     if lead := path.motion.pressure_advance:
         flow = _flow(path, begin + lead, state.path_time + lead, dt)
     moving = path.accelerations(begin, state.path_time) * state.speed_factor**2
+    if state.factor_mean.rates.any() and state.speed_factor:
+        moving = moving + state.factor_mean.rates * (there - here) / (dt * state.speed_factor)
     target = Target(
         here + offset,
         (there - here) / dt,
@@ -296,17 +309,35 @@ def _carrying(
     )
 
 
-def _speed_factor(path: TimedPath, state: GuideState, dt: float, goal: float) -> float:
-    """Return the next speed factor: as near to *goal* as the acceleration, less the law's own, allows."""
+def _speed_factor(path: TimedPath, state: GuideState, dt: float, mode: GuideMode, share: float) -> float:
+    """Return the next speed factor, of the mean where the path has a period.
+
+    A path begins at rest, and is followed by its law from there.
+    """
+    goal = share if mode is GuideMode.FOLLOW else 0.0
+    if path.period is None or mode is GuideMode.HOLD or state.path_time == 0.0:
+        state.factor_mean.rest()
+        return _ramped(path, state, dt, state.speed_factor, goal)
+    now, period = np.array([state.speed_factor]), path.period
+    asked = _ramped(path, state, dt, float(state.factor_mean.asked(now)[0]), goal)
+
+    def here() -> float:
+        return period(path.track.at(path.distance(state.path_time)).position)
+
+    return float(state.factor_mean.take(now, np.array([asked]), here, dt)[0])
+
+
+def _ramped(path: TimedPath, state: GuideState, dt: float, factor: float, goal: float) -> float:
+    """Return what follows the speed *factor*: as near to *goal* as the acceleration, less the law's own, allows."""
     now = state.path_time
     before, here, after = (path.distance(now + shift) for shift in (-dt, 0.0, dt))
     speed, own = (after - here) / dt, (after - 2.0 * here + before) / dt**2 * state.speed_factor**2
     reserve = _RESERVE * path.acceleration
     up, down = max(path.acceleration - own, reserve), max(path.acceleration + own, reserve)
-    change = goal - state.speed_factor
+    change = goal - factor
     needed = speed * abs(change)
     available = (up if change > 0.0 else down) * dt
-    return goal if needed <= available else state.speed_factor + change * available / needed
+    return goal if needed <= available else factor + change * available / needed
 
 
 def _approach(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) -> Target:
@@ -322,25 +353,52 @@ def _approach(path: TimedPath, state: GuideState, dt: float, mode: GuideMode) ->
     scheduled = _STILL if path.attitude is None else path.attitude.rotation(float(goal[2]))
     turn = _STILL if path.attitude is None else turn_between(turned, scheduled)
     left = math.sqrt(float(way @ way) + _ARM * _ARM * float(turn @ turn))
-    change = path.acceleration * dt
-    stopping = float(np.sqrt(change * change + 2.0 * path.acceleration * left)) - change  # in whole steps
-    max_speed = min(path.travel_speed, stopping) if mode is GuideMode.APPROACH else 0.0
-    state.speed = min(max(max_speed, state.speed - change), state.speed + change)
+    ahead = way / left if left else _STILL
+    state.speed = _approach_speed(path, state, left, dt, mode)
     here = state.position
     if left <= max(_TOLERANCE, state.speed * dt):
         arrives = mode is GuideMode.APPROACH
         state.toured += int(arrives and touring)
         stays = goal if touring else None
-        state.position, state.speed, there = (stays, 0.0, goal) if arrives else (here, 0.0, here)
+        state.position, there = (stays, goal) if arrives else (here, here)
+        state.stand()
         then = scheduled if arrives else turned
     else:
         share = state.speed * dt / left
         there, then = here + way * share, turned + turn * share  # a turn in space, which ends in the schedule's
         state.position = there
     target = Target(
-        here, (there - here) / dt, distance, int(path.track.layer[piece]), 0.0, False, state.position is None, False
+        here,
+        (there - here) / dt,
+        distance,
+        int(path.track.layer[piece]),
+        0.0,
+        False,
+        state.position is None,
+        False,
+        accelerations=state.speed_mean.rates * ahead,
     )
     if path.attitude is None:
         return target
     state.rotation = None if state.position is None else then
     return _carrying(path.attitude, target, here, there, turned, then, dt)
+
+
+def _approach_speed(path: TimedPath, state: GuideState, left: float, dt: float, mode: GuideMode) -> float:
+    """Return the speed of the next step, m/s, on a line of which *left* m are left.
+
+    It is that of the mean where the path has a period, but for a stop, and until the target stands after one.
+    """
+    change, now, mean = path.acceleration * dt, np.array([state.speed]), state.speed_mean
+    period, place = path.period, state.position
+    if mode is GuideMode.HOLD:
+        mean.rest()
+    before = float(mean.asked(now)[0])
+    left = max(left - float(mean.pending(now, dt)[0]), 0.0)  # once all that was asked for is done
+    stopping = float(np.sqrt(change * change + 2.0 * path.acceleration * left)) - change  # in whole steps
+    max_speed = min(path.travel_speed, stopping) if mode is GuideMode.APPROACH else 0.0
+    asked = min(max(max_speed, before - change), before + change)
+    prompt = mode is GuideMode.HOLD or (state.speed > 0.0 and not mean.has_begun)
+    if period is None or place is None or prompt:
+        return asked
+    return float(mean.take(now, np.array([min(asked, left / dt)]), lambda: period(place), dt)[0])

@@ -14,6 +14,7 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.models.inertia import inertia_wrenches
 from cablewright.models.statics import Model
+from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.preferred import preferred_tensions
 
@@ -31,11 +32,13 @@ class Held(NamedTuple):
 def held_at(model: Model, poses: Array, retraction: Array | None, accelerations: Array | None = None) -> Held | None:
     """Return how *model* holds *poses* (k, 6), at *retraction* lengths (k,), m; None where no tensions do.
 
+    With fewer winches than degrees of freedom the platform hangs as it does at rest, with its nozzle at these poses.
     *accelerations* (k, 3): m/s^2, of the platform, under whose forces it is held; None: at rest.
     """
     preferred = preferred_tensions(model)
     if preferred is None:
         preferred = PREFERRED * model.lines.tension_min[None]
     wrenches = None if accelerations is None else inertia_wrenches(model.robot, poses, accelerations)
+    poses = hung(model, poses, retraction)
     solved = solve_inverse(model, poses, path=True, retraction=retraction, preferred=preferred, wrenches=wrenches)
     return Held(solved.tensions, solved.lengths) if np.isfinite(solved.lengths).all() else None

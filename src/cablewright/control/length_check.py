@@ -96,6 +96,6 @@ def lengths_at(model: Model, pose: Array, tensions: Array) -> Array:
     weight = scene.gravity * np.array([cable.linear_density for cable in cables])
     pull = np.maximum(tensions, 1.0)
     level = taut.free * np.cos(taut.angles)
-    sag = (weight * level) ** 2 * taut.free / (24.0 * pull**2)
+    sag = model.lines.spans * (weight * level) ** 2 * taut.free / (24.0 * pull**2)
     soft = given(model.lines, taut) + model.lines.spring
     return np.asarray(taut.lengths / (1.0 + tensions / stiff) + sag - soft * tensions)

@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from cablewright.control.ramp_mean import PeriodAt, RampMean
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Order, OrderKind
@@ -29,7 +30,8 @@ class ManualSettings:
 
     ``deceleration``: m/s^2, of a jog that is let go; None: ``acceleration``. ``max_run_out``: m, from the last order to
     jog to rest. ``delay``: s from a target to its motion. ``holds``: whether the lines hold a rigid platform with its
-    nozzle at a place (3,), m, at a rotation (3,), rad; None: nobody asks.
+    nozzle at a place (3,), m, at a rotation (3,), rad; None: nobody asks. ``period``: for which a motion from rest is
+    shaped; None: it is not. A jog that is let go or is to slow down, and a stop before lines cannot hold, are not.
     """
 
     min_position: tuple[float, float, float]
@@ -41,6 +43,7 @@ class ManualSettings:
     max_run_out: float = math.inf
     delay: float = 0.0
     holds: Callable[[Array, Array], bool] | None = None
+    period: PeriodAt | None = None
 
     def require_run_out(self, speed: float) -> None:
         """Raise `InputError` for a *speed*, m/s, from which a jog would not stop in time."""
@@ -68,6 +71,7 @@ class ManualState:
     wish: Array = field(default_factory=lambda: np.zeros(3))  # m/s, of a jog
     lease_end: float = -math.inf  # s
     rotation: Array = field(default_factory=lambda: np.zeros(3))  # rad, that a rigid platform keeps
+    mean: RampMean = field(default_factory=RampMean)  # of the velocity
 
 
 class TargetMotion(NamedTuple):
@@ -79,6 +83,7 @@ class TargetMotion(NamedTuple):
     position: Array  # (3,) m
     velocity: Array  # (3,) m/s
     done: bool
+    accelerations: Array  # (2, 3) m/s^2, in the last step and in this one, of a shaped motion; else zero
     failure: str = ""
 
 
@@ -109,9 +114,12 @@ def begin(
     """
     if at is not None:
         state.position, state.velocity, state.rotation = at[0].copy(), np.zeros(3), at[1].copy()
+        state.mean.rest()
     if order.kind is OrderKind.JOG:
         state.goal, state.wish, state.lease_end = None, _vector(order, "velocity"), min(now, order.time) + LEASE
     else:
+        if state.goal is None:  # it comes to rest first as a jog does, within its limits
+            state.mean.rest()
         state.goal = _goal(settings, order)
 
 
@@ -123,18 +131,40 @@ def step(settings: ManualSettings, state: ManualState, now: float, dt: float) ->
     )
     if stuck:
         wish = np.zeros(3)
-    slows = state.goal is None and float(wish @ wish) < float(state.velocity @ state.velocity)
+    before = state.velocity
+    slows = state.goal is None and float(wish @ wish) < float(before @ before)
     change = (settings.deceleration or settings.acceleration if slows else settings.acceleration) * dt
-    more = wish - state.velocity
-    size = float(np.linalg.norm(more))
-    state.velocity = wish if size <= change else state.velocity + more * (change / size)
+    if settings.period is None or stuck or _is_prompt(state, wish):
+        state.mean.rest()
+        state.velocity = _nearer(before, wish, change)
+    else:
+        period, place = settings.period, state.position
+        asked = _nearer(state.mean.asked(before), wish, change)
+        mean = state.mean.take(before, asked, lambda: period(place), dt)
+        fast = state.goal is None and float(mean @ mean) > float(wish @ wish)  # it has come near its limits
+        state.velocity = wish if fast else mean
     here = state.position
     state.position = here + dt * state.velocity
     still = not state.velocity.any()
     if stuck and still:
-        return TargetMotion(here, state.velocity, True, "no tensions hold the platform farther on")
+        return TargetMotion(here, state.velocity, True, np.zeros((2, 3)), "no tensions hold the platform farther on")
     there = state.goal is None or float(np.linalg.norm(state.goal - state.position)) <= _AT
-    return TargetMotion(here, state.velocity, still and (there if state.goal is not None else now >= state.lease_end))
+    done = still and (there if state.goal is not None else now >= state.lease_end)
+    return TargetMotion(here, state.velocity, done, np.broadcast_to(state.mean.rates, (2, 3)))
+
+
+def _is_prompt(state: ManualState, wish: Array) -> bool:
+    """Whether the velocity follows its *wish* (3,), m/s, at once: a jog slows down or turns, or goes on to a place."""
+    if state.goal is None:
+        return float(wish @ state.velocity) < float(state.velocity @ state.velocity)
+    return not state.mean.has_begun and bool(state.velocity.any())
+
+
+def _nearer(velocity: Array, wish: Array, change: float) -> Array:
+    """Return the *velocity* (3,), m/s, nearer to the *wish* (3,), m/s, by *change*, m/s."""
+    more = wish - velocity
+    size = float(np.linalg.norm(more))
+    return wish if size <= change else velocity + more * (change / size)
 
 
 def _ahead(settings: ManualSettings, state: ManualState, wish: Array) -> Array:
@@ -167,7 +197,7 @@ def _stopping(settings: ManualSettings, left: float, dt: float) -> float:
 def _towards(settings: ManualSettings, state: ManualState, dt: float) -> Array:
     """Velocity (3,), m/s, towards the goal, from which it can still stop there, in whole steps."""
     assert state.goal is not None
-    way = state.goal - state.position
+    way = state.goal - state.position - state.mean.pending(state.velocity, dt)
     left = float(np.linalg.norm(way))
     if left <= _AT:
         return np.zeros(3)

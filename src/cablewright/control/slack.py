@@ -48,7 +48,8 @@ def sag_angles(settings: SlackSettings, taut: Taut, excess: Array) -> Array:
     tan = sqrt(24 e / c) (1/2 - d / c) / cos^2, for any stiffness and weight of the cable.
     """
     c = np.cos(taut.angles)
-    strain = np.maximum(excess, 0.0) / taut.free
+    spans = np.rint(np.linalg.norm(taut.toward, axis=1))
+    strain = np.maximum(excess, 0.0) / (spans * taut.free)
     slopes = np.sqrt(24.0 * strain) * (0.5 - settings.from_platform / taut.free) / np.maximum(c * c, 1e-6)
     return np.asarray(np.arctan(np.tan(taut.angles) + slopes) - taut.angles)
 

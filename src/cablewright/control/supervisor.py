@@ -177,8 +177,11 @@ def step(
     mode = _MODES.get(state.state, GuideMode.HOLD)
     if state.state is PrintState.READY and not _is_settled(settings, state, now):
         mode = GuideMode.HOLD
+    elif _is_calm(settings, state, inputs):
+        mode = GuideMode.PAUSE
     off = state.state in (PrintState.FAULT, PrintState.OFF)
-    hold = off or (mode is GuideMode.HOLD and at_rest and state.state not in _HANDLED)
+    stays = mode in (GuideMode.HOLD, GuideMode.PAUSE)
+    hold = off or (stays and at_rest and state.state not in _HANDLED)
     valve = state.state not in _SHUT
     kind = danger.kind if danger is not None else StopKind.RAMP if state.state is PrintState.FAULT else None
     return Verdict(state.state, state.reason, mode, hold, valve, answered, kind)
@@ -369,6 +372,14 @@ def _winch_limit(settings: SupervisorSettings, state: SupervisorState, inputs: _
 
 def _is_settled(settings: SupervisorSettings, state: SupervisorState, now: float) -> bool:
     return now - state.valid_since >= settings.settling_time
+
+
+def _is_calm(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> bool:
+    """Whether a pause that was ordered, or a refill, may take the time to come to rest without a swing."""
+    planned = state.state is PrintState.PAUSED and state.reason == _REASONS[OrderKind.PAUSE]
+    if not planned and state.state is not PrintState.REFILLING:
+        return False
+    return not (_person(settings, state, inputs.now) or _soft_limit(settings, state, inputs))
 
 
 def _advance(settings: SupervisorSettings, state: SupervisorState, inputs: _Inputs) -> None:

@@ -79,7 +79,7 @@ class VelocityState:
     planned_excess: Array  # (m,) m, of each line on purpose
     slack_line: int = -1  # index; -1: none chosen yet
     swing: SwingState = field(default_factory=SwingState)
-    tension_error: float = math.inf  # N, largest of a rigid platform's lines from those that the model chooses
+    tension_error: float = math.inf  # N, largest of a body's lines, or in a plane, from those that the model chooses
     chosen: Array | None = None  # (m,) N at the sheaves, that the model chooses; None: lines that are slack on purpose
 
 
@@ -112,7 +112,8 @@ def step(
     lead, leading = _lead(settings.model, target, dt)
     error = target.position - estimate.position
     if settings.by_lengths and lead.any():  # the estimate takes what the lengths lead by for a motion of the platform
-        error += np.linalg.lstsq(taut.toward, lead, rcond=None)[0]
+        led = np.linalg.lstsq(_by_motion(settings.model, taut), lead, rcond=None)[0]
+        error += led if settings.model.free_directions is None else settings.model.free_directions @ led
     correction = min(settings.gain, 0.5 / dt) * error
     size = math.sqrt(float(correction @ correction))
     if size > settings.max_correction:
@@ -125,6 +126,11 @@ def step(
     else:
         rates += _internal_rates(settings, state, taut, estimate, target, dt, tensions)
     return _within(settings, rates / estimate.radii)
+
+
+def _by_motion(model: Model, taut: Taut) -> Array:
+    """Return the gradients (m, p) of the lengths of lines by the motions of a point that its plane, if any, allows."""
+    return taut.toward if model.free_directions is None else taut.toward @ model.free_directions
 
 
 def _lead(model: Model, target: Target, dt: float) -> tuple[Array, Array]:
@@ -216,6 +222,9 @@ def _internal_rates(
         error = np.where(np.isfinite(estimate.excess), goal - estimate.excess, 0.0)
     else:
         error = np.nan_to_num(stretches(model.lines, taut) * (tensions - at_target.tensions))
-    basis, _ = np.linalg.qr(taut.toward)
-    rates = min(settings.internal_gain, 0.5 / dt) * (error - basis @ (basis.T @ error))
+    basis, _ = np.linalg.qr(_by_motion(model, taut))
+    own = error - basis @ (basis.T @ error)
+    if model.free_directions is not None:
+        state.tension_error = float(np.abs(own / stretches(model.lines, taut)).max())
+    rates = min(settings.internal_gain, 0.5 / dt) * own
     return np.asarray(np.clip(rates, -settings.max_correction, settings.max_correction))

@@ -84,7 +84,7 @@ class StraightLines(NamedTuple):
         taut = self.taut
         slopes = np.maximum(np.tan(np.minimum(taut.angles + differences, 1.5)) - self.slopes, _MIN_SLOPE)
         h = self.rising / slopes
-        sag = (self.weighing / h) ** 2 * taut.free / 24.0
+        sag = settings.model.lines.spans * (self.weighing / h) ** 2 * taut.free / 24.0
         return np.asarray(sag - self.stretching * np.minimum(h / self.cosines, settings.model.lines.tension_max))
 
 
@@ -213,11 +213,12 @@ def parabolic_excess(settings: SlacknessSettings, taut: Taut, differences: Array
 def catenary_excess(settings: SlacknessSettings, taut: Taut, line: int, difference: float) -> float:
     """Excess, m, of one *line* that hangs as a catenary over its sheave with an angle *difference* (rad) from taut.
 
-    By the secant method from `parabolic_excess`, which is returned where the line is not slack or has no such shape.
+    By the secant method from `parabolic_excess`, which is returned where the line is not slack or has no such shape, as
+    one that leaves its vertical plane.
     """
     row, plane, length = settings.model.packed.lines[line], taut.planes[line], float(taut.lengths[line])
     first = float(parabolic_excess(settings, taut, np.full(settings.model.m, difference))[line])
-    if not first > 1e-5:
+    if not (first > 1e-5 and LineNumbers(row).in_plane):
         return first
     weight, y = float(LineNumbers(row).weight), blank_states()
     state = LineStates(y)

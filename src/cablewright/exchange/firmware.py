@@ -78,7 +78,7 @@ def firmware(
     path = winch_path(Model.full(robot), job, drums, layers=layers, tolerance=close, jump=jump, progress=progress)
     if path.error > close:
         lost.add(f"job: where a line goes slack its length jumps, by {1e6 * path.error:.2g} um between two points")
-    _note_job(name, path, lost)
+    _note_job(name, job, path, lost)
     if name == "reprapfirmware":
         config = rrf_config(robot, drums, machine, motor.full_steps, path.samples.positions)
         lost.add_all(config.lost)
@@ -101,8 +101,12 @@ def firmware(
     return Firmware(MappingProxyType(files), lost.all, assumed.all, path)
 
 
-def _note_job(name: str, path: WinchPath, lost: Notes) -> None:
+def _note_job(name: str, job: Job, path: WinchPath, lost: Notes) -> None:
     """Note what of a job the motion does not have."""
+    if job.motion.shaping != "none":
+        lost.add(
+            "job: shaping: the firmware's planner makes its own motion along the path, which may swing the platform"
+        )
     lost.add("job: retractions of the filament")
     if name == "linuxcnc":
         lost.add("job: amounts of material; M67 E0 is 1 while a strand is laid and else 0")

@@ -45,6 +45,8 @@ from cablewright.robot import Robot
 _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
 _TOLERANCE: Final = 1e-6  # m, of faces on one line
 _RADIUS_BOUNDS: Final = (0.8, 1.5)  # times the bare drum's radius
+_YAW_STEP: Final = math.radians(15.0)  # largest change of the drum's yaw between two positions by lidars ...
+_HELD_YAW_STEP: Final = math.radians(5.0)  # ... and of a yaw that a drive holds
 _FLOOR_CONE: Final = math.radians(70.0)  # from the drum's axis: where a vertical lidar sees floor
 _HORIZONTAL: Final = ("north", "south")
 _READ: Final[tuple[type[Reading], ...]] = (Inertial, LineAngles, Distance, Encoders, Climate)
@@ -73,7 +75,11 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     vertical, winch, clock = settings.lidars.get("vertical"), settings.winch, settings.clock
     return ObserverSettings(
         model=model,
-        walls=WallSettings(walls, tuple(_lidar(name, lidar, walls) for name, lidar in mounted.items())),
+        walls=WallSettings(
+            walls,
+            tuple(_lidar(name, lidar, walls) for name, lidar in mounted.items()),
+            yaw_step=_YAW_STEP if settings.point_drum.yaw_drive is None else _HELD_YAW_STEP,
+        ),
         lidars=tuple(mounted),
         slackness=SlacknessSettings(model, sensor.from_platform, timeout=max(0.5, 2.5 / sensor.rate)),
         radius=RadiusSettings(radii, _RADIUS_BOUNDS[0] * min(radii), _RADIUS_BOUNDS[1] * max(radii)),

@@ -81,6 +81,9 @@ def estimator(
             raise InputError(f"estimator = {name}: is one of a point platform; that of {robot.name!r} is rigid")
         return BodyEstimator(body_settings(robot, settings, sensors=name == "filter"), place)
     if name in OBSERVERS:
+        if robot.platform.plane is not None:
+            what = f"that of {robot.name!r} does: use encoders"
+            raise InputError(f"estimator = {name}: is one of a platform that moves in no plane; {what}")
         observer = OBSERVERS[name]
         own = observer.settings(robot, settings, lasers)
         if radii is not None:

@@ -23,6 +23,7 @@ from cablewright.machine.files import machine_names
 from cablewright.machine.log.head import LogHead
 from cablewright.machine.log.log import write_log
 from cablewright.machine.settings import require_robot
+from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.settings import TwinSettings, load_twin, whole_machine
 from cablewright.machine.simulated.severities import with_severity
 from cablewright.machine.simulated.simulated_machine import SimulatedMachine
@@ -145,12 +146,11 @@ def simulate(
 def machine_of(robot: Robot, machine: TwinSettings | str | Path | None) -> TwinSettings:
     """Return *machine*: settings, a name of `machine_names` or a TOML file.
 
-    By default the library's machine of the robot's name, or for a point platform ``merlet2023`` if there is none.
-    Raises `InputError` for the machine of another robot, and where a body has none.
+    By default the library's machine of the robot's name; if there is none, for a point platform ``merlet2023``, and for
+    a body the one that `built_machine` builds. Raises `InputError` for the machine of another robot.
     """
     if machine is None and robot.n == 6 and robot.name not in machine_names():
-        how = f"`cablewright machines --for {robot.name}` prints one, with assumed numbers marked"
-        raise InputError(f"robot {robot.name!r}: the library has no machine of that name; {how}")
+        return built_machine(robot)[0]
     if machine is None:
         own = load_twin(robot.name if robot.name in machine_names() else _DEFAULT)
         return own if own.owner.robot == robot.name else own.with_owner(robot=None)

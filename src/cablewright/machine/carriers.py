@@ -8,9 +8,9 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from cablewright.foundation.units import Mass, NonNegative, Vec3
+from cablewright.foundation.units import Angle, Mass, NonNegative, Positive, Torque, Vec3
 from cablewright.foundation.validation import Description, refusal
-from cablewright.machine.quantities import Dense, Heavy, Span
+from cablewright.machine.quantities import Delay, Dense, Factor, Heavy, Span, Width
 
 
 class _Carrier(Description):
@@ -49,8 +49,27 @@ class _Carrier(Description):
         return powder / (self.powder_density * math.pi * self.radius**2)
 
 
+class YawDrive(Description):
+    """A geared drive that turns the drum about its axis, against the suspension that the lines carry.
+
+    ``max_speed``, rad/s, and ``max_torque`` are the drum's; ``travel``: how far it turns to either side. ``held``: yaw
+    of the drum that a print holds. It needs no encoder: the lidars measure the drum's yaw.
+    """
+
+    max_speed: Factor
+    max_torque: Positive[Torque]
+    lag: Delay = 0.0
+    travel: Annotated[Positive[Angle], Field(le=math.tau)] = math.pi / 2.0
+    held: Annotated[Angle, Field(ge=-math.pi / 6.0, le=math.pi / 6.0)] = (
+        0.0  # beyond, a lidar's walls are behind its mask
+    )
+
+
 class Drum(_Carrier):
-    """The drum that hangs from the platform point B. Depths are below B, along its axis."""
+    """The drum that hangs from the platform point B. Depths are below B, along its axis.
+
+    ``yaw_drive``: None where nothing turns the drum.
+    """
 
     MOVED: ClassVar[Mapping[str, str]] = dict.fromkeys(
         ("swing_damping", "yaw_stiffness", "yaw_damping", "yaw_wander", "yaw_wander_length", "drag"),
@@ -61,7 +80,8 @@ class Drum(_Carrier):
     powder_bottom: Span = 0.1
     empty_centre: Span
     empty_gyration: tuple[Span, Span, Span]
-    valve: Span
+    valve: Width
+    yaw_drive: YawDrive | None = None
 
 
 class Body(_Carrier):

@@ -184,6 +184,10 @@ class MachineSettings(_WithSensors):
             raise refusal("drives", f'must be given where kind is "{self.kind}"')
         if not real and drives is not None:
             raise refusal("kind", 'must be "canopen" or "ethercat" where there is a table [drives]')
+        if real and self.drum is not None and self.drum.yaw_drive is not None:
+            raise refusal(
+                "yaw_drive", f'must be left out where kind is "{self.kind}": [drives] has no axis for it', ("drum",)
+            )
         if drives is not None and self.kind == "canopen" and not drives.channel:
             raise refusal("channel", "must be given on CAN", ("drives",))
         if drives is not None and self.kind == "ethercat" and drives.interface == LOOPBACK:

@@ -9,8 +9,10 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
+from cablewright.models.free_coordinates import free_coordinates, with_free
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
+from cablewright.printing.beads import Beads
 from cablewright.printing.job import DEFAULT_STEP, Job
 from cablewright.printing.path import Samples
 from cablewright.printing.schedule import Schedule
@@ -23,15 +25,17 @@ INTERPOLATED: Final = 2e-5
 SHORTEST_STEP: Final = 5e-3  # m
 
 
-def sampled(robot: Robot, job: Job, toolpath: Toolpath, room: Room = MEMORY) -> tuple[Samples, float]:
-    """Return the samples of *job*, and the maximum distance between them, m. *room*: for the samples.
+def sampled(
+    robot: Robot, job: Job, toolpath: Toolpath, room: Room = MEMORY, beads: Beads | None = None
+) -> tuple[Samples, float]:
+    """Return the samples of *job*, and the maximum distance between them, m. *room* and *beads*: as `Job.samples`.
 
     Where the job does not give it, it follows from the shortest lines that the path allows: a length of s spans of l,
     interpolated over a step h, is off by s h^2 / (8 l) at most, here `INTERPOLATED`. Raises `InputError` for a path
     that cannot be sampled.
     """
     step = job.sampling.step or _step(robot, job, toolpath)
-    return job.samples(toolpath, step, room), step
+    return job.samples(toolpath, step, room, beads), step
 
 
 def path_box(job: Job, toolpath: Toolpath) -> tuple[Array, Array]:
@@ -55,7 +59,7 @@ def along(robot: Robot, job: Job, samples: Samples, room: Room = MEMORY) -> tupl
     *room*: for the poses. As `poses_at`, which says what it raises.
     """
     _, drawn = poses_at(robot, job, samples.positions[:1])
-    if robot.n == 3 and drawn is None:
+    if robot.n == 3 and drawn is None and not free_coordinates(robot):
         return samples.positions, None
     poses, retraction = room.empty((len(samples), robot.n)), None if drawn is None else room.empty((len(samples),))
     for at in blocks(len(samples)):
@@ -79,8 +83,9 @@ def require_retractions(robot: Robot, job: Job) -> None:
 def poses_at(robot: Robot, job: Job, positions: Array) -> tuple[Array, Array | None]:
     """Return poses (k, n) that bring the nozzle to *positions* (k, 3), m, and retraction lengths (k,), m, or None.
 
-    Rotations and retraction lengths are those of the job's schedule. Raises `InputError` for a robot with fewer lines
-    than freedoms, or a schedule that it cannot follow.
+    Rotations and retraction lengths are those of the job's schedule. With fewer winches than degrees of freedom, what
+    equilibrium decides is NaN, and the nozzle is there unrotated. Raises `InputError` for a schedule that the robot
+    cannot follow.
     """
     schedule = Schedule(job.schedule)
     require(robot, Capability.PATH)
@@ -90,6 +95,7 @@ def poses_at(robot: Robot, job: Job, positions: Array) -> tuple[Array, Array | N
     if robot.n == 3:
         if schedule.turns:
             raise InputError(f"job {job.name}: schedule sets a rotation; the platform of {robot.name} is a point")
-        return positions, retraction
-    poses = np.concatenate([positions, schedule.rotations(heights)], axis=1)
-    return Model(robot).at_nozzle(poses), retraction
+        return with_free(robot, positions), retraction
+    rotations = np.where(np.isin([3, 4, 5], free_coordinates(robot)), 0.0, schedule.rotations(heights))
+    poses = np.concatenate([positions, rotations], axis=1)
+    return with_free(robot, Model(robot).at_nozzle(poses)), retraction

@@ -157,8 +157,6 @@ FEATURES: Final = (
     _of_line("no-diameter", "no cable.diameter", "cable.diameter", lambda x: x.cable.diameter is None),
     _of_line("no-drum-radius", "no winch.drum_radius", "winch.drum_radius",
              lambda x: x.winch.drum_radius is None and x.counterweight is None),
-    _of_robot("unlike-drums", "drums of different radius", "lines.winch.drum_radius",
-              lambda robot: len({x.winch.drum_radius for x in robot.lines}) > 1),
     _of_robot("unlike-cables", "lines with different cables", "lines.cable",
               lambda robot: len({x.cable for x in robot.lines}) > 1),
     _of_robot("unlike-min-tensions", "lines with different minimum tensions", "lines.tension_limits",
@@ -173,6 +171,10 @@ FEATURES: Final = (
     *map(_over, (5, 6, 17, 26)),
     _of_robot("few-winches", "fewer winches than degrees of freedom", "lines",
               lambda robot: robot.winches < robot.freedoms),
+    _of_robot("few-shared-winches", "shared winches, fewer than degrees of freedom", "lines.shared_winch",
+              lambda robot: bool(robot.sharing) and robot.winches < robot.freedoms),
+    _of_robot("free-position", "fewer winches than hold its position", "lines",
+              lambda robot: robot.winches < min(robot.freedoms, 2 if robot.platform.plane else 3)),
     _of_robot("few-lines-in-plane", "fewer lines than degrees of freedom in its plane", "lines",
               lambda robot: robot.platform.plane is not None and robot.m < robot.freedoms),
 )  # fmt: skip
@@ -182,7 +184,7 @@ SPATIAL: Final = "counterweight pulley winch-aside platform-sheave platform-pull
 """Features of lines that are more than a winch and a cable in one vertical plane."""
 
 _PROVED: Final = f"{SPATIAL} mount spring plane"  # no proof covers them
-_DRIVEN: Final = f"{SPATIAL} advantage cables shared-winch plane"  # no plant and no estimator covers them
+_DRIVEN: Final = "counterweight shared-winch"  # no plant and no estimator covers them
 _TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley"
 _OWN_WINCH: Final = "Give each line a winch of its own"
 _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
@@ -216,8 +218,8 @@ _ROWS: Final = (
      "lengths without compensation take each line to have a winch of its own"),
     (_C.CHECK, Coverage.NOT_CHECKED, "counterweight",
      "counterweights against what is around them, and the room they move in"),
-    (_C.CHECK, _REJECTED, "few-winches", "Use inverse with free coordinates (nan)"),
-    (_C.PATH, _REJECTED, "few-winches", "Use a pose with free coordinates (nan)"),
+    (_C.CHECK, _REJECTED, "few-shared-winches few-lines-in-plane", "Use inverse with free coordinates (nan)"),
+    (_C.PATH, _REJECTED, "few-shared-winches few-lines-in-plane", "Use a pose with free coordinates (nan)"),
     (_C.BRACKET, _REJECTED, "eyelet swivel pulley", "Give all lines universal joints, whose lever the bracket holds"),
     (_C.BRACKET, _REJECTED, "mount spring", "Leave out exit_compliance and spring"),
     (_C.SURVEY, _REJECTED, SPATIAL, "Write the surveyed points into the robot file"),
@@ -234,15 +236,14 @@ _ROWS: Final = (
     (_C.SIMULATION, _REJECTED, "offset-point", "Give all lines the platform_point [0, 0, 0]"),
     (_C.MACHINE_FILE, _REJECTED, _DRIVEN, "Use check, which needs no machine"),
     (_C.MACHINE_FILE, _REJECTED, "weightless no-diameter no-drum-radius no-gravity", _IN_FILE),
-    (_C.MACHINE_FILE, _REJECTED, "unlike-drums", "Give all winches the same drum_radius"),
-    (_C.PRINT, _REJECTED, f"{_DRIVEN} few-winches", "Use check, or inverse at poses"),
-    (_C.ESTIMATION, _REJECTED, f"{_DRIVEN} few-winches", "Use forward with the measured lengths"),
+    (_C.PRINT, _REJECTED, f"{_DRIVEN} free-position few-lines-in-plane", "Use check, or inverse at poses"),
+    (_C.ESTIMATION, _REJECTED, f"{_DRIVEN} free-position few-lines-in-plane", "Use forward with the measured lengths"),
     (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
     (_C.CONTROL, _REJECTED, _DRIVEN, "Use inverse for the lengths of each pose"),
-    (_C.HOMING, _REJECTED, f"{_DRIVEN} few-winches retraction", "Use forward with the measured lengths"),
+    (_C.HOMING, _REJECTED, f"{_DRIVEN} plane few-winches retraction", "Use forward with the measured lengths"),
     (_C.DRIVES, _REJECTED, "counterweight shared-winch", _OWN_WINCH),
     (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
-    (_C.SERVE, _REJECTED, f"{_DRIVEN} few-winches", "Use check, which needs no machine"),
+    (_C.SERVE, _REJECTED, f"{_DRIVEN} plane few-winches", "Use check, which needs no machine"),
     (_C.KLIPPER, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
     (_C.LINUXCNC, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),
     (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch few-winches", _WINCH_OR_URDF),

@@ -112,27 +112,3 @@ def _evaluated(knots: Knots, time: Array) -> tuple[Array, Array]:
     s, v, a = knots.place[row], knots.speed[row], knots.acceleration[row]
     place = s + u * (v + 0.5 * a * u)
     return place, knots.area[row] + u * (s + u * (0.5 * v + a * u / 6.0))
-
-
-def extreme_accelerations(knots: Knots, arrival: Array, window: float) -> Array:
-    """Return the min and max acceleration (k - 1, 2), m/s^2, of the running mean between *arrival* times (k,), s.
-
-    0 is always between them. The acceleration is linear in time between the knots and the knots a *window* later: its
-    extremes are at those or at an arrival.
-    """
-    times = np.unique(np.concatenate([knots.time, knots.time + window, arrival]))
-    times = times[(times >= arrival[0]) & (times <= arrival[-1])]
-    mean = (_speed(knots, times) - _speed(knots, times - window)) / window
-    first = np.searchsorted(times, arrival)
-    after = np.minimum(first[1:], len(mean) - 1)
-    low = np.minimum(np.minimum.reduceat(mean, first[:-1]), mean[after])
-    high = np.maximum(np.maximum.reduceat(mean, first[:-1]), mean[after])
-    return np.stack([np.minimum(low, 0.0), np.maximum(high, 0.0)], axis=1)
-
-
-def _speed(knots: Knots, time: Array) -> Array:
-    """Return the speed at *time* (n,), 0 before the start."""
-    row = np.searchsorted(knots.time, time, side="right") - 1
-    at = np.maximum(row, 0)
-    speed = knots.speed[at] + knots.acceleration[at] * (time - knots.time[at])
-    return np.where(row < 0, 0.0, speed)

@@ -209,31 +209,37 @@ class Job(FileDescription):
         beads = self.beads(self.toolpath())
         return beads.typical, beads.differing
 
-    def samples(self, toolpath: Toolpath, step: float = DEFAULT_STEP, room: Room = MEMORY) -> Samples:
+    def samples(
+        self, toolpath: Toolpath, step: float = DEFAULT_STEP, room: Room = MEMORY, beads: Beads | None = None
+    ) -> Samples:
         """Sample the toolpath in machine coordinates, by the step of `sampling` or else *step*, m.
 
-        *room*: for the samples. Raises `InputError`.
+        *room*: for the samples. *beads*: of the moves, which a limit of flow needs; None: they are found. Raises
+        `InputError`.
         """
         speeds = self.motion.print_speed, self.motion.travel_speed
         found = sample(toolpath, self.scale, self.origin, self.sampling.step or step, *speeds, room)
         fastest = self.motion.speed == "fastest"
         if not fastest and math.isinf(self.motion.most_flow):
             return found
-        limits, speed = self.speed_limits(toolpath, fastest=fastest, room=room), room.empty((len(found),))
+        limits, speed = self.speed_limits(toolpath, beads, fastest=fastest, room=room), room.empty((len(found),))
         for at in blocks(len(found)):
             speed[at] = limits[found.move[at]]
             let_go((found, speed))
         return replace(found, speed_limit=speed)
 
-    def speed_limits(self, toolpath: Toolpath, *, fastest: bool, room: Room = MEMORY) -> Array:
+    def speed_limits(
+        self, toolpath: Toolpath, beads: Beads | None = None, *, fastest: bool, room: Room = MEMORY
+    ) -> Array:
         """Return the largest speed of each move (k,), m/s, by feeds, speeds and flow; *fastest*: without feeds.
 
-        inf where nothing limits it. *room*: for the speeds.
+        inf where nothing limits it. *beads*: of the moves; None: they are found. *room*: for the speeds.
         """
         motion, found = self.motion, room.empty((len(toolpath.start),))
         printing = motion.most_speed("print_speed", fastest)
         travelling = motion.most_speed("travel_speed", fastest)
-        beads = self.beads(toolpath) if math.isfinite(motion.most_flow) else None
+        flows = math.isfinite(motion.most_flow)
+        beads = beads or self.beads(toolpath) if flows else None
         for at in blocks(len(found)):
             laid = toolpath.extruding[at]
             limits = np.where(laid, printing, travelling)

@@ -8,6 +8,7 @@ along the path. It is symmetric and changes nothing where the law is steady; two
 
 The mean rounds corners: by half the jump of the velocity times the kernel's mean distance from its middle, and by what
 the law accelerates meanwhile. Where that is more than the corner deviation, the law is slower, or waits in the corner.
+A bend, of corners of less than 11 degrees, is taken as fast as the measured rounding allows.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ _HALVINGS: Final = 40
 _TOGETHER: Final = 8  # rounds in which corners that meet are slowed down; then the law waits in them
 _SLOWER: Final = 0.9  # of what would be right, if corners were alone
 _STRAIGHT: Final = 1e-6  # sine of half an angle that is none
-_SHARP: Final = 0.1  # sine of half an angle of a corner that ends a leg
+_SHARP: Final = 0.1  # sine of half an angle of a corner that ends a leg, and is no part of a bend
 _STEPS: Final = 3  # of a search for what is nearest
 _APART: Final = 1e-9  # m, least distance of two samples along the path
 
@@ -86,9 +87,21 @@ class Shaper:
                 return motion.sampled(counts, room)
             rounds += 1
             for at in blocks(len(samples)):
-                less = 0.0 if rounds > _TOGETHER else _SLOWER / np.maximum(excess[at], 1.0)
-                allowed[at] = np.where(excess[at] > 0.0, allowed[at] * less, allowed[at])
-                let_go((allowed, excess))
+                self._lower(samples, motion.law, allowed, excess, at, last=rounds > _TOGETHER)
+                let_go((samples, motion.law, allowed, excess))
+
+    def _lower(self, samples: Samples, law: TimeLaw, allowed: Array, excess: Array, at: slice, *, last: bool) -> None:
+        """Lower what is *allowed* (k,), m, of the rounding in a block of corners by its *excess* (k,).
+
+        Along a bend the rounding goes with the square of the speed, and the speed with what is allowed. *last*: corners
+        that meet were slowed down often enough; now the law waits in them.
+        """
+        sine, blamed = _sines(samples.positions, at), excess[at] > 0.0
+        less = np.zeros(len(sine)) if last else _SLOWER / np.maximum(excess[at], 1.0)
+        bends = (sine > _STRAIGHT) & (sine <= _SHARP)
+        now = law.speed[at] * sine * self.kernel(samples.positions[at]).mean
+        lower = np.where(bends, np.minimum(allowed[at], now) * np.sqrt(less), allowed[at] * less)
+        allowed[at] = np.where(blamed, lower, allowed[at])
 
     def _paced(self, samples: Samples, allowed: Array, room: Room, at_samples: Array | None) -> _Motion:
         """Return the motion that is to be averaged. *allowed* (k,): m, of the rounding in each corner."""
@@ -103,10 +116,10 @@ class Shaper:
             turns = turns[blamed | far]
             corner = Kernel(kernel.long[turns], kernel.short[turns])
             way = allowed[at][turns] / sine[turns]  # m, mean distance from a corner
-            gained = 0.5 * self.acceleration * corner.beyond(np.zeros(1))
+            gained = 0.5 * self.acceleration * corner.beyond(np.zeros(1)) * (sine[turns] > _SHARP)
             speeds[at], waits[at] = np.inf, 0.0
             speeds[at][turns] = np.maximum((way - gained) / corner.mean, 0.0)
-            waits[at][turns] = np.where(way < gained, _wait(corner, 2.0 * way / self.acceleration), 0.0)
+            waits[at][turns] = np.where(way <= gained, _wait(corner, 2.0 * way / self.acceleration), 0.0)
             ends = np.isin(np.arange(at.start, at.stop), (0, len(samples) - 1))
             stands = np.where(ends, 1.0, 2.0) * kernel.reach
             waits[at] = np.where(ends | (dwell > 0.0), dwell + stands, waits[at])
@@ -175,7 +188,6 @@ class _Motion:
         old, rows = self.samples, int(counts.sum()) + 1
         made = {key: room.empty((rows, *value.shape[1:]), value.dtype) for key, value in vars(old).items()}
         time, speed, vector = room.empty((rows,)), room.empty((rows,)), room.empty((rows, 3))
-        extremes = room.empty((rows - 1, 2))
         for key, column in made.items():
             column[0] = getattr(old, key)[0]
         made["dwell"][0], time[0], speed[0], vector[0] = self.dwell[0], 0.0, 0.0, 0.0
@@ -193,14 +205,12 @@ class _Motion:
             steps = np.linalg.norm(np.diff(made["positions"][first - 1 : into.stop], axis=0), axis=1)
             made["distance"][into] = made["distance"][first - 1] + np.cumsum(np.maximum(steps, _APART))
             time[into], vector[into], speed[into] = times, acceleration, np.linalg.norm(velocity, axis=1)
-            tangent = (acceleration * velocity).sum(axis=1) / np.maximum(speed[into], _APART)
-            extremes[first - 1 : into.stop - 1] = np.stack([np.minimum(tangent, 0.0), np.maximum(tangent, 0.0)], axis=1)
             first = into.stop
-            let_go((old, self.law, tuple(made.values()), time, speed, vector, extremes))
+            let_go((old, self.law, tuple(made.values()), time, speed, vector))
         speed[-1] = 0.0
-        for column in (*made.values(), time, speed, vector, extremes):
+        for column in (*made.values(), time, speed, vector):
             column.setflags(write=False)
-        return Samples(**made), TimeLaw(time, speed, extremes, float(time[-1] + self.dwell[-1]), vector)
+        return Samples(**made), TimeLaw(time, speed, float(time[-1] + self.dwell[-1]), vector)
 
     def _spans(self) -> Iterator[_Span]:
         """Yield the path in spans of some segments and some time."""

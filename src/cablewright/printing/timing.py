@@ -9,17 +9,15 @@ finely divided circle would allow a higher speed than the circle itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
-from cablewright.printing.jerk import Knots, averaged, extreme_accelerations, refined, widened
+from cablewright.printing.jerk import Knots, averaged, refined, widened
 from cablewright.printing.path import Samples
-
-_ROUNDING: Final = 1e-9  # relative
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +26,6 @@ class TimeLaw:
 
     time: Array  # (k,) s, of arrival at the sample; 0 at the first
     speed: Array  # (k,) m/s, 0 at both ends and where the machine dwells
-    acceleration: Array  # (k - 1, 2) m/s^2, along the path: min (at most 0) and max (at least 0) of each segment
     duration: float  # s, with the dwell at the last sample
     vector: Array | None = None  # (k, 3) m/s^2, at each sample, of a law whose acceleration is continuous; else None
 
@@ -58,18 +55,23 @@ def time_law(
     if jerk is not None:
         return _smooth(samples, limit, corner, acceleration, 2.0 * acceleration / jerk)
     time, speed = room.empty((len(samples),)), room.empty((len(samples),))
-    extremes = room.empty((len(samples) - 1, 2))
     _square_speeds(samples.distance, limit, corner, acceleration, speed)
     time[0] = 0.0
-    for at in blocks(len(extremes)):
+    for at in blocks(len(samples) - 1):
         ends = slice(at.start, at.stop + 1)
         ride = _ride(samples.distance[ends], limit[at], speed[ends], acceleration)
         speed[at] = ride.speed[:-1]
-        extremes[at] = _extremes(ride, acceleration)
         time[ends] = np.cumsum(np.concatenate([time[at.start : at.start + 1], ride.spent + samples.dwell[at]]))
-        let_go((samples, corner, time, speed, extremes))
+        let_go((samples, corner, time, speed))
     speed[-1] = np.sqrt(speed[-1])
-    return _frozen(time, speed, extremes, samples.dwell[-1])
+    return _frozen(time, speed, samples.dwell[-1])
+
+
+def times_on_way(samples: Samples, law: TimeLaw, block: slice) -> tuple[Array, Array]:
+    """Return the time (b,), s, on the way to each of a *block* of samples from the one before, and at the sample."""
+    time, dwell = (each[max(block.start - 1, 0) : block.stop] for each in (law.time, samples.dwell))
+    spent = np.diff(time) - dwell[:-1]
+    return (spent, dwell[1:]) if block.start else (np.concatenate([[0.0], spent]), dwell)
 
 
 def _square_speeds(distance: Array, limit: Array, corner: Array, acceleration: float, found: Array) -> None:
@@ -121,12 +123,6 @@ def _ride(distance: Array, limit: Array, squared: Array, acceleration: float) ->
     return _Ride(speed, peak, level, np.maximum(spent, segment / limit))  # rounding never makes a duration zero
 
 
-def _extremes(ride: _Ride, acceleration: float) -> Array:
-    """Min and max acceleration on each segment (k - 1, 2), m/s^2: speed rises to its peak, is held, and falls."""
-    rises, falls = (ride.peak > speed * (1.0 + _ROUNDING) for speed in (ride.speed[:-1], ride.speed[1:]))
-    return acceleration * np.stack([np.where(falls, -1.0, 0.0), np.where(rises, 1.0, 0.0)], axis=1)
-
-
 def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, window: float) -> TimeLaw:
     """Return the running mean over *window* (s) of a law within limits that are widened by *window*."""
     corner = np.where(corner <= 0.25 * acceleration * window, 0.0, corner)  # a stop is faster
@@ -148,7 +144,7 @@ def _smooth(samples: Samples, limit: Array, corner: Array, acceleration: float, 
     time[stops], speed[stops] = arrival[own][stops] + window, 0.0
     time[0] = 0.0
     time = np.maximum.accumulate(time)
-    return _frozen(time, np.maximum(speed, 0.0), extreme_accelerations(knots, time, window), samples.dwell[-1])
+    return _frozen(time, np.maximum(speed, 0.0), samples.dwell[-1])
 
 
 def pieces(samples: Samples, law: TimeLaw, acceleration: float, rows: slice) -> tuple[Knots, NDArray[np.int64]]:
@@ -185,36 +181,10 @@ def _knots(places: Array, ride: _Ride, pause: Array, acceleration: float) -> tup
     return knots, np.concatenate([[pause[0]], start[3::4]]), kept // 4
 
 
-def _frozen(time: Array, speed: Array, acceleration: Array, last_dwell: float) -> TimeLaw:
-    for column in (time, speed, acceleration):
+def _frozen(time: Array, speed: Array, last_dwell: float) -> TimeLaw:
+    for column in (time, speed):
         column.setflags(write=False)
-    return TimeLaw(time, speed, acceleration, float(time[-1] + last_dwell))
-
-
-def accelerations(samples: Samples, law: TimeLaw, corner: Array, acceleration: float, block: slice) -> Array:
-    """Return five accelerations (b, 5, 3), m/s^2, that the nozzle may have about each of a *block* of samples.
-
-    The first is that of the arc which replaces a corner there: the square of the speed over its radius, 0 without a
-    corner. The others are the min and max along the path before the sample and after it, each with the part of the
-    first that is perpendicular to it. *corner* (k,), m/s, are the `corner_speeds` at that *acceleration*, m/s^2.
-    """
-    first, stop, _ = block.indices(len(samples))
-    found = np.zeros((stop - first, 5, 3))
-    before, after = max(first - 1, 0), min(stop + 1, len(samples))
-    way = np.zeros((stop - first + 1, 3))  # of the segments that end at each sample, and of the one after the last
-    way[before + 1 - first : after - first] = _direction(np.diff(samples.positions[before:after], axis=0))
-    along = np.zeros((len(way), 2))
-    along[before + 1 - first : after - first] = law.acceleration[before : after - 1]
-    turn = way[1:] - way[:-1]
-    size, allowed = np.linalg.norm(turn, axis=1), corner[block]
-    bends = np.flatnonzero((size > 0.0) & np.isfinite(allowed) & (allowed > 0.0))
-    share = (law.speed[block][bends] / allowed[bends]) ** 2  # of the acceleration at the greatest speed of the corner
-    found[bends, 0] = turn[bends] * (acceleration * share / size[bends])[:, None]
-    for side, columns in ((slice(None, -1), slice(1, 3)), (slice(1, None), slice(3, 5))):
-        tangent = way[side]
-        across = found[:, 0] - (found[:, 0] * tangent).sum(axis=1)[:, None] * tangent
-        found[:, columns] = along[side][:, :, None] * tangent[:, None] + across[:, None]
-    return found
+    return TimeLaw(time, speed, float(time[-1] + last_dwell))
 
 
 def corner_speeds(samples: Samples, acceleration: float, corner_deviation: float, room: Room = MEMORY) -> Array:

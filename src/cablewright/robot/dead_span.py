@@ -119,6 +119,18 @@ class DeadSpan:
         return math.fsum(piece.length for piece in self.pieces)
 
     @property
+    def turned(self) -> float:
+        """Angle by which the cable turns on its way, on wheels and at points, rad."""
+        bends = [
+            math.atan2(math.hypot(*cross(one, two)), _dot(one, two))
+            for one, two in pairwise(
+                _minus(each.end, each.start) if isinstance(each, Straight) else None for each in self.pieces
+            )
+            if one is not None and two is not None
+        ]
+        return math.fsum(bends) + math.fsum(each.angle for each in self.pieces if isinstance(each, Arc))
+
+    @property
     def mean_height(self) -> float:
         """Mean height along its length, m."""
         return math.fsum(piece.moment for piece in self.pieces) / self.length

@@ -157,6 +157,11 @@ class Line(Description):
         return unit_vector(self.sheave.axis) if isinstance(self.sheave, Swivel) else (0.0, 0.0, 1.0)
 
     @property
+    def has_upright_swivel(self) -> bool:
+        """Whether its sheave turns about the vertical, on which its cable comes to it."""
+        return isinstance(self.sheave, Swivel) and self.sheave.upright and not self.is_aside
+
+    @property
     def radii(self) -> tuple[float, ...]:
         """The radii of the sheaves and wheels that the cable runs over, m."""
         passed = (self.sheave, self.platform_sheave, *self.guides)

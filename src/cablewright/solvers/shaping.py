@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from typing import Final, Self
@@ -25,16 +26,47 @@ from cablewright.solvers.inverse import solve_inverse
 SLOWEST: Final = 0.1
 """Frequency, Hz, of the slowest mode that motion is shaped for: a slower one would take 15 s in each corner."""
 
-_ALONG: Final = 7  # places along each side of the box about a path, at which modes are computed
+PosesAt = Callable[[Array], tuple[Array, Array | None]]
+"""Poses (k, n), m and rad, with the nozzle at places (k, 3), m, and retraction lengths (k,), m, or None."""
+
+_ALONG: Final = 7  # places along each side of a box, at which modes are computed
 
 
 @dataclass(frozen=True, eq=False)
 class SlowestMode:
-    """Frequencies of the slowest mode on a grid about a path; between its places they are interpolated."""
+    """Frequencies of the slowest mode on a grid in a box; between its places they are interpolated.
+
+    Beyond the box they are those of the nearest place in it.
+    """
 
     low: Array  # (3,) m
     size: Array  # (3,) m; 0 along an axis with one place
     frequencies: Array  # (a, b, c) Hz
+
+    @classmethod
+    def within(
+        cls, model: Model, low: Array, high: Array, through: Array, poses_at: PosesAt, least: float = 0.0
+    ) -> Self | None:
+        """Return the grid between two corners *low* and *high* (3,), m; None where no pose there is stable.
+
+        Where a place of the grid cannot be held, or its slowest mode is below the *least*, Hz, it has the least
+        frequency of all others. A body whose inertia is not known has that of `with_inertia`. A platform in a tilted
+        plane is in that *through* a place (3,), m.
+        """
+        axes = [np.linspace(a, b, _ALONG if b > a else 1) for a, b in zip(low, high, strict=True)]
+        places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        if (plane := model.robot.platform.plane) is not None:  # a box about a path in a tilted plane leaves it
+            normal = np.array(plane.across)
+            places -= ((places - through) @ normal)[..., None] * normal
+        found = lowest_frequencies(Model(with_inertia(model.robot)), *poses_at(places.reshape(-1, 3)))
+        known = found >= least  # NaN is not
+        if not known.any():
+            return None
+        return cls(low, high - low, np.where(known, found, found[known].min()).reshape(places.shape[:3]))
+
+    def period_at(self, place: Array) -> float:
+        """Return the period, s, with the nozzle at one *place* (3,), m."""
+        return float(self.period(place[None])[0])
 
     @property
     def least(self) -> float:
@@ -96,11 +128,7 @@ class JobMotion:
 
 
 def slowest_mode(robot: Robot, job: Job, samples: Samples) -> SlowestMode | str:
-    """Return the slowest mode on a grid about a job's path, or in a sentence why motion is not shaped for it.
-
-    Where a place of the grid cannot be held, it has the least frequency of all others. A body whose inertia is not
-    known has that of `with_inertia`.
-    """
+    """Return the slowest mode on a grid about a job's path, or in a sentence why motion is not shaped for it."""
     if job.motion.shaping == "none":
         return 'motion.shaping = "none"'
     low, high = samples.positions[0].copy(), samples.positions[0].copy()
@@ -108,20 +136,14 @@ def slowest_mode(robot: Robot, job: Job, samples: Samples) -> SlowestMode | str:
         np.minimum(low, samples.positions[at].min(axis=0), out=low)
         np.maximum(high, samples.positions[at].max(axis=0), out=high)
         let_go(samples.positions)
-    axes = [np.linspace(a, b, _ALONG if b > a else 1) for a, b in zip(low, high, strict=True)]
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    if (plane := robot.platform.plane) is not None:  # a box about a path in a tilted plane leaves it
-        normal = np.array(plane.across)
-        places -= ((places - samples.positions[0]) @ normal)[..., None] * normal
-    poses, retraction = poses_at(robot, job, places.reshape(-1, 3))
-    found = lowest_frequencies(Model(with_inertia(robot)), poses, retraction)
-    known = np.isfinite(found)
-    if not known.any():
+    found = SlowestMode.within(
+        Model(robot), low, high, samples.positions[0], lambda places: poses_at(robot, job, places)
+    )
+    if found is None:
         return "no pose about the path is stable"
-    least = float(found[known].min())
-    if least < SLOWEST:
-        return f"the slowest mode, {least:.2g} Hz, is below {SLOWEST:g} Hz"
-    return SlowestMode(low, high - low, np.where(known, found, least).reshape(places.shape[:3]))
+    if found.least < SLOWEST:
+        return f"the slowest mode, {found.least:.2g} Hz, is below {SLOWEST:g} Hz"
+    return found
 
 
 def lowest_frequencies(model: Model, poses: Array, retraction: Array | None = None) -> Array:

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from cablewright.foundation.arrays import Array
+from cablewright.kernels.layout import Packed
 from cablewright.kernels.statics import taut
-from cablewright.kernels.statics.line.upright_lines import TAUT
-from cablewright.models.packed_views import LineNumbers, blank_states
-from cablewright.models.rotation import matrix_of
+from cablewright.kernels.statics.line.guides import towards_winch
+from cablewright.models.packed_views import LineNumbers
 from cablewright.models.statics import Model
 
 
@@ -20,21 +20,21 @@ class Taut(NamedTuple):
     angles: Array  # (m,) rad, free angle of the taut line: gamma_taut
     free: Array  # (m,) m from the sheave to B
     lengths: Array  # (m,) m from the winch to B
-    toward: Array  # (m, 3) unit vectors: gradients of the lengths with respect to B, the line's platform point
-    planes: Array  # (m, 4) of the lines, see `vertical_plane.place`
+    toward: Array  # (m, 3) gradients of the lengths by the ends of their spans: as many unit vectors as spans
+    planes: Array  # (m, 4) of the free spans, see `vertical_plane.place`
     per_motion: Array  # (m, n) gradients by the motion of the platform: its translation, and its rotation in space
 
 
 def taut_at(model: Model, pose: Array) -> Taut:
     """Return the straight lines to *pose* (n,), m and rad; NaN for a line without a tangent there."""
-    m = model.m
-    found, planes, toward = np.empty((m, taut.FOUND)), np.empty((m, 4)), np.empty((m, 3))
-    place, scratch = np.array(pose, dtype=np.float64), blank_states()
-    if model.n == 3:
-        taut.draw(model.packed.lines, place, TAUT, scratch, found, planes, toward)
-        per_motion = toward
-    else:
-        per_motion = _draw_of_body(model.packed.lines, place, scratch, found, planes, toward)
+    return taut_of(model.packed, pose)
+
+
+def taut_of(packed: Packed, pose: Array) -> Taut:
+    """As `taut_at`, of lines that may differ from a model's, as with a platform's retraction."""
+    m, place = len(packed.lines), np.array(pose, dtype=np.float64)
+    found, planes, toward, per_motion = (np.empty((m, size)) for size in (taut.FOUND, 4, 3, len(place)))
+    taut.draw(packed, place, found, planes, toward, per_motion)
     angles, free, lengths = np.ascontiguousarray(found.T)
     return Taut(angles, free, lengths, toward, planes, per_motion)
 
@@ -47,37 +47,27 @@ def stretches(lines: LineNumbers, taut: Taut) -> Array:
 def given(lines: LineNumbers, taut: Taut) -> Array:
     """Return by how much the mount of each exit shortens the way of its straight line per tension, m/N.
 
-    It is pulled along the free span and, where it is modelled, along a dead span below or above it.
+    It is pulled along the free span and, where it is modelled, along a dead span, by all cables of the line.
     """
-    return np.asarray(lines.mount[:, 0] * mount_share(lines, taut))
+    along = taut.toward + _towards_winch(lines)
+    pairs = ((0, 0, 0), (1, 1, 1), (2, 2, 2), (0, 1, 3), (0, 2, 4), (1, 2, 5))
+    soft = sum((1.0 if i == j else 2.0) * lines.mount[:, k] * along[:, i] * along[:, j] for i, j, k in pairs)
+    return np.asarray(lines.pulls / lines.spans * soft)
 
 
 def mount_share(lines: LineNumbers, taut: Taut) -> Array:
     """Return the way that a mount of the compliance 1 shortens so, per tension: 1 without a dead span, up to 4."""
-    rise = np.sin(taut.angles)
-    return np.where(lines.has_dead_span, 2.0 - 2.0 * np.sign(lines.side) * rise, 1.0)
+    along = taut.toward + _towards_winch(lines)
+    return np.asarray(lines.pulls / lines.spans * (along * along).sum(axis=1))
 
 
-def taut_of_body(lines: Array, pose: Array) -> Taut:
-    """As `taut_at`, of a rigid body with *lines* (m, ...) of `Packed`, which differ with its retraction."""
-    m = len(lines)
-    found, planes, toward = np.empty((m, taut.FOUND)), np.empty((m, 4)), np.empty((m, 3))
-    per_motion = _draw_of_body(lines, np.array(pose, dtype=np.float64), blank_states(), found, planes, toward)
-    angles, free, lengths = np.ascontiguousarray(found.T)
-    return Taut(angles, free, lengths, toward, planes, per_motion)
+def _towards_winch(lines: LineNumbers) -> Array:
+    """Return the directions (m, 3) of the dead spans from the exit points; zero where one is not modelled.
 
-
-def _draw_of_body(lines: Array, pose: Array, scratch: Array, found: Array, planes: Array, toward: Array) -> Array:
-    """Draw each line to its own platform point; return the lengths' gradients (m, 6) by the body's motion."""
-    arms = LineNumbers(lines).platform_point @ matrix_of(pose[3:]).T
-    for i, place in enumerate(pose[:3] + arms):
-        own = slice(i, i + 1)
-        taut.draw(lines[own], place, TAUT, scratch, found[own], planes[own], toward[own])
-    return np.concatenate([toward, _crosses(arms, toward)], axis=1)
-
-
-def _crosses(a: Array, b: Array) -> Array:
-    """Cross products of the rows (m, 3) of *a* and *b*; NumPy's own takes several times as long."""
-    ax, ay, az = a.T
-    bx, by, bz = b.T
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
+    Of lines in a vertical plane it is upright, as along the axis of a swivel.
+    """
+    upright = lines.has_dead_span[:, None] * np.outer(-np.sign(lines.side), [0.0, 0.0, 1.0])
+    aside = [
+        towards_winch(row) if guide else up for row, guide, up in zip(lines.array, lines.guide, upright, strict=True)
+    ]
+    return np.array(aside) if lines.guide.any() else upright

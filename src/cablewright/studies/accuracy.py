@@ -32,6 +32,7 @@ from cablewright.running.executors.kept import kept_in
 from cablewright.running.executors.shared_spread import SharedMethod
 from cablewright.running.memory import require_for_samples
 from cablewright.solvers.arguments import as_poses
+from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.studies.accuracy_at_pose import AccuracyAtPose, at_pose
 
 Ranges = Sequence[Range] | None
@@ -243,7 +244,7 @@ def bytes_each(robot: Robot, ranges: int, room: Path | None = None) -> float:
 def _over_shape(
     question: AccuracyQuestion, where: Places | Job, retraction: ArrayLike | None, room: Path | None
 ) -> AccuracyStudy:
-    """The study of a shape. Raises `InputError` for a robot with fewer lines than freedoms."""
+    """The study of a shape."""
     model, robot = question.model, question.model.robot
     if retraction is not None:
         raise InputError("retraction: of poses (N, n); over a shape give the robot retracted, a job has a schedule")
@@ -254,15 +255,21 @@ def _over_shape(
         require_for_samples(len(samples), bytes_each(robot, len(question.ranges), room), "the accuracy")
         places = Places("path", samples.positions, samples.distance)
         poses, drawn = along(robot, where, samples, kept)
+        poses = nozzle_on_path(model, poses, samples.positions, drawn)
         if room is None:
             return _studied(places, question.answer(question.hold(poses, drawn)))
         return _studied(places, question.answer_in(kept, poses, drawn))
     if where.step is None:
-        return _studied(where, question.answer(question.hold(model.unrotated_at(where.positions))))
+        return _studied(where, question.answer(question.hold(_unrotated(model, where.positions))))
     nodes = workspace_nodes(model, where.step, question.progress)
     places = Places("workspace", nodes.places, axes=nodes.axes)
-    found = question.answer(question.hold(model.unrotated_at(places.positions)))
+    found = question.answer(question.hold(_unrotated(model, places.positions)))
     return _studied(places, found, boundary_limits(nodes))
+
+
+def _unrotated(model: Model, positions: Array) -> Array:
+    """Return poses (k, n) with the nozzle at *positions* (k, 3), m: unrotated, or at rest as equilibrium decides."""
+    return hung(model, model.unrotated_at(positions))
 
 
 def _studied(places: Places, found: Accuracy, limits: BoundaryLimits | None = None) -> AccuracyStudy:

@@ -23,6 +23,7 @@ from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
 from cablewright.robot import Bracket, Robot, load_bracket
+from cablewright.solvers.hanging_path import hung
 
 SIZES = (
     ("baseplate", "thickness"),
@@ -237,7 +238,7 @@ def bracket(
     own = load_bracket(bracket) if isinstance(bracket, str | Path) else bracket or bracket_of(model.robot)
     found: Highest | None = None
     if step is not None:
-        nodes = model.unrotated_at(workspace_nodes(model, step, progress).places)
+        nodes = hung(model, model.unrotated_at(workspace_nodes(model, step, progress).places))
         found = highest(model, nodes, bracket=own, times=times, progress=progress)
     elif isinstance(where, Job):
         if retraction is not None:

@@ -114,7 +114,6 @@ def test_a_job_under_a_schedule(cli, tmp_path: Path) -> None:
         ("paty2021", HEIGHTS, "retraction"),
         ("cogiro", HEIGHTS, "has no retraction"),
         ("paty2021", "[[schedule]]\nz = 0\nrotation = [0, 0, 0.1]\n", "is a point"),
-        ("grab-four-lines", "", "has fewer winches than degrees of freedom; not supported"),
         ("jung2020", '[[schedule]]\nz = 0\nretraction = "3 m"\n', "schedule at 0 m"),
         ("jung2020", "[[schedule]]\nz = 0\n", "sets nothing"),
         ("jung2020", "[[schedule]]\nz = 0\nrotation = [0, 0, 4.0]\n", "longer than pi"),

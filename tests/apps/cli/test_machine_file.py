@@ -88,7 +88,6 @@ def test_an_own_robot_is_checked_and_printed_without_editing(cli, tmp_path: Path
     [
         ('winch = { drum_radius = "30 mm" }', "", "line 'a' has no winch.drum_radius; not supported"),
         ('linear_density = "0.6 g/m"', "linear_density = 0", "line 'a' has a cable without weight"),
-        ('{ name = "a",', '{ name = "a", winch = { drum_radius = "40 mm" },', "drums of different radius"),
         (
             'diameter = "1 mm"\nfill_factor = 0.6', 'section = "0.5 mm^2"',
             "line 'a' has no cable.diameter; not supported",

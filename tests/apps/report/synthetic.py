@@ -182,7 +182,7 @@ def first_sample(check: Check, layers: LayerTable) -> tuple[Check, LayerTable]:
     """The same check of nothing but the start of the path."""
     kind = type(check.samples)
     samples = kind(**{field.name: getattr(check.samples, field.name)[:1] for field in dataclasses.fields(kind)})
-    law = TimeLaw(np.zeros(1), np.zeros(1), np.zeros((0, 2)), 0.0)
+    law = TimeLaw(np.zeros(1), np.zeros(1), 0.0)
     arrays = {name: values[:1] for name, values in arrays_of(check).items()}
     findings = tuple(dataclasses.replace(finding, sample=0) for finding in check.findings)
     poses = check.poses[:1]

@@ -139,8 +139,9 @@ def test_a_retraction_beyond_its_stroke_or_too_fast_is_refused() -> None:
         planned(job([{"z": 0.3, "retraction": "2 m"}, {"z": 0.31, "retraction": "1.5 m"}], "20 cm/s"), robot)
 
 
-def test_fewer_lines_than_freedoms_are_refused() -> None:
+def test_fewer_lines_than_hold_the_position_are_refused() -> None:
     robot = load("grab-four-lines")
+    robot = robot.model_copy(update={"lines": robot.lines[:2]})
     machine = whole_machine("cogiro").with_owner(robot=None)
-    with pytest.raises(InputError, match="print: robot 'grab-four-lines' has fewer winches than degrees"):
+    with pytest.raises(InputError, match="print: robot 'grab-four-lines' has fewer winches than hold its"):
         plan_print(twin_of(robot, ring(), machine, PrintOptions(plant="quasi-static")))

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from cablewright.analyses.line_shapes import polylines
-from cablewright.analyses.safe_travel import driven
+from cablewright.analyses.safe_travel import driven_job
 from cablewright.apps.web.check_scene import extent
 from cablewright.apps.web.levels import packed
 from cablewright.apps.web.motion_scene import drum_of, walls_of
@@ -57,7 +57,7 @@ def live_scene(head: LogHead, job: Job | None = None) -> dict[str, Any]:
 
 def _path(robot: Robot, job: Job) -> PathScene | None:
     toolpath = job.toolpath()
-    motion = JobMotion.of(robot, job, driven(robot, job))
+    motion = JobMotion.of(robot, *driven_job(robot, job))
     samples, law = motion.samples, motion.law
     if len(samples.positions) > _MOST:
         return None

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 
-from cablewright.analyses.safe_travel import driven
+from cablewright.analyses.safe_travel import driven_job
 from cablewright.apps.quantities import quantity
 from cablewright.apps.web.path_scene import PathScene, Quantity, states_along
 from cablewright.apps.web.scene import Mark, SceneDescription
@@ -46,7 +46,7 @@ def job_scene(robot: Robot, job: Job, progress: Progress = silent) -> SceneDescr
     """A job on a robot, with nothing judged: its path, and the robot at rest along it."""
     toolpath = job.toolpath(progress)
     bead = job.beads(toolpath).typical
-    motion = JobMotion.of(robot, job, driven(robot, job, sampled(robot, job, toolpath)[0]))
+    motion = JobMotion.of(robot, *driven_job(robot, job, sampled(robot, job, toolpath)[0]))
     samples, law = motion.samples, motion.law
     poses, retraction = along(robot, job, samples)
     progress("states along the path", 0, 1)

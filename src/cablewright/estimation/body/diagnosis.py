@@ -22,7 +22,7 @@ from cablewright.estimation.body.state import BodyState, Contradiction
 from cablewright.estimation.body.updates.update import HeldBody
 from cablewright.foundation.arrays import Array
 from cablewright.solvers.forward import solve_forward
-from cablewright.solvers.taut import taut_of_body
+from cablewright.solvers.taut import taut_of
 
 _SIGMAS: Final = 5.5  # of a normal distribution: how unlikely readings must be
 _DOUBTS: Final = 2  # measurements in a row that contradict before a cause is named
@@ -245,7 +245,7 @@ def _shown(
     settings: BodySettings, state: BodyState, pose: Array, tensions: Array, broken_line: int | None = None
 ) -> Array:
     """What the sensors show (s,) at an equilibrium: *pose* (6,) and *tensions* (m,), perhaps without a line."""
-    planes = taut_of_body(state.tracker.packed.lines, pose).planes
+    planes = taut_of(state.tracker.packed, pose).planes
     there = HeldBody(pose, tensions, planes, broken_line)
     return np.concatenate([sensor.shown(there) for sensor in settings.sensors])
 

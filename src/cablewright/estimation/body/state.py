@@ -16,12 +16,13 @@ from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status
 from cablewright.kernels.layout import Packed
+from cablewright.models.free_coordinates import with_free
 from cablewright.models.packed_views import LineNumbers, PlatformNumbers
 from cablewright.models.statics import Model
 from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of_body
+from cablewright.solvers.taut import Taut, mount_share, stretches, taut_of
 
 
 @dataclass(eq=False)
@@ -176,13 +177,13 @@ def start(
     """
     model = settings.model if math.isnan(retraction) else Model(settings.model.robot.retracted(retraction))
     if lengths is None:
-        lengths = solve_inverse(model, pose).checked().lengths
+        lengths = solve_inverse(model, with_free(model.robot, pose)).checked().lengths
     tracker = _tracker_near(model, lengths, pose)
     layout = BodyLayout(model.m, settings.sensors)
     wound = [
         coil.angle(settings.total_length - out) for coil, out in zip(settings.coils, lengths.tolist(), strict=True)
     ]
-    taut = taut_of_body(model.packed.lines, tracker.pose)
+    taut = taut_of(model.packed, tracker.pose)
     covariance = prior(settings, layout)
     m, still = model.m, np.zeros(model.m)
     return BodyState(
@@ -250,7 +251,7 @@ def follow(state: BodyState) -> bool:
     status = state.tracker.step(state.lengths)
     if status is Status.OK or state.tracker.restart(state.lengths):
         state.monitor.clear("encoders", "lost")
-        state.taut = taut_of_body(state.tracker.packed.lines, state.pose)
+        state.taut = taut_of(state.tracker.packed, state.pose)
         return True
     state.monitor.report("encoders", "lost", f"the equilibrium could not be followed: {status.value}")
     return False

@@ -65,7 +65,7 @@ def update_jacobian(settings: FilterSettings, state: FilterState, *, at_once: bo
     lines, c = model.lines, np.cos(taut.angles)
     state.hung.sag = Sag.at(settings.machine.slackness, taut, state.lines.compliances)
     h = state.hung.sag.forces(excess(state))
-    sag = (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
+    sag = lines.spans * (lines.weight * c) ** 2 * taut.free**3 / (12.0 * h**3)
     stretching = state.lines.compliances * stretches(lines, taut)
     stiffness = 1.0 / (stretching + sag + 1e-12)
     weighted = taut.toward.T * stiffness  # (3, m)

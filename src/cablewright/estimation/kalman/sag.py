@@ -36,7 +36,7 @@ class Sag(NamedTuple):
         """Return the laws of lines that are *taut* there, by *compliances* (m,) as shares of those described."""
         lines, cosine = sensors.model.lines, np.cos(taut.angles)
         return cls(
-            (lines.weight * taut.free * cosine**2) ** 2 * taut.free / 24.0,
+            lines.spans * (lines.weight * taut.free * cosine**2) ** 2 * taut.free / 24.0,
             compliances * stretches(lines, taut) / cosine,
             lines.weight * (0.5 * taut.free - sensors.from_platform),
             np.tan(taut.angles),
@@ -97,11 +97,13 @@ def balanced(sensors: SlacknessSettings, taut: Taut, weight: float, weight_sigma
     """
     lines = sensors.model.lines
     level = np.hypot(taut.toward[:, 0], taut.toward[:, 1])
-    pulls = np.vstack([-(taut.toward[:, :2] / level[:, None]).T, -np.tan(taut.angles)])  # (3, m) per force
+    pulls = lines.pulls * np.vstack(
+        [-(taut.toward[:, :2] / level[:, None]).T, -np.tan(taut.angles)]
+    )  # (3, m) per force
     m = pulls.shape[1]
     if m > _FREEDOMS + 1:
         return None
-    load = np.array([0.0, 0.0, weight + 0.5 * float((lines.weight * taut.free).sum())])
+    load = np.array([0.0, 0.0, weight + 0.5 * float((lines.pulls * lines.weight * taut.free).sum())])
     inverse = np.linalg.pinv(pulls)
     some, unsure = inverse @ load, weight_sigma * inverse[:, 2:]
     if m <= _FREEDOMS:

@@ -13,6 +13,7 @@ class Condition(StrEnum):
     POWDER_OUT = "the valve is open but no powder is left"
     SILENT = "nothing came over the wireless link for longer than it should"
     NO_EQUILIBRIUM = "the plant found no equilibrium and stayed where it was"
+    OFF_PLANE = "the platform is lifted off its plane, which only pushes"
     BRANCH_END = "the equilibrium that the plant followed ended, and it went to another one nearby"
     UNCERTIFIED = "the equilibrium that the plant followed could not be certified"
     CLOCK_AHEAD = "the clock jumped ahead"

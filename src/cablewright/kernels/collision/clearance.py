@@ -1,6 +1,6 @@
 """Clearances of the lines of solved poses from each other, the platform, the frame and a part."""
 
-from math import sqrt
+from math import cos, exp, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -11,15 +11,16 @@ from cablewright.kernels.collision.distance import (
     clipped,
     depth_in_box,
     segment_box,
+    segment_disc,
     segment_polygon,
     segment_segment,
     vector,
 )
 from cablewright.kernels.collision.line_polyline import MAX_POINTS, polyline
-from cablewright.kernels.layout import STATE
+from cablewright.kernels.layout import END_RADIUS, EXIT_X, FREE, PHI, STATE, TAU, WEIGHT
 from cablewright.kernels.newton import copy_rows
-from cablewright.kernels.statics.line.guides import GUIDE_SIZE
-from cablewright.kernels.statics.line.interface import shape_line
+from cablewright.kernels.statics.line.guides import GUIDE_SIZE, wheel_on_platform
+from cablewright.kernels.statics.line.solved_line import shape_line
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import place_platform
 
@@ -71,6 +72,7 @@ class Clearing(NamedTuple):
     plane: NDArray[np.float64]  # (4,)
     origin: NDArray[np.float64]  # (3,)
     guide: NDArray[np.float64]  # (GUIDE_SIZE,)
+    wheels: NDArray[np.float64]  # (m, 7): sheaves on the platform as discs, world: see `segment_disc`; radius 0: none
     hints: NDArray[np.int64]  # (m,): the piece of the part last nearest to each line, -1 for none
     stack: NDArray[np.int64]  # (STACK,): nodes of the tree to visit
     squares: NDArray[np.float64]  # (STACK,): their squared distances
@@ -90,6 +92,7 @@ def clearing_scratch(m):
         np.zeros(4),
         np.zeros(3),
         np.zeros(GUIDE_SIZE),
+        np.zeros((m, 7)),
         np.full(m, -1),
         np.zeros(STACK, np.int64),
         np.zeros(STACK),
@@ -104,7 +107,8 @@ def clearance_rows(packed, poses, states, around, solid, now, skip_part, margins
     *solid* is the part, taken at *now* (N,); *skip_part*: the part is not compared with the `ends` of the lines at the
     platform. Writes margins (N, KINDS), m: less the radii, inf where there is no obstacle of a kind, NaN where a row is
     not solved; pairs (N, KINDS, 2), the line and the index of the nearest obstacle; places (N, KINDS, 3), the nearest
-    point on the line's axis, world; bounds (N,), a bound of the distance between any line and its polyline, m.
+    point on the line's axis, world; bounds (N,), a bound of the distance between any line and its polyline, m. After
+    the platform's boxes come the sheaves on it, by line, and after the beams again these, nearest to a line's sheave.
     """
     m = packed.lines.shape[1]
     work = clearing_scratch(m)
@@ -122,6 +126,8 @@ def clearance_rows(packed, poses, states, around, solid, now, skip_part, margins
                 _from_bodies(i, poses[j], around, work, margins[j], pairs[j], places[j])
             if around.beams.shape[0] > 0:
                 _from_beams(i, around, work, margins[j], pairs[j], places[j])
+            if work.wheels[i, 6] > 0.0:
+                _from_wheel(i, around, work, margins[j], pairs[j], places[j])
             if solid.pieces.shape[0] > 0:
                 _from_part(i, around.radii[i], solid, now[j], skip_part, work, margins[j], pairs[j], places[j])
 
@@ -146,9 +152,20 @@ def _drawn(lines, pose, states, around, work):
             if not np.isfinite(states[i, k]):
                 return False
         place(lines, i, pose, work.rotation, work.arm, work.plane)
+        x, y, z = work.arm[0] + pose[0], work.arm[1] + pose[1], work.arm[2] + pose[2]
         begin = shape_line(lines[i], states[i], work.guide, work.origin, work.plane)
         drawing = work.origin, work.plane, around.ends, around.tolerance, work.points[i], work.cuts[i]
         work.counts[i], work.bounds[i] = polyline(lines[i], states[i], begin, *drawing)
+        work.wheels[i, 6] = 0.0
+        if lines[i, END_RADIUS] > 0.0:
+            tension = exp(states[i, TAU])
+            h, v = tension * cos(states[i, PHI]), tension * sin(states[i, PHI])
+            end = (work.plane[0] * h, work.plane[1] * h, v + lines[i, WEIGHT] * states[i, FREE])
+            away = (x - lines[i, EXIT_X], y - lines[i, EXIT_X + 1], z - lines[i, EXIT_X + 2])
+            wheel_on_platform(lines[i], work.rotation, end, away, work.wheels[i])
+            work.wheels[i, 0] += x
+            work.wheels[i, 1] += y
+            work.wheels[i, 2] += z
     return True
 
 
@@ -247,6 +264,30 @@ def _from_beams(i, around, work, margins, pairs, places):
             margin = sqrt(square) - radii
             if margin < margins[FRAME]:
                 _keep(margin, FRAME, i, beam, points, k, s, margins, pairs, places)
+
+
+@jit
+def _from_wheel(i, around, work, margins, pairs, places):
+    """Compare the sheave of line *i* on the platform, as thick as its cable, with the other lines and the beams.
+
+    A line that shares its platform point is compared without its end there.
+    """
+    wheel, beams = work.wheels[i], around.beams.shape[0]
+    for other in range(work.counts.shape[0]):
+        if other == i:
+            continue
+        last = work.cuts[other, 1] if around.shared[i, other] & SHARED_POINT else work.counts[other] - 1
+        for k in range(last):
+            square, s = segment_disc(work.points[other], k, wheel)
+            margin = sqrt(square) - around.radii[i] - around.radii[other]
+            if margin < margins[BODY]:
+                at = around.bodies.shape[0] + i
+                _keep(margin, BODY, other, at, work.points[other], k, s, margins, pairs, places)
+    for beam in range(beams):
+        square, s = segment_disc(around.beams[beam], 0, wheel)
+        margin = sqrt(square) - around.radii[i] - around.beam_radii[beam]
+        if margin < margins[FRAME]:
+            _keep(margin, FRAME, i, beams + beam, around.beams[beam], 0, s, margins, pairs, places)
 
 
 @jit

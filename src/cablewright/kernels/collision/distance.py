@@ -1,11 +1,14 @@
-"""Distances of a segment from a segment, a box and a flat convex polygon: closed forms, exact to rounding.
+"""Distances of a segment from a segment, a box, a flat convex polygon and a flat disc, exact to rounding.
 
 Segment i of a polyline (k, 3) is from its point i to its point i + 1; its length may be zero. Lengths are in m.
 """
 
+from math import sqrt
+
 from cablewright.kernels import jit
 
 CUTS = 16  # more than the six faces of a box can require
+HALVINGS = 52  # of a segment, to the rounding of a fraction of it
 PARALLEL = 1e-12  # squared sine of two directions under which rounding dominates their common normal
 
 
@@ -242,3 +245,47 @@ def _over(x, y, z, polygon, count, nx, ny, nz):
         if side < 0.0:
             return False
     return True
+
+
+@jit
+def segment_disc(a, i, disc):
+    """Squared distance of segment *i* of *a* from a flat disc, and the fraction; zero where the segment crosses it.
+
+    *disc* (7,): its centre, m, the unit vector across it, and its radius, m. The squared distance is convex along the
+    segment, and the zero of its slope is found by bisection.
+    """
+    px, py, pz = a[i, 0] - disc[0], a[i, 1] - disc[1], a[i, 2] - disc[2]
+    ux, uy, uz = vector(a, i, a, i + 1)
+    low, high = 0.0, 1.0
+    if _disc_slope(px, py, pz, ux, uy, uz, disc) >= 0.0:
+        high = low
+    elif _disc_slope(px + ux, py + uy, pz + uz, ux, uy, uz, disc) <= 0.0:
+        low = high
+    for _ in range(HALVINGS):
+        s = 0.5 * (low + high)
+        if not low < s < high:
+            break
+        if _disc_slope(px + s * ux, py + s * uy, pz + s * uz, ux, uy, uz, disc) < 0.0:
+            low = s
+        else:
+            high = s
+    s = 0.5 * (low + high)
+    height, x, y, z, beyond = _above_disc(px + s * ux, py + s * uy, pz + s * uz, disc)
+    return height * height + (x * x + y * y + z * z) * beyond * beyond, s
+
+
+@jit
+def _disc_slope(x, y, z, ux, uy, uz, disc):
+    """Half the slope of the squared distance at a point, from the disc's centre, along a segment."""
+    height, x, y, z, beyond = _above_disc(x, y, z, disc)
+    rise = ux * disc[3] + uy * disc[4] + uz * disc[5]
+    return height * rise + beyond * (x * ux + y * uy + z * uz)
+
+
+@jit
+def _above_disc(x, y, z, disc):
+    """Height of a point above the disc, its vector (3) from the axis, and which share of that is beyond the rim."""
+    height = x * disc[3] + y * disc[4] + z * disc[5]
+    x, y, z = x - height * disc[3], y - height * disc[4], z - height * disc[5]
+    away = sqrt(x * x + y * y + z * z)
+    return height, x, y, z, 1.0 - disc[6] / away if away > disc[6] else 0.0

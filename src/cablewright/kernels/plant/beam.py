@@ -3,10 +3,11 @@
 from math import exp
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import FREE, PLATFORM_WEIGHT, POINT_X, WEIGHT
+from cablewright.kernels.layout import FREE, PLATFORM_WEIGHT, POINT_X, PULLS, WEIGHT
 from cablewright.kernels.plant.dynamics import MASS, MOMENTUM, PART, THRUST
 from cablewright.kernels.plant.winding import DRUM_END, LIMITED, STALLED
 from cablewright.kernels.rotation import rotate
+from cablewright.kernels.statics.line.solved_line import heading_of_line
 from cablewright.kernels.statics.line.upright import is_slack, start_force
 
 # Entries of a beam; an empty array: the platform has one length.
@@ -55,7 +56,8 @@ def pull_along(packed, body, beam, moved, states, planes, rotation):
             continue
         h, v = start_force(states[i])
         v += row[WEIGHT] * states[i, FREE]
-        pull -= (h * planes[i, 0]) * x + (h * planes[i, 1]) * y + v * z
+        ex, ey = heading_of_line(row, states[i], planes[i], packed.general)
+        pull -= row[PULLS] * ((h * ex) * x + (h * ey) * y + v * z)
     return pull
 
 

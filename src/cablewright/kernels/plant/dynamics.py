@@ -7,21 +7,34 @@ platform, where all lines meet, is a body on whose lines its rotation does nothi
 rows instead of six.
 """
 
-from math import atan2, sqrt
+from math import atan2, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cablewright.kernels import jit
-from cablewright.kernels.layout import FREE, MASS_X, NOT_CONVERGED, NOT_FINITE, OK, PLATFORM_WEIGHT, SINGULAR, WEIGHT
+from cablewright.kernels.layout import (
+    MASS_X,
+    NORMAL,
+    NOT_CONVERGED,
+    NOT_FINITE,
+    OK,
+    PLATFORM_WEIGHT,
+    SINGULAR,
+)
 from cablewright.kernels.newton import copy, solve
 from cablewright.kernels.rotation import compose, matrix, rotate
-from cablewright.kernels.statics.equilibrium import evaluate, workspace_of
-from cablewright.kernels.statics.line.interface import advance_line
-from cablewright.kernels.statics.line.upright import force_change, is_slack
-from cablewright.kernels.statics.line.upright_lines import add_eliminated, eliminate
-from cablewright.kernels.statics.platform import add_force, add_turning, pose_of, weight_without_moment
+from cablewright.kernels.statics.equilibrium import evaluate, workspace
+from cablewright.kernels.statics.line.interface import advance_line, condense_moving_line
+from cablewright.kernels.statics.line.upright import is_slack
+from cablewright.kernels.statics.platform import (
+    add_turning,
+    hold,
+    is_held,
+    pose_of,
+    weight_without_moment,
+)
 
 STEPS = 30
 MOVE_TOLERANCE = 1e-9  # m and rad: size of the last Newton step of the midpoint
@@ -57,13 +70,15 @@ class Swing(NamedTuple):
     lengths: NDArray[np.float64]  # (m,)
     place: NDArray[np.float64]  # (n,)
     pulled: NDArray[np.float64]  # (n,): rate of the lines' wrench due to the change of their lengths, N/s, N m/s
-    turning: NDArray[np.float64]  # (3, 3): part of the stiffness that no line's own force has: of forces on turned arms
+    turning: NDArray[np.float64]  # (3, 6): part of the stiffness against moments that is of forces on moving arms
     ends: NDArray[np.float64]  # (m, 3): acceleration of each platform point in the last step, m/s^2
+    on_plane: NDArray[np.float64]  # (2,): force on the platform's plane along its normal, N: last, and most so far
 
 
 @jit(allocates=True)
-def moving_workspace(n, m):
-    """Scratch for *m* lines and *n* freedoms in their balance, and of the body."""
+def moving_workspace(packed):
+    """Scratch for the lines and freedoms of *packed* in their balance, and of the body."""
+    n, m = packed.freedoms, packed.lines.shape[0]
     swing = Swing(
         np.zeros((6, 6)),
         np.zeros((6, 1)),
@@ -74,10 +89,11 @@ def moving_workspace(n, m):
         np.zeros(m),
         np.zeros(n),
         np.zeros(n),
-        np.zeros((3, 3)),
+        np.zeros((3, 6)),
         np.zeros((m, 3)),
+        np.full(2, -inf),
     )
-    return workspace_of(None, n, m), swing
+    return workspace(packed), swing
 
 
 @jit
@@ -106,6 +122,7 @@ def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
         if not _condense(packed, before, after, dt, states, work, swing):
             return SINGULAR
         _assemble(packed, body, motion, dt, work, swing)
+        _hold(packed, swing)
         if not solve(swing.system, swing.rhs, 6, 1):
             return SINGULAR
         move = _apply(packed, dt, states, work, swing)
@@ -113,6 +130,7 @@ def midpoint_step(packed, body, motion, before, after, dt, states, work, swing):
             code = OK
             break
     if code == OK:
+        swing.on_plane[1] = max(swing.on_plane[0], swing.on_plane[1])
         for k in range(3):
             motion[PLACE + k] += dt * middle[VELOCITY + k]
             motion[VELOCITY + k] = 2.0 * middle[VELOCITY + k] - motion[VELOCITY + k]
@@ -129,20 +147,10 @@ def _condense(packed, before, after, dt, states, work, swing):
     turning[:, :] = 0.0
     weigh(packed.platform, work.rotation, turning)
     for i in range(packed.lines.shape[0]):
-        row, y, steps, plane = packed.lines[i], states[i], work.steps[i], work.planes[i]
-        if is_slack(row, y):
-            continue
-        if not eliminate(row, work.blocks[i], steps, 4):
-            return False
-        add_eliminated(row, y, work.forces[i], steps, work.arms[i], plane, work.wrench, work.stiffness)
-        h, v = work.forces[i, 0], work.forces[i, 1]
-        dh, dv = force_change(h, v, row[WEIGHT], steps, 3)
+        row, y = packed.lines[i], states[i]
         rate = (after[i] - before[i]) / dt
-        add_force(work.arms[i], -rate * dh * plane[0], -rate * dh * plane[1], -rate * dv, pulled)
-        dh, dv = force_change(h, v, row[WEIGHT], steps, 0)
-        h, v = h - dh, v - dv + row[WEIGHT] * y[FREE]
-        arm = work.arms[i]
-        add_turning(turning, 0, arm[0], arm[1], arm[2], -h * plane[0], -h * plane[1], -v)
+        if not is_slack(row, y) and not condense_moving_line(row, y, i, rate, work, work.spatial, pulled, turning):
+            return False
     return True
 
 
@@ -150,7 +158,7 @@ def _condense(packed, before, after, dt, states, work, swing):
 def weigh(platform, rotation, turning):
     """Add what the weight at the turned centre of mass adds to the stiffness."""
     x, y, z = rotate(rotation, platform[MASS_X], platform[MASS_X + 1], platform[MASS_X + 2])
-    add_turning(turning, 0, x, y, z, 0.0, 0.0, -platform[PLATFORM_WEIGHT])
+    add_turning(turning[:, 3:], 0, x, y, z, 0.0, 0.0, -platform[PLATFORM_WEIGHT])
 
 
 @jit
@@ -212,12 +220,13 @@ def _add_moments(moments, relax, middle, work, swing):
     A, b, turning = swing.system, swing.rhs, swing.turning
     for i in range(moments):
         for j in range(3):
-            A[3 + i, 3 + j] -= relax * turning[i, j]
+            A[3 + i, j] -= relax * turning[i, j]
+            A[3 + i, 3 + j] -= relax * turning[i, 3 + j]
             b[i, 0] -= relax * work.stiffness[i, 3 + j] * middle[RATE + j]
         moment = work.wrench[3 + i] + relax * swing.pulled[3 + i]
         for j in range(3):
-            moment -= relax * work.stiffness[3 + i, j] * middle[VELOCITY + j]
-            moment -= relax * (work.stiffness[3 + i, 3 + j] - turning[i, j]) * middle[RATE + j]
+            moment -= relax * (work.stiffness[3 + i, j] - turning[i, j]) * middle[VELOCITY + j]
+            moment -= relax * (work.stiffness[3 + i, 3 + j] - turning[i, 3 + j]) * middle[RATE + j]
         b[3 + i, 0] += moment
 
 
@@ -237,6 +246,32 @@ def _add_part(body, wx, wy, wz, swing):
     b[3, 0] -= ry * fz - rz * fy
     b[4, 0] -= rz * fx - rx * fz
     b[5, 0] -= rx * fy - ry * fx
+
+
+@jit
+def force_on_plane(packed, wrench):
+    """Return the part along the normal of a *wrench* (n,) on the platform, N: positive lifts off. Only with a plane."""
+    platform = packed.platform
+    return platform[NORMAL] * wrench[0] + platform[NORMAL + 1] * wrench[1] + platform[NORMAL + 2] * wrench[2]
+
+
+@jit
+def _hold(packed, swing):
+    """Leave the system in the directions that the platform's plane leaves free: a point does not turn there.
+
+    The force on the plane is what the balance lacks across it, with the inertia.
+    """
+    if not is_held(packed.general, packed.platform):
+        return
+    wrench = swing.rhs[:, 0]
+    swing.on_plane[0] = force_on_plane(packed, wrench)
+    if packed.freedoms == 3:
+        for k in range(3, 6):
+            wrench[k] = 0.0
+            for j in range(6):
+                swing.system[k, j] = swing.system[j, k] = 0.0
+            swing.system[k, k] = 1.0
+    hold(packed, wrench, swing.system)
 
 
 @jit

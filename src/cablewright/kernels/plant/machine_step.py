@@ -11,15 +11,16 @@ from cablewright.kernels.layout import FREE, NOT_CONVERGED, OK, TAU, WEIGHT
 from cablewright.kernels.plant.beam import LENGTH, pull_along, set_part, set_points, turn_drive
 from cablewright.kernels.plant.dynamics import PLACE, RATE, TURN, VELOCITY, midpoint_step
 from cablewright.kernels.plant.winding import turn_winches
-from cablewright.kernels.statics.line.sheave import straight, whole_length
-from cablewright.kernels.statics.line.upright import guess, is_slack, start_force
+from cablewright.kernels.statics.line.interface import draw_line, guess_line
+from cablewright.kernels.statics.line.solved_line import heading_of_line
+from cablewright.kernels.statics.line.upright import is_slack, start_force
 from cablewright.kernels.statics.line.vertical_plane import place
 from cablewright.kernels.statics.platform import load_scale, place_platform, pose_of
 
 # Columns of a line's readings: tension at the sheave, N; tangent's angle, true and by an accelerometer, rad; length of
-# the straight line, m.
-TENSION, TANGENT, SHOWN, TAUT = 0, 1, 2, 3
-SHOWS = 4
+# the straight line, m; direction of the free span in plan view, rad.
+TENSION, TANGENT, SHOWN, TAUT, HEADING = 0, 1, 2, 3, 4
+SHOWS = 5
 
 # Entries of the vibration parameters: damping ratio; amplitude in steady state at mid-span, m; gravity, m/s^2.
 DAMPING, AMPLITUDE, GRAVITY = 0, 1, 2
@@ -94,7 +95,8 @@ def advance(
             tensions[i] = exp(states[i, TAU])
             if not is_slack(packed.lines[i], states[i]):
                 end, shape = swing.ends[i], vibrations[i]
-                vibrate(packed.lines[i], states[i], work.planes[i], end, noise[k, i], vibration, dt, shape)
+                heading = heading_of_line(packed.lines[i], states[i], work.planes[i], packed.general)
+                vibrate(packed.lines[i], states[i], heading, end, noise[k, i], vibration, dt, shape)
     if drive.beam.shape[0] > 0:
         set_points(packed.lines, drive.beam, drive.moved, drive.fixed, drive.beam[LENGTH])
     return code
@@ -133,26 +135,26 @@ def retry(packed, body, motion, before, after, dt, states, work, swing):
     for i in range(packed.lines.shape[0]):
         if is_slack(packed.lines[i], states[i]):
             continue
-        plane = work.planes[i]
-        place(packed.lines, i, swing.place, work.rotation, work.arms[i], plane)
-        if not guess(packed.lines[i], plane[2], plane[3], 0.5 * (before[i] + after[i]), share, states[i]):
+        place(packed.lines, i, swing.place, work.rotation, work.arms[i], work.planes[i])
+        row, y, length = packed.lines[i], states[i], 0.5 * (before[i] + after[i])
+        if not guess_line(row, y, swing.place, i, length, share, work, work.spatial):
             return NOT_CONVERGED
     return midpoint_step(packed, body, motion, before, after, dt, states, work, swing)
 
 
 @jit
-def vibrate(row, y, plane, acceleration, noise, vibration, dt, shape):
-    """Advance a line's first transverse mode in its plane by *dt* (s): *shape* (2,) is its displacement and speed.
+def vibrate(row, y, heading, acceleration, noise, vibration, dt, shape):
+    """Advance the first transverse mode of a line's span in its plane, along *heading*, by *dt* (s).
 
-    The mode is that of a taut string, excited by its moving end and by *noise*; exact for constant excitation.
-    *acceleration* (3,): that of the platform point, m/s^2.
+    *shape* (2,) is its displacement and speed. The mode is that of a taut string, excited by its moving end and by
+    *noise*; exact for constant excitation. *acceleration* (3,): that of the platform point, m/s^2.
     """
     if row[WEIGHT] == 0.0:
         return
     h, v = start_force(y)
     end = v + row[WEIGHT] * y[FREE]
     tension = sqrt(h * h + end * end)
-    normal = _normal(h, end, tension, plane, acceleration)
+    normal = _normal(h, end, tension, heading, acceleration)
     ratio = vibration[DAMPING]
     pulse = pi / y[FREE] * sqrt(tension * vibration[GRAVITY] / row[WEIGHT])
     force = -PUSHED * normal + vibration[AMPLITUDE] * noise * sqrt(4.0 * ratio * pulse * pulse * pulse / dt)
@@ -165,27 +167,28 @@ def vibrate(row, y, plane, acceleration, noise, vibration, dt, shape):
 
 
 @jit
-def _normal(h, end, tension, plane, acceleration):
+def _normal(h, end, tension, heading, acceleration):
     """Acceleration of the platform point across the line, in its plane, m/s^2."""
-    along = plane[0] * acceleration[0] + plane[1] * acceleration[1]
+    along = heading[0] * acceleration[0] + heading[1] * acceleration[1]
     return (h * acceleration[2] - end * along) / tension
 
 
 @jit
-def show_lines(packed, states, planes, ends, vibrations, vibration, sensor_at, scratch, shown):
-    """Write each line's readings to *shown* (m, SHOWS); accelerometers are *sensor_at* (m) before the platform.
+def show_lines(packed, states, pose, work, ends, vibrations, vibration, sensors_at, scratch, shown):
+    """Write each line's readings to *shown* (m, SHOWS); accelerometers are *sensors_at* (m,), m before the platform.
 
-    *ends* (m, 3): acceleration of each platform point, m/s^2.
+    *pose* (n,): at which the lines are placed in *work*. *ends* (m, 3): acceleration of each platform point, m/s^2.
     """
     for i in range(packed.lines.shape[0]):
-        row, y, plane, acceleration = packed.lines[i], states[i], planes[i], ends[i]
+        row, y, acceleration, sensor_at = packed.lines[i], states[i], ends[i], sensors_at[i]
+        heading = heading_of_line(row, y, work.planes[i], packed.general)
         h, v = start_force(y)
         here = v + row[WEIGHT] * (y[FREE] - sensor_at)
         shown[i, TENSION] = exp(y[TAU])
         shown[i, TANGENT] = tangent = atan2(here, h)
         shown[i, SHOWN] = tangent
-        straight(row, plane[2], plane[3], 1.0, scratch)
-        shown[i, TAUT] = whole_length(row, scratch)
+        shown[i, HEADING] = atan2(heading[1], heading[0])
+        shown[i, TAUT] = draw_line(row, scratch, pose, i, 1.0, work, work.spatial)
         if row[WEIGHT] == 0.0:
             continue
         end = v + row[WEIGHT] * y[FREE]
@@ -194,8 +197,8 @@ def show_lines(packed, states, planes, ends, vibrations, vibration, sensor_at, s
         pulse = wave * sqrt(tension * vibration[GRAVITY] / row[WEIGHT])
         swung = -(pulse * pulse * vibrations[i, 0] + 2.0 * vibration[DAMPING] * pulse * vibrations[i, 1])
         share = 1.0 - sensor_at / y[FREE]
-        normal = share * _normal(h, end, tension, plane, acceleration) + swung * sin(wave * sensor_at)
-        along = plane[0] * acceleration[0] + plane[1] * acceleration[1]
+        normal = share * _normal(h, end, tension, heading, acceleration) + swung * sin(wave * sensor_at)
+        along = heading[0] * acceleration[0] + heading[1] * acceleration[1]
         tangential = share * (h * along + end * acceleration[2]) / tension
         tilted = tangent - vibrations[i, 0] * wave * cos(wave * sensor_at)
         gravity = vibration[GRAVITY]

@@ -13,11 +13,11 @@ HEIGHT = 3  # m: from the winch to the sheave; 0 where the dead span is not mode
 MIDDLE = 4  # m: radius at which the dead span is upright
 STRAIN = 5  # of the cable, but for elasticity
 OFFSET = 6  # m: length that is out besides
-RATIO = 7  # of the tension at the winch to that of *tensions*
+RATIO = 7  # of the pull on the drum, of all cables of the line, to a tension of *tensions*
 BRAKE = 8  # N m: what its closed brake holds; 0: it is open, or never gives
-SOFT = 9  # m/N: by which its line stretches; of a closed brake
+SOFT = 9  # m/N: by which its line stretches per pull on the drum; of a closed brake
 SLIPPED = 10  # rad: paid out against its brake
-PULL = 11  # N: at the winch half way through the last step of a closed brake; 0: none known
+PULL = 11  # N: on the drum half way through the last step of a closed brake; 0: none known
 SLIP, SLIP_BEFORE = 12, 13  # m: paid out against it in that step, and in the one before
 CROSSING = 14  # m: height of the bump where a cable crosses the turn below it, once a turn; 0: none
 CROSSING_FROM = 15  # turns wound, from which turns cross others
@@ -35,7 +35,8 @@ def turn_winches(winches, motor, radii, wound, sideways, speeds, tensions, dt, l
     """Turn all drums for *dt* (s) towards the commanded *speeds* (m,), rad/s, and write the line *lengths* (m,).
 
     *radii*, *wound* and *sideways* (m, k), m: radius, wound length and position along the drum after each turn;
-    *tensions* (m,), N: the load of the motors. *flags* (m,) receive LIMITED, STALLED and DRUM_END.
+    *tensions* (m,), N, of one cable of each line: the load of the motors. *flags* (m,) receive LIMITED, STALLED and
+    DRUM_END.
     """
     keep = exp(-dt / motor[LAG]) if motor[LAG] > 0.0 else 0.0
     for i in range(winches.shape[0]):

@@ -196,7 +196,7 @@ class RealMachine:
             chosen = places[np.linspace(0, len(places) - 1, min(len(places), _SAMPLES)).astype(np.int64)]
             pulls = solve_inverse(self.keeper.reckoning.model, chosen, path=True).tensions
         else:
-            held = held_at(plan.velocity.model, *poses_at(path, chosen_places(path)))
+            held = held_at(plan.velocity.model, *poses_at(plan.velocity.model, path, chosen_places(path)))
             assert held is not None  # as the plan has found
             pulls = held.tensions
         for axis, most in zip(self.drives.axes, np.nanmax(pulls, axis=0).tolist(), strict=True):

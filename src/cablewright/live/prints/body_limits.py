@@ -22,11 +22,13 @@ from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
 from cablewright.robot import RigidPlatform, Robot
+from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 
 _SAMPLES: Final = 400  # places of a path at which tensions and speeds are judged
 _MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
+_TAUT: Final = 0.1  # of the range of tensions, kept above the least in a plane, where lines pull against each other
 _BELOW: Final = 0.05  # of the range of tensions, kept below the largest
 _TOUR_STEP: Final = 0.2  # m between places of a tour that are checked
 _STOPS: Final = 0.5  # share of the least tension under which a print stops
@@ -43,6 +45,9 @@ def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) ->
     if robot.n == 3:
         if turns:
             raise InputError(f"job {job.name}: schedule sets a rotation; the platform of {robot.name} is a point")
+        if robot.platform.plane is not None and owner.drum is not None and owner.drum.valve:
+            why = f"must be 0 m: the tool of {robot.name!r} works in its plane"
+            raise InputError(f"machine {owner.name!r}: drum.valve = {owner.drum.valve:g} m: {why}")
         return
     if law != "model":
         raise InputError(f"law = {law}: is one of a point platform; that of {robot.name!r} is rigid")
@@ -53,12 +58,17 @@ def require_fit(robot: Robot, job: Job, owner: MachineSettings, law: LawName) ->
         raise InputError(f"machine {owner.name!r}: has no [retraction], which the job's schedule moves")
 
 
-def poses_at(path: TimedPath, places: Array) -> tuple[Array, Array | None]:
-    """Return poses (k, 6) and retraction lengths (k,), or None, with the nozzle at *places* (k, 3), m."""
-    assert path.attitude is not None
+def poses_at(model: Model, path: TimedPath, places: Array) -> tuple[Array, Array | None]:
+    """Return poses (k, n) and retraction lengths (k,), or None, with the nozzle at *places* (k, 3), m.
+
+    NaN is what equilibrium decides, with fewer winches than degrees of freedom.
+    """
+    if path.attitude is None:
+        return places, None
     schedule, rotations = path.attitude.schedule, path.attitude.rotations(places[:, 2])
     origins = places - matrices(rotations) @ path.attitude.nozzle
-    return np.concatenate([origins, rotations], axis=1), schedule.retractions(places[:, 2])
+    retraction = schedule.retractions(places[:, 2])
+    return hung(model, np.concatenate([origins, rotations], axis=1), retraction), retraction
 
 
 def with_tour(path: TimedPath, owner: MachineSettings, estimator: str) -> TimedPath:
@@ -83,7 +93,7 @@ def check_tour(model: Model, path: TimedPath) -> None:
     """Raise `AnswerError` at the first place of the tour that is out of the frame or cannot be held."""
     if not len(path.tour):
         return
-    poses, retraction = poses_at(path, tour_places(path))
+    poses, retraction = poses_at(model, path, tour_places(path))
     inside, held = _inside(model.robot, poses), solve_inverse(model, poses, path=True, retraction=retraction)
     good = inside & held.ok
     if good.all():
@@ -105,7 +115,7 @@ def check_held(model: Model, path: TimedPath) -> tuple[Equilibrium, Linearisatio
 
     Raises `AnswerError` at the first place that is out of the frame, not held, or where the platform moves freely.
     """
-    poses, retraction = poses_at(path, path.track.positions)
+    poses, retraction = poses_at(model, path, path.track.positions)
     inside = _inside(model.robot, poses)
     if not inside.all():
         raise AnswerError(
@@ -139,8 +149,9 @@ def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> No
     """Raise `InputError` for a path too fast for the winches or the retraction."""
     fastest = max(path.print_speed, path.travel_speed)
     radius = min(line.winch.drum_radius or math.inf for line in model.robot.lines)
-    if fastest / radius > settings.winch.max_speed:  # no line changes faster than the nozzle moves, unturned
-        why = f"{fastest / radius:.3g} rad/s of a drum; at most {settings.winch.max_speed:g} is possible"
+    fastest_cable = fastest * max(line.advantage for line in model.robot.lines)  # ... of a nozzle that does not turn
+    if fastest_cable / radius > settings.winch.max_speed:
+        why = f"{fastest_cable / radius:.3g} rad/s of a drum; at most {settings.winch.max_speed:g} is possible"
         raise InputError(f"the path is too fast for the winches: {fastest:g} m/s takes {why}")
     assert path.attitude is not None
     lengths = path.attitude.schedule.retractions(path.track.positions[:, 2])
@@ -165,14 +176,15 @@ def chosen_places(path: TimedPath) -> Array:
 def with_margin(model: Model, path: TimedPath) -> Model:
     """Return the model with the narrowest limits of tension, within its own, that the whole path and tour allow."""
     robot = model.robot
-    if model.m <= model.n:
+    if model.m <= model.freedoms:
         return model
-    poses, retraction = poses_at(path, chosen_places(path))
+    poses, retraction = poses_at(model, path, chosen_places(path))
+    taut = 0.0 if robot.platform.plane is None else _TAUT
     for share in _MARGINS:
         lines = []
         for line in robot.lines:
             low, high = line.tension_limits
-            limits = (low + share * low, high - _BELOW * (high - low))
+            limits = (low + share * max(low, taut * (high - low)), high - _BELOW * (high - low))
             lines.append(line.model_copy(update={"tension_limits": limits}))
         narrow = Model(robot.model_copy(update={"lines": tuple(lines)}), model.fidelity)
         if solve_inverse(narrow, poses, path=True, retraction=retraction).ok.all():

@@ -51,7 +51,7 @@ def calmed(model: Model, narrow: Model, path: TimedPath, settings: MachineSettin
     speeds = np.full(len(path.speed), np.inf)
     if path.shaping is not None:
         return path if share >= 1.0 else path.slower(path.acceleration * max(share, _LEAST), speeds)
-    rows, jumps = _corners(path)
+    rows, jumps = _corners(model, path)
     held, _, ok = _held(narrow, path, path.track.positions[rows])
     speeds[rows] = 0.0
     if ok.any():
@@ -112,15 +112,17 @@ def _room(model: Model, held: Equilibrium) -> Array:
 
 def _held(model: Model, path: TimedPath, places: Array) -> tuple[Equilibrium, Linearisation, Mask]:
     """Return what holds the nozzle at those of the *places* (k, 3), m, held firmly, and which they are (k,)."""
-    poses, retraction = poses_at(path, places)
+    poses, retraction = poses_at(model, path, places)
     held = solve_inverse(model, poses, path=True, retraction=retraction)
     ok, linear = linearise_solved(held)
     return held[ok], linear, ok
 
 
-def _corners(path: TimedPath) -> tuple[NDArray[np.int64], Array]:
+def _corners(model: Model, path: TimedPath) -> tuple[NDArray[np.int64], Array]:
     """Return the points (c,) at which the path turns, and by what the twist jumps there (c, 6), per m/s."""
-    poses, _ = poses_at(path, path.track.positions)
+    poses, drawn = poses_at(model, path, path.track.positions)
+    if np.isnan(poses).any():
+        poses = solve_inverse(model, poses, path=True, retraction=drawn).pose
     turn = turn_between(poses[:-1, 3:], poses[1:, 3:])
     twists = np.concatenate([np.diff(poses[:, :3], axis=0), turn], axis=1) / np.diff(path.track.distance)[:, None]
     jumps = np.diff(twists, axis=0)

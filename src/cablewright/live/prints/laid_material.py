@@ -14,6 +14,7 @@ from cablewright.models.job_poses import along
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
+from cablewright.solvers.hanging_path import nozzle_on_path
 from cablewright.solvers.inverse import solve_inverse
 
 _BLOCK: Final = 4096  # samples at a time
@@ -28,6 +29,7 @@ def check_clear(model: Model, job: Job, layers: int | None) -> None:
     toolpath = job.toolpath()
     samples = _first_layers(job.samples(toolpath), layers)
     poses, retraction = along(model.robot, job, samples)
+    poses = nozzle_on_path(model, poses, samples.positions, retraction)
     found = JobDistances.of(job.beads(toolpath), samples, settings=InterferenceSettings(spares_ends=True))
     for first in range(0, len(poses), _BLOCK):
         block = slice(first, first + _BLOCK)

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from cablewright.control import manual
+from cablewright.control.drum_yaw import YawSettings
 from cablewright.control.guard import UNCOUNTED, GuardSettings
 from cablewright.control.guide import TimedPath
 from cablewright.control.height import HeightControl
@@ -38,6 +39,7 @@ from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched
 from cablewright.solvers.inverse import solve_inverse
+from cablewright.solvers.shaping import SLOWEST, SlowestMode
 
 _SPEED_FACTOR: Final = 3.0  # speed limit as a multiple of the job's fastest motion ...
 _SWING_SPEED: Final = 0.05  # ... plus this, m/s, for a swinging drum
@@ -87,9 +89,10 @@ def planned(
     require(robot, Capability.PRINT)
     model = Model(with_drum_mass(robot, settings))
     notes = path.notes
+    manages_slack = model.m > model.n and settings.sensor(LINE_ANGLES) is not None
     if path.attitude is None:
         held = _check_path(model, path)
-        narrow = model
+        narrow = model if manages_slack else body_limits.with_margin(model, path)
     else:
         held, linear = body_limits.check_held(model, path)
         body_limits.check_tour(model, path)
@@ -99,12 +102,13 @@ def planned(
         body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
     notes += overstretched(robot, held.tensions.max(axis=0))
+    path = _calm(model, path)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(
         narrow,
         settings.winch.max_speed,
         law,
-        manage_slack=model.m > model.n and settings.sensor(LINE_ANGLES) is not None,
+        manage_slack=manages_slack,
         by_lengths=estimator == "encoders",
     )
     if path.attitude is not None:
@@ -112,6 +116,9 @@ def planned(
     elif damps and estimator != "encoders" and settings.sensor(INERTIAL) is not None:
         velocity = replace(velocity, swing=_swing(settings.point_drum, scene.gravity))
         notes += ("the swing of the drum is damped: the platform follows it",)
+    yaw = _held_yaw(settings, estimator)
+    if yaw is not None:
+        notes += (f"the yaw of the drum is held at {math.degrees(yaw.held):.3g} deg by its drive",)
     over_structure = _is_over_structure(rule, settings, estimator, begin[2] > scene.frame_min[2])
     load = PowderLoad.of(settings.carrier)
     return PrintPlan(
@@ -125,6 +132,7 @@ def planned(
         load.full,
         frozenset({"encoders"}),
         beam=body_limits.beam_of(robot, settings),
+        yaw=yaw,
         notes=notes,
     )
 
@@ -134,7 +142,7 @@ def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
     scene, attitude = model.robot.scene, path.attitude
     low, high = np.array(scene.frame_min), np.array(scene.frame_max)
     if attitude is None:
-        return ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, speed)
+        return ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, speed, period=path.period)
 
     def holds(place: Array, rotation: Array) -> bool:
         pose = np.concatenate([attitude.origin(place, rotation), rotation])
@@ -143,7 +151,24 @@ def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
     nozzle = attitude.nozzle
     x, y, z = np.maximum(low, low + nozzle).tolist()
     far_x, far_y, far_z = np.minimum(high, high + nozzle).tolist()
-    return ManualSettings((x, y, z), (far_x, far_y, far_z), path.acceleration, speed, holds=holds)
+    return ManualSettings((x, y, z), (far_x, far_y, far_z), path.acceleration, speed, holds=holds, period=path.period)
+
+
+def _calm(model: Model, path: TimedPath) -> TimedPath:
+    """Return the *path* with the slowest mode's period anywhere in the frame, for motions off the path and pauses.
+
+    As it is where the job does not want its motion shaped, or no mode in the frame is fast enough.
+    """
+    if path.motion.shaping == "none":
+        return path
+    scene, begin = model.robot.scene, path.track.at(0.0).position
+
+    def poses(places: Array) -> tuple[Array, Array | None]:
+        return body_limits.poses_at(model, path, places)
+
+    corners = np.array(scene.frame_min), np.array(scene.frame_max)
+    modes = SlowestMode.within(model, *corners, begin, poses, SLOWEST)
+    return path if modes is None else replace(path, period=modes.period_at)
 
 
 def _swing(drum: Drum, gravity: float) -> SwingDamping:
@@ -153,6 +178,15 @@ def _swing(drum: Drum, gravity: float) -> SwingDamping:
     centre = (drum.empty_mass * drum.empty_centre + powder * depth) / mass
     square = drum.empty_mass * (drum.empty_centre**2 + drum.empty_gyration[0] ** 2) + powder * depth**2
     return SwingDamping.of(gravity, centre, math.sqrt(square / mass - centre**2))
+
+
+def _held_yaw(settings: MachineSettings, estimator: str) -> YawSettings | None:
+    """How the drum's yaw is held; None without a drive, or where the estimator does not know it: the drive stands."""
+    drive = None if settings.drum is None else settings.drum.yaw_drive
+    if drive is None or estimator == "encoders":
+        return None
+    turn = max(settings.lidars[name].turn for name in ("north", "south") if name in settings.lidars)
+    return YawSettings(drive.held, drive.max_speed, drive.travel, turn)
 
 
 def _is_over_structure(rule: HeightRule | None, settings: MachineSettings, estimator: str, begins_above: bool) -> bool:

@@ -43,7 +43,8 @@ class LineTensions:
             return unknown
         weight = mass * self.robot.scene.gravity
         try:
-            found = np.linalg.solve(-taut.toward[tight].T, [0.0, 0.0, weight])
+            cables = np.array([float(line.cables) for line in self.robot.lines])
+            found = np.linalg.solve(-(cables[:, None] * taut.toward)[tight].T, [0.0, 0.0, weight])
         except np.linalg.LinAlgError:
             return unknown
         if not (found >= -_ROUNDING * weight).all():

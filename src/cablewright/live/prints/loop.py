@@ -14,9 +14,10 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import beam, guard, guide, height, manual, supervisor, velocity
+from cablewright.control import beam, drum_yaw, guard, guide, height, manual, supervisor, velocity
 from cablewright.control.beam import BeamMotion, BeamSettings, BeamState
 from cablewright.control.clock import FrameClock
+from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
 from cablewright.control.guide import GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
@@ -85,6 +86,7 @@ class PrintPlan:
     sensors: frozenset[str] = frozenset()  # that the machine must have
     procedures: Mapping[PrintState, Procedure] = field(default_factory=dict)
     beam: BeamSettings | None = None  # of a platform that retracts
+    yaw: YawSettings | None = None  # of a drum whose yaw is held
     notes: tuple[str, ...] = ()  # what the path has that its job does not say
 
 
@@ -102,7 +104,7 @@ class Step:
 class Printer:
     """Runs one machine through one plan. `step` raises nothing, whatever a frame contains."""
 
-    SAVED = ("guide", "load", "supervisor", "_powder_out_time", "last_pose", "radii")
+    SAVED = ("guide", "load", "supervisor", "yaw", "_powder_out_time", "last_pose", "radii")
 
     def __init__(
         self,
@@ -132,7 +134,7 @@ class Printer:
         self.frame_times = (0.0, 0.0)  # s, arrival of the last frame: wall clock and processor time
         self.speed_share = 1.0  # of the planned speed
         self._clock, self._orders = FrameClock(machine.period, now), OrderState()
-        self._guard, self._manual = GuardState(), ManualState()
+        self._guard, self._manual, self.yaw = GuardState(), ManualState(), YawState()
         self._stop: StopState | None = StopState.closed(m)
         self._command = self._standing(now, frozen(np.zeros(m)), WinchMode.OFF)
         self._approach_pending = True  # the approach begins at the platform's position, once that is valid
@@ -257,13 +259,14 @@ class Printer:
         if verdict.state is previous:
             return
         if verdict.state is PrintState.FAULT:  # the target stands with the machine
-            self.guide.speed_factor, self.guide.speed = 0.0, 0.0
+            self.guide.stand()
         if verdict.state is PrintState.REFILLING and self.load.left > self.plan.supervisor.refill_mass:
             self._powder_out_time = self.guide.path_time  # earlier than estimated: the path will continue from here
         if verdict.state is PrintState.READY:
             if math.isfinite(self._powder_out_time):
                 self.guide.path_time, self._powder_out_time = self._powder_out_time, math.inf
-            self.guide.position, self.guide.speed_factor, self.guide.speed = None, 0.0, 0.0
+            self.guide.position = None
+            self.guide.stand()
             self._approach_pending = True
         if verdict.state in self.plan.procedures:
             self.plan.procedures[verdict.state].begin(self.time)
@@ -290,17 +293,20 @@ class Printer:
             supervisor.end_procedure(self.supervisor, self.time, motion.failure)
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
         layer = int(path.track.layer[path.track.piece(distance)])
-        if path.attitude is None:
-            return Target(motion.position, motion.velocity, distance, layer, 0.0, False, False, False)
-        turned = self._manual.rotation
-        place = path.attitude.origin(motion.position, turned)
-        return Target(place, motion.velocity, distance, layer, 0.0, False, False, False, turned)
+        place, turned = motion.position, np.zeros(3)
+        if path.attitude is not None:
+            turned = self._manual.rotation
+            place = path.attitude.origin(place, turned)
+        speed, rates = motion.velocity, motion.accelerations
+        return Target(place, speed, distance, layer, 0.0, False, False, False, turned, accelerations=rates)
 
     def _is_tensioned(self) -> bool:
-        """Whether the lines of a rigid platform have about the tensions that they are to have on the path."""
-        if self.plan.path.attitude is None or self.estimator.tensions is None:
+        """Whether lines have about their tensions on the path: those of a rigid platform, or one in a plane."""
+        model = self.plan.velocity.model
+        free = self.plan.path.attitude is None and model.free_directions is None
+        if free or self.estimator.tensions is None:
             return True
-        least = self.plan.velocity.model.lines.tension_min
+        least = model.lines.tension_min
         waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
         return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
 
@@ -321,6 +327,8 @@ class Printer:
         moved = self._retract(target, dt)
         speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
         outputs = {} if moved is None else {beam.OUTPUT: moved.speed}
+        if self.plan.yaw is not None:
+            outputs[drum_yaw.OUTPUT] = drum_yaw.step(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)
         opening = target.flow / self.plan.path.print_speed if verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0), outputs=outputs)
 

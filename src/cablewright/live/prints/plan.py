@@ -9,6 +9,7 @@ from typing import Final, get_args
 
 import numpy as np
 
+from cablewright.analyses.motion.slower import slower_note
 from cablewright.analyses.safe_travel import driven_job
 from cablewright.control.guide import TimedPath
 from cablewright.control.velocity import LAWS
@@ -24,6 +25,7 @@ from cablewright.machine.files import machine_names
 from cablewright.machine.sensors.barrier import BARRIER
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, extruding, require_robot
+from cablewright.machine.simulated.machine_file import built_machine
 from cablewright.machine.simulated.sensors import barrier
 from cablewright.machine.simulated.settings import TwinSettings, whole_machine
 from cablewright.machine.simulated.severities import with_severity
@@ -37,6 +39,9 @@ from cablewright.robot import Robot
 HEIGHTS: Final = get_args(HeightRule)
 MOST_IRREGULAR: Final = 1e-4
 """Largest ``winch.radius_deviation``, m, of a machine whose places teach lengths: half a centimetre in ten turns."""
+
+MACHINE_FILE: Final = "machine.toml"
+"""Of a run folder: the file of the machine that was built for the robot, where none was given."""
 
 _MAX_INTRUSIONS: Final = 1000
 _FINEST_CELL: Final = 1e-3  # m
@@ -107,27 +112,29 @@ class MachineTwin:
     choices: PrintOptions
     estimator: str
     path: TimedPath
-    notes: tuple[str, ...]  # what it does not lay as the job says
+    notes: tuple[str, ...]  # what it does not lay as the job says, and which machine was built for it
+    built: str = ""  # file of the machine that was built for the robot, where there was none
 
 
 def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
-    """Combine robot, job and machine. *machine*: settings, a file, or a library name (default: the robot's name).
+    """Combine robot, job and machine. *machine*: settings, a file, or a library name.
 
-    Raises `InputError` for a robot without a machine, a job or machine of another, layers that the job does not have.
+    By default it is the library's machine of the robot's name, or where there is none the one that `built_machine`
+    builds. Raises `InputError` for a job or machine of another robot, layers that the job does not have.
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
     require(robot, Capability.PRINT)
-    if machine is None:
-        if robot.name not in machine_names():
-            known = ", ".join(machine_names())
-            raise InputError(f"robot {robot.name!r}: has no machine of its own; give --machine FILE, or one of {known}")
-        machine = robot.name
-    given = whole_machine(machine)
+    built = ""
+    notes: tuple[str, ...] = ()
+    if machine is None and robot.name not in machine_names():
+        machine, built = built_machine(robot)
+        notes = (f"no machine was given: one was built for {robot.name}, with assumed numbers, in {MACHINE_FILE}",)
+    given = whole_machine(machine or robot.name)
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
-    job, samples = driven_job(robot, job)
+    asked, (job, samples) = job, driven_job(robot, job)
     bead, differing = job.typical_bead()
     owner = extruding(given.owner, bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)
@@ -146,7 +153,8 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
         choices,
         chosen,
         path,
-        () if owner.extrusion is None else differing,
+        (*notes, *slower_note(asked, job), *(() if owner.extrusion is None else differing)),
+        built,
     )
 
 
@@ -154,8 +162,9 @@ def _require_places(choices: PrintOptions, chosen: str, robot: Robot, owner: Mac
     """Raise `InputError` for places where they are of no use, and tensions without what measures them."""
     measured = {"place layers": choices.place_layers, "place every": choices.place_every}
     for name, often in measured.items():
-        if often and (chosen != "encoders" or robot.n == 6):
-            raise InputError(f"{name}: is for point platforms by encoders alone (--estimator encoders)")
+        if often and (chosen != "encoders" or robot.n == 6 or robot.platform.plane is not None):
+            why = "is for point platforms in no plane, by encoders alone (--estimator encoders)"
+            raise InputError(f"{name}: {why}")
     for name, given in (
         ("place tensions", choices.place_tensions),
         ("place learn", choices.place_learn),

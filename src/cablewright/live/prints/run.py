@@ -31,7 +31,7 @@ from cablewright.live.estimators import Estimator, estimator
 from cablewright.live.prints import loop
 from cablewright.live.prints.attendant import attendant_of
 from cablewright.live.prints.loop import Printer, PrintPlan
-from cablewright.live.prints.plan import MachineTwin, PrintOptions, plan_print
+from cablewright.live.prints.plan import MACHINE_FILE, MachineTwin, PrintOptions, plan_print
 from cablewright.live.prints.recorder import (
     CHECKPOINT_INTERVAL,
     FolderRecorder,
@@ -121,6 +121,8 @@ def run_print(
             clear_folder(folder)
         if begun is not None:
             write_whole(folder / MANIFEST, json.dumps(manifest, indent=2).encode() + b"\n")
+            if twin.built:
+                write_whole(folder / MACHINE_FILE, twin.built.encode())
         machine, printer = begun or _taken_up(twin, plan, folder)
         run = PrintRun(folder, machine, printer, Timing(machine.period))
         if not run.finished:

@@ -20,6 +20,7 @@ class Scale:
     motor's rated torque per N m. All three have the sign of the node's direction. ``ratio``: turns of the motor for one
     of the drum. ``radii``: smallest and largest at which cable leaves, m. ``max_speed``: rad/s; ``max_torque``: N m:
     limits of the drum.
+    ``cables``: side by side on it; tension is that of one.
     """
 
     counts: float
@@ -29,6 +30,7 @@ class Scale:
     radii: tuple[float, float]
     max_speed: float
     max_torque: float
+    cables: int = 1
 
     @property
     def speed_of_cable(self) -> float:
@@ -37,11 +39,11 @@ class Scale:
 
     def tension(self, torque: float) -> float:
         """Tension, N, that a *torque* (N m, of the drum) holds, at the smallest radius: it is never understated."""
-        return -torque / self.radii[0]
+        return -torque / (self.radii[0] * self.cables)
 
     def torque_of(self, tension: float) -> float:
         """Torque, N m of the drum, that gives at most that *tension*, N, at any radius."""
-        return -tension * self.radii[0]
+        return -tension * self.radii[0] * self.cables
 
 
 def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
@@ -61,7 +63,7 @@ def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
         speed_unit = float(winch.counts) if drives.speed_unit is None else drives.speed_unit
         own_speed, own_torque = line.winch.max_speed, line.winch.max_torque
         max_speed = min(winch.max_speed, math.inf if own_speed is None else own_speed / high)
-        strongest = line.tension_limits[1] * low
+        strongest = line.tension_limits[1] * line.cables * low
         max_torque = min(winch.max_torque, strongest, math.inf if own_torque is None else own_torque)
         torque = 1000.0 / (winch.ratio * drives.rated_torque)
         if not 1.0 <= max_torque * torque <= 65535.0:
@@ -76,6 +78,7 @@ def scales_of(robot: Robot, settings: MachineSettings) -> tuple[Scale, ...]:
                 (low, high),
                 max_speed,
                 max_torque,
+                line.cables,
             )
         )
     return tuple(found)

@@ -6,7 +6,9 @@ import math
 from itertools import product
 from typing import Final
 
+from cablewright.foundation.toml_input import parse_table
 from cablewright.foundation.units import FORCE, LENGTH, TORQUE, three_digits
+from cablewright.machine.simulated.settings import TwinSettings, twin_of_table
 from cablewright.models.support import Capability, require
 from cablewright.robot import PointPlatform, RigidPlatform, Robot
 
@@ -21,14 +23,13 @@ def machine_file(robot: Robot) -> str:
     """Return the text of a machine file for *robot*, each number with where it is from.
 
     Sensors are encoders and a light barrier: with them `print` uses dead reckoning. A body has load cells and an
-    inertial unit besides. Raises `InputError` for a robot that cannot be simulated: lines without weight, diameter or
-    drum radius, of several spans or out of one vertical plane, a platform in a plane, or winches whose drums differ.
+    inertial unit besides. Raises `InputError` for a robot that cannot be simulated: see `models.support`.
     """
     require(robot, Capability.MACHINE_FILE)
     radius, speed, torque = _winch(robot)
     length = RESERVE * _longest(robot)
     pitch = PITCH * max(line.cable.diameter or 0.0 for line in robot.lines)
-    width = LAYER * pitch * length / (2.0 * math.pi * radius)
+    width = LAYER * pitch * length / (2.0 * math.pi * min(line.winch.drum_radius or radius for line in robot.lines))
     scene = robot.scene
     size = max(high - low for low, high in zip(scene.frame_min[:2], scene.frame_max[:2], strict=True))
     is_point = isinstance(robot.platform, PointPlatform)
@@ -49,11 +50,19 @@ def machine_file(robot: Robot) -> str:
     )
 
 
+def built_machine(robot: Robot) -> tuple[TwinSettings, str]:
+    """Return the machine of `machine_file` for *robot*, and its file. Raises `InputError` as that does."""
+    text = machine_file(robot)
+    origin = f"the machine built for {robot.name!r}"
+    return twin_of_table(parse_table(text, origin), origin), text
+
+
 def _point(robot: Robot, gyration: float) -> tuple[str, str, str]:
     """What hangs from a point platform, with that radius of *gyration*, m; how it moves; no sensors on it."""
     mass, gravity = robot.platform.mass, robot.scene.gravity
     inertia = mass * gyration**2
-    drum = _DRUM.format(mass=f"{mass:g}", gyration=LENGTH.write(three_digits(gyration), "mm"))
+    valve = _VALVE if robot.platform.plane is None else _TOOL
+    drum = _DRUM.format(mass=f"{mass:g}", gyration=LENGTH.write(three_digits(gyration), "mm"), valve=valve)
     motion = _DRUM_MOTION.format(
         damping=three_digits(0.6 * inertia * math.sqrt(gravity / gyration)),
         yaw=three_digits(inertia),
@@ -81,12 +90,11 @@ def _quoted(name: str) -> str:
 
 
 def _winch(robot: Robot) -> tuple[float, float, float]:
-    """Radius of the drums, m, speed of the cable, m/s, and torque at the drum, N m."""
-    radius = robot.lines[0].winch.drum_radius
-    assert radius is not None  # the table of support requires one, the same of all lines
+    """Radius of the largest drum, m, speed of its cable, m/s, and torque at it, N m, of all cables of a line."""
+    radius = max(line.winch.drum_radius or 0.0 for line in robot.lines)  # which the table of support requires
     speeds = [line.winch.max_speed for line in robot.lines if line.winch.max_speed is not None]
     torques = [line.winch.max_torque for line in robot.lines if line.winch.max_torque is not None]
-    strongest = max(line.tension_limits[1] for line in robot.lines)
+    strongest = max(line.tension_limits[1] * line.cables for line in robot.lines)
     return radius, min(speeds, default=SPEED), min(torques, default=1.2 * strongest * radius)
 
 
@@ -96,8 +104,9 @@ def _longest(robot: Robot) -> float:
     corners = list(product(*zip(scene.frame_min, scene.frame_max, strict=True)))
     lengths = []
     for line in robot.lines:
-        dead = line.dead_length if line.winch_exit is None else math.dist(line.exit_point, line.winch_exit)
-        lengths.append(dead + max(math.dist(line.exit_point, corner) for corner in corners))
+        dead = line.dead_length if line.winch_exit is None else line.dead_span().length
+        wheels = 2.0 * math.pi * sum(line.radii)
+        lengths.append(dead + wheels + line.advantage * max(math.dist(line.exit_point, corner) for corner in corners))
     return max(lengths)
 
 
@@ -180,7 +189,14 @@ empty_mass = "{mass} kg"        # robot
 flow = 0.1                      # kg/s, valve open; a job with strands sets its own
 empty_centre = "{gyration}"     # of mass, below the lines' point
 empty_gyration = ["{gyration}", "{gyration}", "{gyration}"]
+{valve}"""
+
+_VALVE: Final = """\
 valve = "20 mm"                 # nozzle, below the lines' point
+"""
+
+_TOOL: Final = """\
+valve = "0 mm"                  # the tool works in the platform's plane
 """
 
 _DRUM_MOTION: Final = """\

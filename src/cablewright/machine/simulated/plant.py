@@ -11,11 +11,11 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.signals import Condition, Notice
 from cablewright.kernels import continuation
 from cablewright.kernels.certificates.system_enclosure import certificate_pool
-from cablewright.kernels.layout import Code, Packed
+from cablewright.kernels.layout import HELD, Code, Packed
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics import forward
-from cablewright.kernels.statics.equilibrium import workspace
+from cablewright.kernels.statics.equilibrium import evaluate, workspace
 from cablewright.kernels.statics.platform import between
 from cablewright.machine.simulated.motion.settling import settle
 from cablewright.machine.simulated.rig import Rig
@@ -118,7 +118,7 @@ class QuasiStaticPlant:
         rig, winches, after = self.rig, self.rig.winches, self._lengths_after
         drums = (winches.state, winches.motor, winches.radii, winches.wound, winches.sideways)
         if rig.brakes is not None:
-            rig.brakes.yield_by_secants(winches, rig.tensions * rig.unmodelled.ratio)
+            rig.brakes.yield_by_secants(winches, rig.tensions * winches.state[:, winding.RATIO])
         winding.turn_winches(*drums, speeds, rig.tensions, self.period, after, rig.winch_flags)
         if rig.robot.m - len(rig.line_faults.broken()) < len(self._kept):
             self._fit()
@@ -135,10 +135,21 @@ class QuasiStaticPlant:
             return [Notice(Condition.NO_EQUILIBRIUM)]
         self._move(pose)
         rig.states[kept] = states
-        rig.work.planes[kept] = self._work.planes
+        rig.work.planes[kept], rig.work.arms[kept] = self._work.planes, self._work.arms
+        rig.work.rotation[:], rig.swing.place[:] = self._work.rotation, pose
         self._solved[:] = after
         rig.tensions[:] = LineStates(rig.states).tension
+        self._press(packed, pose, states)
         return notices
+
+    def _press(self, packed: Packed, pose: Array, states: Array) -> None:
+        """Set the force on the platform's plane, if it has one, of lines and loads at rest."""
+        if self.rig.robot.platform.plane is None:
+            return
+        loose = packed.platform.copy()
+        loose[HELD] = 0.0
+        evaluate(packed._replace(platform=loose), self._solved[self._kept], pose, states, self._work)
+        self.rig.swing.on_plane[:] = dynamics.force_on_plane(packed, self._work.trial)
 
     def _follow(
         self, packed: Packed, before: Array, after: Array, pose: Array, states: Array

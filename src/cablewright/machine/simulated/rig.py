@@ -21,6 +21,7 @@ from cablewright.machine.simulated.as_built_parts import home_errors
 from cablewright.machine.simulated.motion.line_faults import LineFaults
 from cablewright.machine.simulated.motion.masses import Masses
 from cablewright.machine.simulated.motion.retraction import RetractionAxis
+from cablewright.machine.simulated.motion.yaw_axis import YawAxis
 from cablewright.machine.simulated.settings import ClimateLaw, TwinSettings
 from cablewright.machine.simulated.surroundings import Ground
 from cablewright.machine.simulated.unmodelled.brakes import Brakes
@@ -28,7 +29,8 @@ from cablewright.machine.simulated.unmodelled.stuck_material import StuckMateria
 from cablewright.machine.simulated.unmodelled.unmodelled import Unmodelled, softness
 from cablewright.machine.simulated.winches import Winches
 from cablewright.models.creep_pace import Air
-from cablewright.models.packed_views import LineNumbers, LineStates, PlatformNumbers, blank_states
+from cablewright.models.free_coordinates import with_free
+from cablewright.models.packed_views import LineStates, PlatformNumbers, blank_states
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.robot import RigidPlatform, Robot
@@ -56,8 +58,8 @@ class RigState:
     temperature: float  # degrees Celsius
     humidity: float
     ground: Ground
-    swivels: Array  # (m,) rad, of the lines' planes in plan view
-    winch_tensions: Array  # (m,) N, before the sheaves
+    swivels: Array  # (m,) rad, of upright swivels in plan view; NaN of other lines
+    winch_tensions: Array  # (m,) N, of one cable before the sheaves and guides
 
 
 class Rig:
@@ -77,11 +79,15 @@ class Rig:
         "packed.lines",
         "packed.platform",
         "retraction",
+        "yaw",
         "line_faults",
         "unmodelled",
         "_last_position",
         "_fall_start",
         "work.planes",
+        "work.arms",
+        "work.rotation",
+        "swing.place",
         "swing.ends",
         "_random",
         "winches",
@@ -103,6 +109,7 @@ class Rig:
         self.settings, self.seed, self.powder = settings, seed, owner.carrier.powder
         require(robot, Capability.SIMULATION)
         self.masses, self.retraction = Masses(robot, settings), RetractionAxis(robot, owner.retraction)
+        self.yaw = YawAxis(None if owner.drum is None else owner.drum.yaw_drive)
         law = simulation.sticking
         self.stuck = StuckMaterial(law) if law.share else None
         self.body = self.masses.numbers(self.powder, 0.0, self.retraction.length)
@@ -115,11 +122,12 @@ class Rig:
         shared = model.packed
         self.packed = shared._replace(lines=shared.lines.copy(), platform=shared.platform.copy())
         self.states, pose = hung.states.copy(), hung.pose.copy()
-        self.work, self.swing = dynamics.moving_workspace(robot.n, robot.m)
+        self.work, self.swing = dynamics.moving_workspace(self.packed)
         evaluate(self.packed, self.lengths, pose, self.states, self.work)  # for the lines' planes
         self.unmodelled = Unmodelled(robot, simulation, self.packed, self.states, pose[:3], self.winches, seed)
         self.brakes = _brakes_of(robot, settings, seed)
         self._let_exits_give(pose)
+        self.swing.place[:] = pose
         self.tensions = hung.tensions.copy() if self.unmodelled.exits is None else LineStates(self.states).tension
         self.motion = np.zeros(dynamics.MOTION)
         self.motion[:3] = pose[:3]
@@ -135,17 +143,16 @@ class Rig:
         self._fall_start = (0.0, 0.0)
         self._random = np.random.default_rng([seed, 2])
         self._last_position = self.motion[:3].copy()
-        if simulation.drum is not None:
-            yaw = simulation.drum.yaw_wander * self._random.standard_normal()
+        self._twist = simulation.drum if robot.platform.plane is None else None  # no point turns in its plane
+        if self._twist is not None:
+            yaw = self._twist.yaw_wander * self._random.standard_normal()
             self.body[dynamics.YAW_REST] = self.motion[8] = yaw
         self._expansion = np.array([line.cable.thermal_expansion or 0.0 for line in robot.lines])
         self._scratch = blank_states()
         self._shown = np.zeros((robot.m, machine_step.SHOWS))
         sensor = owner.sensor(LINE_ANGLES)
-        at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform)).tolist()
-        self._sensor_places = [(slice(i, i + 1), place) for i, place in enumerate(at)]  # m before B, by rows of lines
-        if len(set(at)) == 1:
-            self._sensor_places = [(slice(None), at[0])]
+        self._sensors_at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform))  # m before B
+        self._upright = np.array([line.has_upright_swivel for line in robot.lines])
 
     def _let_exits_give(self, pose: Array) -> None:
         """Let exits give at the start, updating *pose* (n,). Raises `InputError` where nothing holds the platform."""
@@ -174,7 +181,7 @@ class Rig:
         """
         self.line_faults.begin(time, self.packed.lines, self.states)
         notices = self._pour(period, valve)
-        self._wander()
+        self._wander(period)
         if self.retraction.has_drive and self.retraction.drive.beam[beam.MOVING_MASS]:
             self._weigh()
         law = self.settings.simulation.climate
@@ -182,15 +189,19 @@ class Rig:
         self.winches.set_strain(self._expansion * warmer + self.unmodelled.strain)
         return notices
 
-    def _wander(self) -> None:
-        """Change the yaw at which the twist of a drum's lines rests, by the way that it went."""
-        drum = self.settings.simulation.drum
+    def _wander(self, period: float) -> None:
+        """Change the yaw at which the twist of a drum's lines rests, by the way that it went and by its drive."""
+        drum = self._twist
         if drum is None:
             return
         keep = math.exp(-math.dist(self.motion[:3], self._last_position) / drum.yaw_wander_length)
         self._last_position = self.motion[:3].copy()
         push = drum.yaw_wander * math.sqrt(1.0 - keep * keep)
-        self.body[dynamics.YAW_REST] = keep * self.body[dynamics.YAW_REST] + push * self._random.standard_normal()
+        rest = keep * (self.body[dynamics.YAW_REST] - self.yaw.angle) + push * self._random.standard_normal()
+        if self.yaw.has_drive:
+            x, y = self._turned()[:2, 0].tolist()
+            self.yaw.turn(period, rest - math.atan2(y, x), drum.yaw_stiffness)
+        self.body[dynamics.YAW_REST] = rest + self.yaw.angle
 
     def advance_unmodelled(self, time: float, period: float) -> None:
         """Advance what no model has by the *period*, s, that has passed from *time*, s, on, for the next one."""
@@ -204,14 +215,16 @@ class Rig:
         if reset:
             self.brakes.forget(self.winches)
         closed = np.array([mode is WinchMode.OFF for mode in modes] or [False] * self.robot.m)
-        spring = LineNumbers(self.packed.lines).spring
-        self.brakes.close(closed, self.winches, softness(self.packed, self.states) + spring)
+        self.brakes.close(closed, self.winches, softness(self.packed, self.states))
 
     def take_notices(self) -> list[Notice]:
-        """Return the notices of winches, brakes and retraction since the last call."""
-        notices = self.retraction.take_notices()
+        """Return the notices of winches, brakes, retraction, yaw and plane since the last call."""
+        notices = [*self.retraction.take_notices(), *self.yaw.take_notices()]
         if self.brakes is not None:
             notices += self.brakes.notices(self.winches)
+        if self.robot.platform.may_lift and self.swing.on_plane[1] > 0.0:
+            notices.append(Notice(Condition.OFF_PLANE))
+        self.swing.on_plane[1] = -math.inf
         if not self.winch_flags.any():
             return notices
         notices += [
@@ -225,9 +238,10 @@ class Rig:
 
     def observe(self, time: float) -> RigState:
         """Return the present state, at *time*, s."""
-        self._show_lines()
-        motion, rotation = self.motion, np.empty((3, 3))
-        matrix(motion[6:9], rotation)
+        packed, line, ends = self.packed, self.vibration, self.swing.ends
+        given = (packed, self.states, self.swing.place, self.work, ends, self.vibrations, line, self._sensors_at)
+        machine_step.show_lines(*given, self._scratch, self._shown)
+        motion, rotation = self.motion, self._turned()
         air = air_at(self.settings.simulation.climate, time)
         truth = Truth(
             time,
@@ -244,24 +258,9 @@ class Rig:
         )
         shown = self._shown[:, machine_step.SHOWN].copy()
         counts = self.winches.counts
-        swivels = np.arctan2(self.work.planes[:, 1], self.work.planes[:, 0])
+        swivels = np.where(self._upright, self._shown[:, machine_step.HEADING], np.nan)
         pulled = truth.tensions * self.unmodelled.ratio
         return RigState(truth, self.acceleration.copy(), rotation, shown, counts, *air, self.ground, swivels, pulled)
-
-    def _show_lines(self) -> None:
-        """Compute what the lines show; line by line where their accelerometers are not all at one place."""
-        for i, place in self._sensor_places:
-            machine_step.show_lines(
-                self.packed._replace(lines=self.packed.lines[i]),
-                self.states[i],
-                self.work.planes[i],
-                self.swing.ends[i],
-                self.vibrations[i],
-                self.vibration,
-                place,
-                self._scratch,
-                self._shown[i],
-            )
 
     def _pour(self, period: float, valve: float) -> list[Notice]:
         """Release powder through the valve; deposit it once the drum has moved by half a cell, or enough has fallen."""
@@ -289,10 +288,14 @@ class Rig:
 
     def _over_ground(self) -> tuple[float, float]:
         """Where in plan view the nozzle is, m, world."""
+        x, y, _ = (self.motion[:3] + self._turned() @ self.masses.nozzle).tolist()
+        return x, y
+
+    def _turned(self) -> Array:
+        """Rotation (3, 3) of drum or body to the world."""
         rotation = np.empty((3, 3))
         matrix(self.motion[6:9], rotation)
-        x, y, _ = (self.motion[:3] + rotation @ self.masses.nozzle).tolist()
-        return x, y
+        return rotation
 
     def fill(self, powder: float) -> None:
         """Set the *powder*, kg, in the drum or hopper."""
@@ -313,15 +316,14 @@ class Rig:
 def start_pose(robot: Robot, start: ArrayLike) -> Array:
     """Return the pose (n,) at which a machine of *robot* starts; of a body (3,) is a place without rotation.
 
-    Where lines are fewer than freedoms, gravity turns the body: as many rotations, from that about x on, are NaN.
+    With fewer winches than degrees of freedom, what equilibrium decides is NaN.
     Raises `InputError` for any other size.
     """
     given = np.array(start, dtype=np.float64)
     if robot.n == 6 and given.shape in {(3,), (6,)}:
         pose = np.zeros(6)
         pose[: len(given)] = given
-        pose[3 : max(3, 9 - robot.m)] = np.nan
-        return pose
+        return with_free(robot, pose)
     if given.shape != (robot.n,):
         asked = "3 numbers" if robot.n == 3 else "3 or 6 numbers"
         raise InputError(f"start = {given.tolist()}: {asked} are expected, a pose of robot {robot.name!r}")

@@ -371,7 +371,11 @@ def load_twin(name_or_path: str | Path) -> TwinSettings:
 
     Raises `InputError`, one line; also for a file without that table, of which nothing can be simulated.
     """
-    table, origin = machine_table(name_or_path)
+    return twin_of_table(*machine_table(name_or_path))
+
+
+def twin_of_table(table: dict[str, Any], origin: str) -> TwinSettings:
+    """As `load_twin`, of the *table* of a machine file that is called *origin* in messages."""
     simulation = validated(MachineFile, table, origin).simulation
     if simulation is None:
         known = "`cablewright machines NAME` prints one that has it"

@@ -37,7 +37,7 @@ from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.found_room import FoundRoom
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.link import Channel, Gaps, decode_readings, encode_readings
-from cablewright.machine.simulated.motion.retraction import OUTPUT
+from cablewright.machine.simulated.motion import retraction, yaw_axis
 from cablewright.machine.simulated.mounted import Mounted
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState, start_pose
@@ -183,7 +183,8 @@ class SimulatedMachine:
     def step(self, command: Command) -> SensorFrame:
         """As `Machine`."""
         speeds = self._checked(command)
-        self.rig.retraction.command(command.outputs.get(OUTPUT, 0.0))
+        self.rig.retraction.command(command.outputs.get(retraction.OUTPUT, 0.0))
+        self.rig.yaw.command(command.outputs.get(yaw_axis.OUTPUT, 0.0))
         self.rig.brake(command.modes, command.outputs.get(RESET, 0.0) > 0.0)
         notices = self.rig.advance_slowly(self.time, self.period, command.valve)
         notices += self._plant.advance(speeds)
@@ -257,11 +258,16 @@ class SimulatedMachine:
 
     def _able(self) -> Abilities:
         brakes = self.rig.brakes is not None
+        outputs = {
+            retraction.OUTPUT: self.rig.retraction.has_drive,
+            yaw_axis.OUTPUT: self.rig.yaw.has_drive,
+            RESET: brakes,
+        }
         return Abilities(
             self.rig.robot.m,
             frozenset(self._sensors),
             frozenset({WinchMode.OFF, WinchMode.HOLD, WinchMode.VELOCITY}),
-            frozenset({OUTPUT} if self.rig.retraction.has_drive else ()) | ({RESET} if brakes else set()),
+            frozenset(name for name, is_there in outputs.items() if is_there),
             brakes=brakes,
             real_time=False,
             truth=lambda: self.truth,

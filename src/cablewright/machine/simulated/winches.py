@@ -15,7 +15,7 @@ from cablewright.machine.settings import WinchSettings
 from cablewright.machine.simulated.as_built_parts import CROSSINGS, drawn
 from cablewright.machine.simulated.settings import Winding
 from cablewright.models.coil import turns_per_layer
-from cablewright.robot import Robot
+from cablewright.robot import Line, Robot
 
 _TRIES: Final = 12  # each leaves of an error what a crossing is of the radius
 
@@ -50,9 +50,8 @@ class Winches:
         self.motor = np.array([settings.max_speed, settings.lag, settings.max_torque])
         self.state = np.zeros((robot.m, winding.WINCH))
         self.state[:, winding.HELD] = settings.held
-        self.state[:, winding.RATIO] = 1.0
         for own, line, coil in zip(self.state, robot.lines, self.coils, strict=True):
-            own[winding.HEIGHT] = 0.0 if line.winch_exit is None else abs(line.exit_point[2] - line.winch_exit[2])
+            own[winding.RATIO], own[winding.HEIGHT] = line.cables, _first_stretch(line)
             own[winding.MIDDLE] = line.winch.drum_radius or coil.radii[0]
         self._cross(robot, walk, seed)
         self._pay_out(robot, lengths)
@@ -120,15 +119,25 @@ class Winches:
         return self.state[:, winding.SLIPPED]
 
     def set_brakes(self, torques: Array, softness: Array) -> None:
-        """Close brakes that hold *torques* (m,), N m, 0: open; *softness* (m,): m/N, by which the lines stretch."""
+        """Close brakes that hold *torques* (m,), N m, 0: open; *softness* (m,): see `Brakes.close`."""
         self.state[:, winding.BRAKE] = torques
         self.state[:, winding.SOFT] = softness
         self.state[torques == 0.0, winding.PULL : winding.SLIP_BEFORE + 1] = 0.0
 
     def set_unmodelled(self, ratio: Array, stretch: Array | float, lag: Array | float) -> None:
-        """Set the tension at each winch over that at the platform, *ratio* (m,), and what changes the length out.
+        """Set the pull on each drum over the tension at the platform, *ratio* (m,), and what changes the length out.
 
         *stretch* (m,): m, of the cable before the sheave by that tension; *lag* (m,): rad, of drums behind motors.
         """
         self.state[:, winding.RATIO] = ratio
         self.state[:, winding.OFFSET] = stretch if not np.any(lag) else stretch - self.leaving_radii * lag
+
+
+def _first_stretch(line: Line) -> float:
+    """Length of the straight cable that leaves the winch, m, whose end is fixed; 0 where it is not described.
+
+    Of a cable in one vertical plane its height, as its winch is below or above the sheave.
+    """
+    if line.winch_exit is None:
+        return 0.0
+    return abs(line.exit_point[2] - line.winch_exit[2]) if line.in_plane else line.dead_span().first.length

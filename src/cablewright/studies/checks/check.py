@@ -13,6 +13,7 @@ from cablewright.analyses.accuracy.expected_error import ExpectedError
 from cablewright.analyses.feasibility import CLEARANCE, EXPECTED_ERROR, TENSION_LIMITS, Finding, ranked
 from cablewright.analyses.interference import too_near
 from cablewright.analyses.job_distances import Clearances
+from cablewright.analyses.motion.slower import slowed, slower_note, with_reserve
 from cablewright.analyses.safe_travel import LedTravel, led
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError, UnknownName
@@ -29,6 +30,7 @@ from cablewright.robot.plausibility import LENGTHS
 from cablewright.robot.uncertainty import ASSUMED, Uncertainty, assumed_uncertainty
 from cablewright.running.memory import require_for_samples
 from cablewright.solvers.feeds import fed
+from cablewright.solvers.hanging_path import hung, nozzle_on_path
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import JobMotion
 from cablewright.studies.checks.fastest import Fastest
@@ -37,7 +39,7 @@ from cablewright.studies.checks.own_figures import error_finding
 from cablewright.studies.checks.result import WRONG_UNIT, Check
 from cablewright.studies.checks.sample_errors import SampleErrors
 from cablewright.studies.checks.verdict import verdict
-from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings, with_reserve
+from cablewright.studies.checks.walk import JobPath, Walked, WalkSettings
 
 IN_ROOM: Final = 300.0
 """Memory, bytes, for each sample of a path whose arrays are in files."""
@@ -76,7 +78,7 @@ def check(
 
     The job's path is the nozzle's; a rigid platform is unrotated or has the rotation of the job's schedule. Limits are
     compared with the statics and, to first order, with the motion of the platform by the time law. Raises `InputError`
-    for a model under another law, a robot with fewer lines than freedoms, a schedule that it cannot follow, a path many
+    for a model under another law, a schedule that it cannot follow, a path many
     times as large as the frame or a G-code file that cannot be used; `EnvironmentFault` where more memory is needed
     than is free; an infeasible job raises nothing.
     """
@@ -94,17 +96,20 @@ def check(
     toolpath = in_room(job.toolpath(report), kept)
     _require_scale(robot, job, toolpath)
     beads = in_room(job.beads(toolpath, bead), kept)
-    samples, step = sampled(robot, job, toolpath, kept)
+    samples, step = sampled(robot, job, toolpath, kept, beads)
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
     travels: tuple[LedTravel, ...] = ()
     samples = fed(robot, job, samples, kept)
     if job.motion.travel == "safe":
         samples, travels = led(full, job, samples, beads, clearance, room=kept, progress=report)
     source, uncertain = _uncertainty(robot, uncertainty)
+    asked, job = job, slowed(robot, job, samples, beads, kept)
     motion = JobMotion.of(robot, job, samples, kept)
     samples = motion.samples
     require_for_samples(len(samples), bytes_each(robot, room), "a check")
-    path = JobPath(job, samples, motion.law, *along(robot, job, samples, kept), beads, kept)
+    poses, drawn = along(robot, job, samples, kept)
+    poses = nozzle_on_path(Model.full(robot), poses, samples.positions, drawn)
+    path = JobPath(job, samples, motion.law, poses, drawn, beads, kept)
     walked, careful = _walked(path, robot, (uncertain.of(robot), skip, seed, report))
     expected = None if walked.search is None else walked.search.result()
     extra = (*_clearance(walked.distances, clearance), *_errors(expected, walked.statics.displacement, path))
@@ -114,10 +119,10 @@ def check(
         job=job,
         samples=samples,
         law=path.law,
-        poses=path.poses,
+        poses=walked.poses,
         retraction=path.retraction,
         statics=walked.statics,
-        errors=SampleErrors.of(robot, samples, path.poses, walked.statics, kept),
+        errors=SampleErrors.of(robot, samples, walked.poses, walked.statics, kept),
         findings=findings,
         verdict="",
         toolpath=toolpath,
@@ -130,7 +135,8 @@ def check(
         reserved=careful is not robot,
         shaping=motion,
         travels=travels,
-        fastest=Fastest.of(robot, job, toolpath, samples, walked.statics.lengths, kept),
+        slower=slower_note(asked, job),
+        fastest=Fastest.of(robot, job, toolpath, beads, samples, walked.statics.lengths, kept),
     )
     return replace(found, verdict=verdict(found, _nowhere(full) if found.codes.all() else 0))
 
@@ -144,7 +150,7 @@ def _walked(path: JobPath, robot: Robot, settings: WalkSettings) -> tuple[Walked
     findings = path.judged(robot, walked)
     if walked.statics.codes.any() or not _breaks_tensions(findings):
         return walked, robot
-    careful = with_reserve(robot, walked)
+    careful = with_reserve(robot, walked.tension_drop, walked.tension_rise)
     if careful is None or not path.is_held(Model.full(careful), [each.sample for each in findings]):
         return walked, robot
     reserved = path.walk(Model.full(careful), *settings)
@@ -206,7 +212,7 @@ def _nowhere(full: Model) -> int:
     ends = zip(scene.frame_min, scene.frame_max, strict=True)
     axes = (np.linspace(low, high, PLACES + 2)[1:-1] for low, high in ends)
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return 0 if solve_inverse(full, full.unrotated_at(places)).ok.any() else len(places)
+    return 0 if solve_inverse(full, hung(full, full.unrotated_at(places))).ok.any() else len(places)
 
 
 def _require_scale(robot: Robot, job: Job, toolpath: Toolpath) -> None:

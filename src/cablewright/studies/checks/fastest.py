@@ -9,6 +9,7 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import Room, blocks, let_go
+from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.printing.toolpath import Toolpath
@@ -25,13 +26,13 @@ class Fastest:
 
     @classmethod
     def of(
-        cls, robot: Robot, job: Job, toolpath: Toolpath, samples: Samples, lengths: Array, room: Room
+        cls, robot: Robot, job: Job, toolpath: Toolpath, beads: Beads, samples: Samples, lengths: Array, room: Room
     ) -> Self | None:
         """Return the times of a path along *samples* (k,); None where nothing limits a speed.
 
         *lengths* (k, m): m, of the lines at the samples, by which winches limit the speed.
         """
-        limits, speed = job.speed_limits(toolpath, fastest=True, room=room), room.empty((len(samples),))
+        limits, speed = job.speed_limits(toolpath, beads, fastest=True, room=room), room.empty((len(samples),))
         bound = float(samples.dwell.sum())
         for at in blocks(len(samples) - 1):
             ends = slice(at.start, at.stop + 1)

@@ -41,6 +41,8 @@ class PathStatics:
     def of(cls, held: Equilibrium, poses: Array, retraction: Array | None) -> Self:
         """Return the statics at rest of neighbouring *poses* (k, n), m and rad, which the full model holds as *held*.
 
+        NaN in a pose is what equilibrium decides.
+
         Rows without a straight-line geometry are NaN.
         """
         full = held.model
@@ -50,8 +52,8 @@ class PathStatics:
 
         straight = COMPENSATIONS["none"].solved(full, poses, retraction=retraction)
         rigid, elastic = straight.lengths, _stretched(straight, poses, retraction)
-        uncompensated = reached(rigid, poses)
-        start = np.where(np.isnan(uncompensated), poses, uncompensated)
+        uncompensated = reached(rigid, held.pose)
+        start = np.where(np.isnan(uncompensated), held.pose, uncompensated)
         return cls(
             codes=held.code,
             violations=held.violation,
@@ -64,7 +66,7 @@ class PathStatics:
             lengths=held.lengths,
             commanded=held.lengths.copy(),
             uncompensated=uncompensated,
-            elastic_only=reached(elastic, poses),
+            elastic_only=reached(elastic, held.pose),
             compensated=reached(held.lengths, start),
         )
 

@@ -22,6 +22,8 @@ from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.paging import blocks, let_go
 from cablewright.foundation.results import Figure, Result
 from cablewright.foundation.units import spell_length
+from cablewright.models.free_coordinates import free_coordinates
+from cablewright.models.rotation import matrices
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
@@ -161,6 +163,8 @@ class Check(Result):
         Figure("changed_travels", "", "Travel moves that are lifted or led aside so that lines keep clear, and "
                "those that no safe way was found for.", "travels", "travel moves changed",
                only=lambda found: found.job.motion.travel == "safe", parts=LedTravel.FIGURES, detail=True),
+        Figure("acceleration", "m/s^2", "Acceleration of the job, lowered where its fastest motion would break limits.",
+               "job.motion.acceleration", detail=True),
         Figure("fastest_duration", "s", "Duration without the feeds of the file, within limits of winch speed, flow, "
                "acceleration and corners, and the speeds that the job gives; null where nothing limits a speed.",
                "fastest.duration", only=lambda found: found.fastest is not None, name="fastest within limits"),
@@ -177,6 +181,9 @@ class Check(Result):
         Figure("median_error_uncompensated", "m", "Median error of the nozzle without compensation.",
                lambda found: float(median(found.error_uncompensated)), "median error without compensation", 3,
                shown="mm"),
+        Figure("max_tilt", "rad", "Largest angle of the platform's z axis from the vertical, which equilibrium decides "
+               "with fewer winches than degrees of freedom.", name="max tilt at rest", digits=3,
+               only=lambda found: found.robot.n == 6 and bool(free_coordinates(found.robot))),
         _extreme_of("max_turn_uncompensated", "rad", "Largest angle of the platform from its expected rotation without "
                     "compensation; 0 for a point platform.", np.fmax, "turn_uncompensated",
                     name="max turn without compensation", digits=3),
@@ -225,13 +232,14 @@ class Check(Result):
     samples: Samples  # positions (k, 3) of the nozzle, layer, line (of the G-code file), extruding, distance
     law: TimeLaw
     shaping: JobMotion  # of which samples and law are
-    poses: Array  # (k, n) intended, of the platform's origin
+    poses: Array  # (k, n) of the platform's origin: intended, and what equilibrium decides of them
     retraction: Array | None  # (k,) m, None where the job does not set it
     statics: PathStatics
     errors: SampleErrors
     findings: tuple[Finding, ...]
     verdict: str
     travels: tuple[LedTravel, ...]  # that were changed, or that no way was found for
+    slower: tuple[str, ...]  # a note, where motion had to be slower than the job asks for
     fastest: Fastest | None  # None where nothing limits a speed
     expected: ExpectedError | None  # None where it was not asked for
     uncertainty: str  # where the uncertainties are from
@@ -307,6 +315,16 @@ class Check(Result):
         """(k,) rad."""
         return self.errors.turn_compensated
 
+    @cached_property
+    def max_tilt(self) -> float:
+        """The largest angle of the platform's z axis from the vertical, rad; NaN where nothing is held."""
+        most = np.nan
+        for at in blocks(len(self.samples)):
+            upright = np.clip(matrices(self.poses[at, 3:])[:, 2, 2], -1.0, 1.0)
+            most = np.fmax(most, np.fmax.reduce(np.arccos(upright[self.codes[at] == 0]), initial=np.nan))
+            let_go((self.poses, self.codes))
+        return float(most)
+
     def nozzle(self, poses: Array) -> Array:
         """Positions of the nozzle, (k, 3) m, at *poses* (k, n) of the platform, m and rad."""
         return Model(self.robot).nozzle(poses)
@@ -344,7 +362,7 @@ class Check(Result):
             corners = " to ".join(f"({', '.join(f'{each:.4g}' for each in end)})" for end in ends)
             notes.append(f"the path, {corners} m, is not in the robot: is it, or its origin, in {' or '.join(units)}?")
         notes += overstretched(self.robot, LARGEST(self.statics.lines.highest_tension))
-        notes += self.shaping.notes
+        notes += (*self.slower, *self.shaping.notes)
         return (*notes, *self.beads.notes, *(() if self.expected is None else self.expected.notes))
 
     @property

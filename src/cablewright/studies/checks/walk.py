@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
 
 import numpy as np
 
@@ -15,12 +14,13 @@ from cablewright.analyses.motion.path_swing import PathSwing, SwingExtremes
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress
+from cablewright.models.free_coordinates import free_coordinates
 from cablewright.models.inertia import compensates, inertia_wrenches
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
-from cablewright.printing.timing import TimeLaw
+from cablewright.printing.timing import TimeLaw, times_on_way
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Range
 from cablewright.solvers.inverse import BLOCK, solve_inverse
@@ -30,9 +30,6 @@ from cablewright.studies.checks.between_samples import BetweenSamples
 from cablewright.studies.checks.own_figures import line_findings, paces
 from cablewright.studies.checks.path_statics import PathStatics
 
-RESERVE: Final = 1.1
-"""Tension kept from the limits at rest, in units of what motion takes."""
-
 WalkSettings = tuple[Sequence[Range], Collection[str], int, Progress]
 """Ranges of the uncertain numbers, what to leave out, the seed of the machines drawn, and the progress."""
 
@@ -41,6 +38,7 @@ WalkSettings = tuple[Sequence[Range], Collection[str], int, Progress]
 class Walked:
     """What was found along the path; None where it was not looked for."""
 
+    poses: Array  # (k, n), complete: as asked, and as equilibrium decides where it does
     statics: PathStatics
     tension_drop: Array  # (m,) N, at least 0: the most that motion takes from the tension of each line
     tension_rise: Array  # (m,) N, at least 0
@@ -67,6 +65,7 @@ class JobPath:
         rows, swing = len(self.poses), PathSwing(full)
         solved: PathStatics | None = None
         drop, rise = np.zeros(full.m), np.zeros(full.m)
+        poses = self.room.empty(self.poses.shape) if free_coordinates(full.robot) else self.poses
         for first in range(0, rows, BLOCK):
             report("solving", first, rows)
             block = slice(first, first + BLOCK)
@@ -74,7 +73,9 @@ class JobPath:
             held = solve_inverse(full, self.poses[block], path=True, retraction=retraction)
             regular, linear = linearise_solved(held)
             fed = None if self.law.vector is None or not compensates(full.robot) else self.law.vector[block]
-            moved = swing.take(held, regular, linear, *self._times(block), fed)
+            if poses is not self.poses:
+                poses[block] = held.pose
+            moved = swing.take(held, regular, linear, *times_on_way(self.samples, self.law, block), fed)
             found = PathStatics.of(held, self.poses[block], retraction)
             if fed is not None:
                 found, moved = self._fed_forward(full, found, moved, block, fed)
@@ -92,7 +93,7 @@ class JobPath:
         _add_speeds(solved.lines.winch_speed, solved.lengths, self.samples, self.law)
         lines = replace(solved.lines, cable_length=solved.lengths)
         clearances = None if distances is None else distances.clearances
-        return Walked(replace(solved, lines=lines), drop, rise, clearances, search)
+        return Walked(poses, replace(solved, lines=lines), drop, rise, clearances, search)
 
     def _fed_forward(
         self, full: Model, found: PathStatics, moved: SwingExtremes, block: slice, vector: Array
@@ -117,12 +118,6 @@ class JobPath:
         retraction = None if self.retraction is None else self.retraction[rows]
         return bool(solve_inverse(model, self.poses[rows], retraction=retraction).ok.all())
 
-    def _times(self, block: slice) -> tuple[Array, Array]:
-        """Time (b,), s, on the way to each of a *block* of samples from the one before, and at the sample."""
-        time, dwell = (each[max(block.start - 1, 0) : block.stop] for each in (self.law.time, self.samples.dwell))
-        spent = np.diff(time) - dwell[:-1]
-        return (spent, dwell[1:]) if block.start else (np.concatenate([[0.0], spent]), dwell)
-
     def allowed_errors(self) -> Array:
         """Return the expected error that is allowed at each sample (k,), m; inf for travel, if anything is laid."""
         if self.job.max_error is not None:
@@ -134,7 +129,7 @@ class JobPath:
     def judged(self, robot: Robot, found: Walked) -> tuple[Finding, ...]:
         """Compare with the limits of the robot's file."""
         of = found.statics
-        return judge(robot, self.poses[:, :3], of.codes, of.violations, of.lines, of.plane_force)
+        return judge(robot, found.poses[:, :3], of.codes, of.violations, of.lines, of.plane_force)
 
     def bounded(self, robot: Robot, found: Walked) -> Iterator[Finding]:
         """Compare with what straight lines, the nozzle's speed and the sampling imply.
@@ -144,17 +139,6 @@ class JobPath:
         yield from line_findings(robot, self.samples, self.law, found.statics)
         between = BetweenSamples(robot, self.poses, found.statics, self.retraction)
         yield from between.findings(float(self.allowed_errors().min()))
-
-
-def with_reserve(robot: Robot, found: Walked) -> Robot | None:
-    """Return the robot with tension limits that are narrower by what motion changes; None where no range is left."""
-    lines = []
-    for line, drop, rise in zip(robot.lines, found.tension_drop, found.tension_rise, strict=True):
-        low, high = line.tension_limits[0] + RESERVE * float(drop), line.tension_limits[1] - RESERVE * float(rise)
-        if not low < high:
-            return None
-        lines.append(line.model_copy(update={"tension_limits": (low, high)}))
-    return robot.model_copy(update={"lines": tuple(lines)})
 
 
 def _largest(drop: Array, rise: Array, moved: SwingExtremes) -> tuple[Array, Array]:

@@ -69,7 +69,8 @@ def winch_path(
     toolpath = job.toolpath(progress)
     if layers is not None and not 1 <= layers[0] <= layers[1] <= toolpath.layer_count:
         raise InputError(f"layers {layers[0]} to {layers[1]}: this part has 1 to {toolpath.layer_count}")
-    samples = driven(model.robot, job, sampled(model.robot, job, toolpath)[0])
+    beads = job.beads(toolpath)
+    samples = driven(model.robot, job, sampled(model.robot, job, toolpath, beads=beads)[0], beads)
     samples = samples if layers is None else _of_layers(samples, layers)
     lengths = _lengths(model, job, samples, progress)
     errors = np.full(len(samples) - 1, np.nan)  # of the pieces that are measured

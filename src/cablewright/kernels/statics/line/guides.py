@@ -42,7 +42,8 @@ SPAN_BY_FORCE = 17  # 17..19: its derivative by f, m/N
 POINT_BY_RADIUS = 20  # 20..22: derivative of the point by the sheave's radius, of a guide ASIDE
 ARC_BY_RADIUS, SPAN_BY_RADIUS = 23, 24  # the same of contact length and dead span
 GIVEN_WAY = 25  # 25..27: what of the contact point is how far the mount gives, m
-GUIDE_SIZE = 28
+TOWARDS = 28  # 28..30: unit vector to where the cable of a guide ASIDE comes from
+GUIDE_SIZE = 31
 
 NO_PLANE = 1e-9  # sine of the angle to the axis under which a sheave has no plane
 UNWOUND = 1.5 * pi  # rad: a larger angle of contact is one below zero
@@ -147,6 +148,26 @@ def leave_platform(row, rotation, gx, gy, gz, away, out, at):
     for k in range(ARC_BY_FORCE, SPAN):
         out[at + k] = -out[at + k]
     return found
+
+
+@jit
+def wheel_on_platform(row, rotation, end, away, wheel):
+    """Write the sheave on the platform as a disc to *wheel* (7,): its centre from the platform point, normal, radius.
+
+    *end*: the force (x, y, z), world, with which the span arrives; *away* and *rotation* as of `leave_platform`.
+    """
+    a0, a1, a2 = rotate(rotation, row[END_AXIS_X], row[END_AXIS_X + 1], row[END_AXIS_X + 2])
+    wheel[0] = wheel[1] = wheel[2] = 0.0
+    wheel[3], wheel[4], wheel[5], wheel[6] = a0, a1, a2, row[END_RADIUS]
+    if row[END_ARRIVAL_X] == row[END_ARRIVAL_X + 1] == row[END_ARRIVAL_X + 2] == 0.0:
+        rise = end[0] * a0 + end[1] * a1 + end[2] * a2
+        out = (rise * a0 - end[0], rise * a1 - end[1], rise * a2 - end[2])
+        reach = max(sqrt(_dot(out, out)), NO_PLANE)
+        reach = reach if _dot(out, away) <= 0.0 else -reach
+        out = (out[0] / reach, out[1] / reach, out[2] / reach)
+        across = _cross((a0, a1, a2), out)
+        for k in range(3):
+            wheel[k], wheel[3 + k] = row[END_RADIUS] * out[k], across[k]
 
 
 @jit
@@ -263,6 +284,7 @@ def _write_aside(row, frame, f, winch, slope, size, out, at):
         out[at + SPAN_BY_FORCE + j] = -radius * wn / span * turned / size
     for i in range(3):
         out[at + CONTACT_POINT + i] = leaves * e[i] + turn * c * a[i]
+        out[at + TOWARDS + i] = (sqrt(square) * (cos(psi) * e[i] + sin(psi) * a[i]) + wn * n[i]) / span
     wrap = side * (psi - atan2(s, c)) + pi
     wrap = wrap if wrap < UNWOUND else wrap - 2.0 * pi
     out[at + ARC], out[at + SPAN] = radius * wrap, span + row[DEAD_SPAN]

@@ -28,6 +28,7 @@ from cablewright.kernels.newton import copy
 from cablewright.kernels.statics.line.spatial import GIVEN, advance_spatial
 from cablewright.kernels.statics.line.spatial_lines import (
     aim_placed,
+    condense_moving_placed,
     condense_placed,
     draw_placed,
     evaluate_placed,
@@ -35,7 +36,6 @@ from cablewright.kernels.statics.line.spatial_lines import (
     guess_placed,
     judge_placed,
     settle_placed,
-    shape_placed,
     step_placed,
     stiffen_placed,
 )
@@ -53,6 +53,7 @@ from cablewright.kernels.statics.line.upright import SLACK_TENSION, guess
 from cablewright.kernels.statics.line.upright_lines import (
     TAUT,
     aim_upright,
+    condense_moving_upright,
     condense_upright,
     dips_upright,
     draw_upright,
@@ -60,7 +61,6 @@ from cablewright.kernels.statics.line.upright_lines import (
     find_upright,
     judge_upright,
     settle_upright,
-    start_upright,
     step_upright,
     stiffen_upright,
 )
@@ -101,6 +101,18 @@ def condense_line(row, y, i, work, spatial):
     if spatial is not None and row[GUIDE] > 0.0:
         return condense_placed(row, y, i, work, spatial)
     return condense_upright(row, y, i, work)
+
+
+@jit
+def condense_moving_line(row, y, i, rate, work, spatial, pulled, turning):
+    """As `condense_line`, of a line whose length changes by *rate*, m/s.
+
+    Adds by how much its wrench changes per time by that, with the arm held, to *pulled* (n,), N/s and N m/s; and to
+    *turning* (3, 6) the part of its stiffness against moments that its force has on an arm that turns or slips.
+    """
+    if spatial is not None and row[GUIDE] > 0.0:
+        return condense_moving_placed(row, y, i, rate, work, spatial, pulled, turning)
+    return condense_moving_upright(row, y, i, rate, work, pulled, turning)
 
 
 @jit
@@ -374,18 +386,3 @@ def aim_line_at(lines, i, pose, y, work, spatial):
 def reach_of_line(row, length):
     """Return the distance (m) up to which a line of unstrained *length* (m) reaches; of a counterweight's no bound."""
     return length / row[SPANS] if row[COUNTERWEIGHT] == 0.0 else inf
-
-
-@jit
-def shape_line(row, y, guide, origin, plane):
-    """Write the point (3,), world, and the *plane* (4,) in which the free span of a solved line is drawn.
-
-    *plane*: as set by `place`, and so it remains of an upright line, with the exit point; of others it becomes their
-    span's. Returns where in it the span begins, m: along it, and up. *guide* (GUIDE_SIZE,) is scratch.
-    """
-    for k in range(3):
-        origin[k] = row[EXIT_X + k]
-    if row[GUIDE] == 0.0:
-        return start_upright(row, y)
-    shape_placed(row, y, guide, origin, plane)
-    return 0.0, 0.0

@@ -3,12 +3,14 @@
 *spatial* is `Work.spatial` of a general robot; for others nothing here is compiled, see `Packed`.
 """
 
-from math import cos, exp, hypot, log, nan, sin
+from math import acos, cos, exp, hypot, log, nan, sin
 
 from cablewright.kernels import jit
 from cablewright.kernels.certificates.exclusion import SETTLED
 from cablewright.kernels.layout import (
     ARC_COMPLIANCE,
+    ARRIVAL_X,
+    ASIDE,
     AZIMUTH,
     BAD_WRAP,
     BREAKING,
@@ -16,23 +18,28 @@ from cablewright.kernels.layout import (
     COUNTERWEIGHT,
     DEAD,
     DEAD_COMPLIANCE,
+    DEAD_SPAN,
     END_SPRING,
     FREE,
     FREE_COMPLIANCE,
+    GUIDE,
     NOT_CONVERGED,
     OK,
     OVERSTRETCHED,
     PHI,
     PULLS,
+    RADIUS,
     SPANS,
     TAU,
+    UNKNOWNS,
     WEIGHT,
 )
 from cablewright.kernels.newton import solve
-from cablewright.kernels.statics.line.guides import CONTACT_POINT, give_way, leave_frame
+from cablewright.kernels.statics.line.guides import ARC, CONTACT_POINT, TOWARDS, give_way, leave_frame, towards_winch
 from cablewright.kernels.statics.line.sheave import unstrain
 from cablewright.kernels.statics.line.spatial import (
     ARM,
+    COLUMNS,
     END_FORCE,
     FORCE,
     POSE,
@@ -47,7 +54,12 @@ from cablewright.kernels.statics.line.spatial import (
     straight_spatial,
     why_not_straight,
 )
-from cablewright.kernels.statics.line.spatial_wrench import add_spatial, add_spatial_pull, stiffness_along
+from cablewright.kernels.statics.line.spatial_wrench import (
+    add_spatial,
+    add_spatial_pull,
+    add_spatial_rate,
+    stiffness_along,
+)
 from cablewright.kernels.statics.line.upright import FAILED, SLACK, SLACK_TENSION, extremes
 
 
@@ -75,6 +87,17 @@ def condense_placed(row, y, i, work, spatial):
     if not solve(spatial.blocks[i], rows, SIZE, POSE + work.wrench.shape[0]):
         return False
     add_spatial(row, y, spatial.records[i], rows, row[PULLS], spatial.change, work.wrench, work.stiffness)
+    return True
+
+
+@jit
+def condense_moving_placed(row, y, i, rate, work, spatial, pulled, turning):
+    """As `interface.condense_moving_line`."""
+    record, rows = spatial.records[i], spatial.steps[i]
+    if not solve(spatial.blocks[i], rows, SIZE, COLUMNS):
+        return False
+    add_spatial(row, y, record, rows, row[PULLS], spatial.change, work.wrench, work.stiffness)
+    add_spatial_rate(row, y, record, rows, row[PULLS], rate, pulled, turning)
     return True
 
 
@@ -179,3 +202,36 @@ def shape_placed(row, y, guide, origin, plane):
         origin[k] += guide[CONTACT_POINT + k]
     straight = y[FREE] * (1.0 + t * row[FREE_COMPLIANCE])
     plane[2], plane[3] = straight * c, straight * sin(y[PHI])  # its end, as long as it is straight
+
+
+@jit
+def turn_placed(row, y, plane, guide):
+    """As `interface.turn_line`."""
+    fx, fy, fz, x, along, z = leave_placed(row, y, plane, guide)
+    if row[RADIUS] > 0.0:
+        return max(guide[ARC], 0.0) / row[RADIUS]
+    if row[UNKNOWNS] == 3.0:
+        z = -1.0  # a cable whose winch is not described arrives from below
+    return acos(min(max(-fx * x - fy * along - fz * z, -1.0), 1.0))
+
+
+@jit
+def leave_placed(row, y, plane, guide):
+    """As `interface.directions_of_line`."""
+    c, s = cos(y[PHI]), sin(y[PHI])
+    ex, ey = c * cos(y[AZIMUTH]), c * sin(y[AZIMUTH])
+    leave_frame(row, ex, ey, s, (plane[0] * plane[2], plane[1] * plane[2], plane[3]), guide, 0)
+    if row[GUIDE] == ASIDE:
+        return ex, ey, s, guide[TOWARDS], guide[TOWARDS + 1], guide[TOWARDS + 2]
+    x, across, z = towards_winch(row)
+    return ex, ey, s, x, across, z
+
+
+@jit
+def carry_placed(row, step, scale):
+    """As `interface.carry_exit`, without the exit point itself."""
+    if row[GUIDE] == ASIDE:
+        for k in range(3):
+            row[ARRIVAL_X + k] -= scale * step[k]
+    x, across, z = towards_winch(row)
+    row[DEAD_SPAN] -= scale * (x * step[0] + across * step[1] + z * step[2])

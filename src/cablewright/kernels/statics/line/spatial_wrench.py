@@ -9,6 +9,7 @@ from cablewright.kernels.statics.line.spatial import (
     ARM,
     CHORD,
     END_FORCE,
+    GIVEN,
     PLATFORM,
     POSE,
     RESIDUAL,
@@ -43,6 +44,17 @@ def wrench_change(row, y, record, steps, column, axis, pulls, out):
         out[i] = -pulls * dg[i]
     if out.shape[0] < 6:
         return
+    bx, by, bz = _arm_change(record, dg, axis)
+    gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
+    ax, ay, az = record[ARM], record[ARM + 1], record[ARM + 2]
+    out[3] = -pulls * (by * gz - bz * gy + ay * dg[2] - az * dg[1])
+    out[4] = -pulls * (bz * gx - bx * gz + az * dg[0] - ax * dg[2])
+    out[5] = -pulls * (bx * gy - by * gx + ax * dg[1] - ay * dg[0])
+
+
+@jit
+def _arm_change(record, dg, axis):
+    """Change of the arm for a change *dg* of the force at the span's end; *axis*: see `wrench_change`."""
     turned, moved = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     if axis >= 0:
         turned = turn_of(axis, record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2])
@@ -52,11 +64,38 @@ def wrench_change(row, y, record, steps, column, axis, pulls, out):
     bx = moved[0] + record[at] * slip[0] + record[at + 1] * slip[1] + record[at + 2] * slip[2]
     by = moved[1] + record[at + 3] * slip[0] + record[at + 4] * slip[1] + record[at + 5] * slip[2]
     bz = moved[2] + record[at + 6] * slip[0] + record[at + 7] * slip[1] + record[at + 8] * slip[2]
-    gx, gy, gz = record[END_FORCE], record[END_FORCE + 1], record[END_FORCE + 2]
+    return bx, by, bz
+
+
+@jit
+def add_spatial_rate(row, y, record, steps, pulls, rate, pulled, turning):
+    """Add what `interface.condense_moving_line` does of an eliminated line to *pulled* (n,) and *turning* (3, 6)."""
+    t, weight = exp(y[TAU]), row[WEIGHT]
+    more = -rate * pulls
+    dg = (
+        more * t * steps[0, GIVEN],
+        more * t * steps[1, GIVEN],
+        more * (t * steps[2, GIVEN] + weight * steps[3, GIVEN]),
+    )
+    for k in range(3):
+        pulled[k] += dg[k]
+    if pulled.shape[0] < 6:
+        return
     ax, ay, az = record[ARM], record[ARM + 1], record[ARM + 2]
-    out[3] = -pulls * (by * gz - bz * gy + ay * dg[2] - az * dg[1])
-    out[4] = -pulls * (bz * gx - bx * gz + az * dg[0] - ax * dg[2])
-    out[5] = -pulls * (bx * gy - by * gx + ax * dg[1] - ay * dg[0])
+    pulled[3] += ay * dg[2] - az * dg[1]
+    pulled[4] += az * dg[0] - ax * dg[2]
+    pulled[5] += ax * dg[1] - ay * dg[0]
+    gx, gy, gz = pulls * record[END_FORCE], pulls * record[END_FORCE + 1], pulls * record[END_FORCE + 2]
+    for k in range(6):
+        dg = (
+            t * steps[0, POSE + k],
+            t * steps[1, POSE + k],
+            t * steps[2, POSE + k] + weight * steps[3, POSE + k],
+        )
+        bx, by, bz = _arm_change(record, dg, k - 3)
+        turning[0, k] += by * gz - bz * gy
+        turning[1, k] += bz * gx - bx * gz
+        turning[2, k] += bx * gy - by * gx
 
 
 @jit

@@ -12,7 +12,6 @@ from cablewright.kernels.layout import (
     DEAD,
     DEAD_COMPLIANCE,
     END_SPRING,
-    EXIT_X,
     FREE,
     FREE_COMPLIANCE,
     INSIDE_SHEAVE,
@@ -60,6 +59,7 @@ from cablewright.kernels.statics.line.vertical_plane import (
     is_eyelet,
     is_in_reach_of_lever,
 )
+from cablewright.kernels.statics.platform import add_force, add_turning
 
 TAUT = 1e9  # N; tension at which a lever's weight is negligible
 LEVER_PULLS = (1.0, 10.0, 100.0, 1000.0)  # tensions, times the weight of the straight line, at which levers are placed
@@ -89,6 +89,23 @@ def condense_upright(row, y, i, work):
     if not eliminate(row, work.blocks[i], work.steps[i], 3):
         return False
     add_eliminated(row, y, work.forces[i], work.steps[i], work.arms[i], work.planes[i], work.wrench, work.stiffness)
+    return True
+
+
+@jit
+def condense_moving_upright(row, y, i, rate, work, pulled, turning):
+    """As `interface.condense_moving_line`."""
+    steps, plane, arm = work.steps[i], work.planes[i], work.arms[i]
+    if not eliminate(row, work.blocks[i], steps, 4):
+        return False
+    add_eliminated(row, y, work.forces[i], steps, arm, plane, work.wrench, work.stiffness)
+    h, v = work.forces[i, 0], work.forces[i, 1]
+    dh, dv = force_change(h, v, row[WEIGHT], steps, 3)
+    rate = rate * row[PULLS]
+    add_force(arm, -rate * dh * plane[0], -rate * dh * plane[1], -rate * dv, pulled)
+    dh, dv = force_change(h, v, row[WEIGHT], steps, 0)
+    h, v = row[PULLS] * (h - dh), row[PULLS] * (v - dv + row[WEIGHT] * y[FREE])
+    add_turning(turning[:, 3:], 0, arm[0], arm[1], arm[2], -h * plane[0], -h * plane[1], -v)
     return True
 
 
@@ -263,25 +280,17 @@ def start_upright(row, y):
 
 
 @jit
-def pull_on_exit(row, y, plane, ratio):
-    """Return the force (N) of both spans on the exit, and by how much they shorten as it moves: two vectors, world.
-
-    *ratio*: tension of the dead span over that of the free span. A winch that is not described moves with the exit.
-    """
+def leave_upright(row, y, plane):
+    """As `interface.directions_of_line`."""
     has_dead = 1.0 if row[UNKNOWNS] > 3.0 else 0.0
-    tension = exp(y[TAU]) if row[PULLS] > 0.0 else 0.0
     flat, dead_flat = cos(y[PHI]), has_dead * cos(y[PSI])
-    rise, dead_rise = sin(y[PHI]), has_dead * sin(y[PSI])
-    pull, shorter = tension * (flat + ratio * dead_flat), flat + dead_flat
-    fx, fy, fz = pull * plane[0], pull * plane[1], tension * (rise + ratio * dead_rise)
-    return fx, fy, fz, shorter * plane[0], shorter * plane[1], rise + dead_rise
+    dead_rise = has_dead * sin(y[PSI])
+    return flat * plane[0], flat * plane[1], sin(y[PHI]), dead_flat * plane[0], dead_flat * plane[1], dead_rise
 
 
 @jit
-def move_exit(row, plane, step, scale):
-    """Move the exit by *scale* times *step* (3,), m; the winch, whose place is given from the exit, stays."""
-    for k in range(3):
-        row[EXIT_X + k] += scale * step[k]
+def carry_upright(row, plane, step, scale):
+    """As `interface.carry_exit`, without the exit point itself."""
     if row[UNKNOWNS] > 3.0:
         row[WINCH_Z] -= scale * step[2]
     if row[UNKNOWNS] > 4.0:

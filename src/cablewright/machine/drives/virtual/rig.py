@@ -67,6 +67,7 @@ class VirtualRig:
         for drive in self.drives:
             drive.keeps_outputs = drives.valve is not None and not drives.valve.closes_alone
         self._axial = np.array([line.cable.stiffness for line in robot.lines])
+        self._cables = np.array([float(line.cables) for line in robot.lines])
         self._base = np.zeros(len(self.drives))
         self._turned = np.zeros(len(self.drives))
         self._load()
@@ -140,10 +141,10 @@ class VirtualRig:
 
     def _load(self) -> None:
         truth, positions = self.plant.truth, self._base + self._counts()
-        torques = self.signs * truth.tensions * truth.radii / self.ratio
+        torques = self.signs * self._cables * truth.tensions * truth.radii / self.ratio
         for i, drive in enumerate(self.drives):
             drive.position, drive.load = float(positions[i]), float(torques[i])
-            stiff = self._axial[i] / max(float(truth.lengths[i]), 0.1)  # N/m
+            stiff = self._cables[i] * self._axial[i] / max(float(truth.lengths[i]), 0.1)  # N/m
             gives = _YIELD / (stiff * self.plant.period)  # m/s for a N
             radius = float(truth.radii[i])
             drive.mobility = gives * self.ratio / radius**2 * self.per_radian

@@ -28,7 +28,7 @@ def settle(packed: Packed, body: Array, before: Array, after: Array, pose: Array
     """
     motion, damped = np.zeros(dynamics.MOTION), _damped(body)
     motion[:3], motion[TURN : TURN + 3] = pose[:3], pose[3:]
-    work, swing = dynamics.moving_workspace(6, len(after))
+    work, swing = dynamics.moving_workspace(packed)
     at = before.copy()
     for k in range(_STEPS):
         to = before + (after - before) * min(1.0, (k + 1) / _RAMP)

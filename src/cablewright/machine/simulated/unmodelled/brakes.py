@@ -41,7 +41,7 @@ class Brakes:
         self._softer = np.ones(len(names))  # than between fixed ends
 
     def close(self, closed: Mask, winches: Winches, softness: Array) -> None:
-        """Close those that are *closed* (m,), open the others; *softness* (m,): m/N, by which the lines stretch."""
+        """Close those that are *closed* (m,), open the others; *softness* (m,): m/N, of lines per pull on drums."""
         winches.set_brakes(np.where(closed, self.torques, 0.0), softness)
 
     def yield_by_secants(self, winches: Winches, pulls: Array) -> None:

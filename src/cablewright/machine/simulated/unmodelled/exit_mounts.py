@@ -13,6 +13,7 @@ from cablewright.foundation.arrays import Array, Indices
 from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import exit_mounts
 from cablewright.kernels.statics.equilibrium import Work
+from cablewright.kernels.statics.line.guides import GUIDE_SIZE
 
 
 class ExitMountState:
@@ -24,11 +25,11 @@ class ExitMountState:
         """*compliance* (m, 3, 3), m/N; no mount is displaced yet."""
         self._compliance = compliance
         self.displaced = np.zeros((len(compliance), 3))  # m
-        self._steps = np.zeros_like(self.displaced)
+        self._steps, self._guide = np.zeros_like(self.displaced), np.zeros(GUIDE_SIZE)
 
-    def give(self, lines: Array, states: Array, planes: Array, ratio: Array) -> float:
-        """Move the exits of the packed *lines* by a step of `exit_mounts.give`; return by how much at most, m."""
-        given = (lines, states, planes, ratio, self._compliance, self.displaced, self._steps)
+    def give(self, packed: Packed, states: Array, planes: Array, ratio: Array) -> float:
+        """Move the exits of *packed* by a step of `exit_mounts.give`; return by how much at most, m."""
+        given = (packed, states, planes, ratio, self._compliance, self.displaced, self._steps, self._guide)
         return float(exit_mounts.give(*given))
 
     def close(

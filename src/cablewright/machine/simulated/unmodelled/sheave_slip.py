@@ -13,31 +13,39 @@ from typing import Final
 import numpy as np
 
 from cablewright.foundation.arrays import Array
+from cablewright.kernels.layout import Packed
 from cablewright.kernels.plant import sheave_slip
+from cablewright.kernels.statics.line.guides import GUIDE_SIZE
 from cablewright.models.packed_views import LineStates
 
 STICKS: Final = np.array([0.2e-3, 0.5e-3, 1e-3])  # assumed: m, from rest until an element slips; equal shares
 
 
 class SheaveSlip:
-    """Sliding of m lines over their sheaves or eyelets at the exit.
+    """Sliding of m lines over their guides, and their sheaves or eyelets at the exit.
 
-    Where a winch is not described its dead span arrives vertically, as for the contact in statics.
+    Pulleys of an advantage and sheaves on the platform turn without friction. Where a winch is not described its dead
+    span arrives vertically, as for the contact in statics.
     """
 
     SAVED = ("_free", "elements", "ratio")
 
-    def __init__(self, friction: float, states: Array) -> None:
-        """*friction*: share that is lost over a right angle; *states* (m, 6) are those of lines at rest."""
+    def __init__(self, friction: float, states: Array, turned: Array) -> None:
+        """*friction*: share that is lost over a right angle; *states* (m, 6) are those of lines at rest.
+
+        *turned* (m,): rad, by which each cable turns on its guides before the exit point.
+        """
         self._rate = -math.log1p(-friction) / (0.5 * math.pi)  # mu
-        self._free = LineStates(states).free_length.copy()
+        self._free, self._turned = LineStates(states).free_length.copy(), turned
+        self._guide = np.zeros(GUIDE_SIZE)
         self.elements = np.zeros((len(states), len(STICKS)))
         self.ratio = np.ones(len(states))
         """Tension at the winch over that at the platform, (m,)."""
         self.stretch = np.zeros(len(states))
         """How much more than in statics dead spans stretch, (m,) m."""
 
-    def slide(self, lines: Array, states: Array) -> Array:
-        """Slide to where *lines* are by their *states*; return the ratio. Since the last time they went one way."""
-        sheave_slip.slide(lines, states, self._rate, STICKS, self._free, self.elements, self.ratio, self.stretch)
+    def slide(self, packed: Packed, states: Array, planes: Array) -> Array:
+        """Slide to where lines are by their *states*; return the ratio. Since the last time they went one way."""
+        given = (packed, states, planes, self._turned, self._guide, self._rate, STICKS)
+        sheave_slip.slide(*given, self._free, self.elements, self.ratio, self.stretch)
         return self.ratio

@@ -70,7 +70,10 @@ class Unmodelled:
         self.hysteresis = (
             CableHysteresis(cable.hysteresis, reference, tensions, elastic.copy()) if cable.hysteresis else None
         )
-        self.sheaves = SheaveSlip(simulation.sheaves.friction, states) if simulation.sheaves.friction else None
+        turned = np.array([0.0 if not line.guides else line.dead_span().turned for line in robot.lines])
+        friction = simulation.sheaves.friction
+        self.sheaves = SheaveSlip(friction, states, turned) if friction else None
+        self._cables = np.array([float(line.cables) for line in robot.lines])
         self.exits = ExitMountState(compliance) if compliance.any() else None
         firm = cable.settling or cable.stiffening
         self.load_strain = (
@@ -113,10 +116,10 @@ class Unmodelled:
                 part.follow(loads)
         self._loads = loads
         if self.sheaves is not None:
-            self.sheaves.slide(packed.lines, states)
+            self.sheaves.slide(packed, states, planes)
         self._turn(packed, states, winches)
         if self.exits is not None:
-            self.exits.give(packed.lines, states, planes, self.ratio)
+            self.exits.give(packed, states, planes, self.ratio)
         self._time += period
         if self.wind is not None:
             self.wind.blow(period)
@@ -124,14 +127,16 @@ class Unmodelled:
 
     def _turn(self, packed: Packed, states: Array, winches: Winches) -> None:
         """Turn gears and drums as far as the motors have turned, and set what that does to the lengths that are out."""
-        pulls = self._loads * self.ratio
+        pulls = self._loads * self.ratio * self._cables
         if self.gears is not None:
             self.gears.turn(winches.angles, pulls)
         if self.drive is not None:
             self.drive.turn(winches.angles, pulls, winches.leaving_radii, softness(packed, states))
         lags = [each.lag for each in (self.gears, self.drive) if each is not None]
         if self.sheaves is not None or lags:
-            winches.set_unmodelled(self.ratio, 0.0 if self.sheaves is None else self.sheaves.stretch, sum(lags))
+            winches.set_unmodelled(
+                self.ratio * self._cables, 0.0 if self.sheaves is None else self.sheaves.stretch, sum(lags)
+            )
 
     def _push(self, packed: Packed, place: Array) -> None:
         """Push the platform, with its origin at *place* (3,), m, by wind, people and a hose."""
@@ -148,6 +153,7 @@ class Unmodelled:
 
 
 def softness(packed: Packed, states: Array) -> Array:
-    """Return by how much straight lines with *states* (m, 6) stretch between fixed ends, (m,) m/N."""
-    own = LineStates(states)
-    return np.asarray(LineNumbers(packed.lines).free_compliance * (own.free_length + own.dead_length))
+    """Return by how much straight lines with *states* (m, 6) stretch between fixed ends per pull on drums, (m,) m/N."""
+    own, lines = LineStates(states), LineNumbers(packed.lines)
+    length = lines.spans * own.free_length + own.dead_length
+    return np.asarray((lines.free_compliance * length + lines.spring) / np.maximum(lines.pulls / lines.spans, 1.0))

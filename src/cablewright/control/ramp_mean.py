@@ -1,0 +1,87 @@
+"""A speed that changes without exciting a swing: the mean of the speeds that were asked for in the last while.
+
+The two running means are those of `printing/shaping.py`, of the past alone: the speed comes late by half their length.
+A mode answers the mean as it answers what was asked for, times the spectrum of the means.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from cablewright.foundation.arrays import Array
+from cablewright.printing.shaping import LONG, SHORT
+
+PeriodAt = Callable[[Array], float]
+"""Period, s, of the slowest mode with the platform at a place (3,), m."""
+
+_NONE: Final = np.zeros(0)
+_STEADY: Final = np.zeros((2, 1))
+
+
+@dataclass(eq=False)
+class RampMean:
+    """Changed in place. It is at rest until another speed is asked for, and again once all of the mean are equal.
+
+    Speeds are (d,), m/s or shares of a speed. Until the next `rest` the mean stays as long as it is.
+    """
+
+    rates: Array = field(default_factory=lambda: _STEADY)
+    """(2, d) 1/s of a speed: its changes of the last step and of this one; zero where it is no mean."""
+    _past: Array = field(
+        default_factory=lambda: _NONE
+    )  # (k, d) that were asked for, the last one first; k = 0: at rest
+    _weights: Array = field(default_factory=lambda: _NONE)  # (k,)
+    _same: int = 0  # steps in which the same was asked for
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether a mean was taken since the last `rest`."""
+        return len(self._weights) > 0
+
+    def rest(self) -> None:
+        """Forget what was asked for: the speed is no mean any more."""
+        self._past = self._weights = _NONE
+        self.rates = _STEADY
+
+    def asked(self, now: Array) -> Array:
+        """Return what was asked for last; *now* (d,): the present speed."""
+        return self._past[0] if len(self._past) else now
+
+    def pending(self, now: Array, dt: float) -> Array:
+        """Return how far (d,), m, the speeds asked for have gone beyond their mean, in steps of *dt*, s.
+
+        *now* (d,): the present speed.
+        """
+        late = dt * (1.0 - np.cumsum(self._weights))
+        return np.asarray(late @ self._past if len(self._past) else late.sum() * now)
+
+    def take(self, now: Array, asked: Array, period: Callable[[], float], dt: float) -> Array:
+        """Return the speed (d,) of the next *dt*, s, where *asked* (d,) is asked for and *now* (d,) is the present one.
+
+        *period*: of the slowest mode, s, where the mean begins.
+        """
+        then = self._mean(now, asked, period, dt)
+        self.rates = np.stack([np.broadcast_to(self.rates[1], then.shape), (then - now) / dt])
+        return then
+
+    def _mean(self, now: Array, asked: Array, period: Callable[[], float], dt: float) -> Array:
+        """Return the speed by `take`."""
+        if not len(self._past):
+            if np.array_equal(now, asked):
+                return asked
+            if not self.has_begun:
+                whole = period()
+                long, short = (max(round(share * whole / dt), 1) for share in (LONG, SHORT))
+                self._weights = np.convolve(np.full(long, 1.0 / long), np.full(short, 1.0 / short))
+            self._past, self._same = np.tile(now, (len(self._weights), 1)), 0
+        self._same = self._same + 1 if np.array_equal(asked, self._past[0]) else 1
+        self._past[1:] = self._past[:-1]
+        self._past[0] = asked
+        if self._same >= len(self._past):
+            self._past = _NONE
+            return asked
+        return np.asarray(self._weights @ self._past)

@@ -1,0 +1,119 @@
+"""Print two layers with lines of other kinds on machines as built by many seeds: the table of docs/print.md.
+
+    python tools/pages/line_prints.py                    # all robots
+    python tools/pages/line_prints.py --robots cogiro --seeds 0:2
+
+Robots: the Hangprinter, whose lines have an advantage of 2, and the cogiro with sheaves on its platform; jobs: rings of
+two layers. The machine is built for the robot, or the library's, with the severity typical and the dynamic plant in
+steps of 10 ms. True values in each step that prints: distance of the nozzle from its target, and tensions.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cablewright.foundation.signals import PrintState
+from cablewright.live.estimators import estimator
+from cablewright.live.prints.attendant import Attendant
+from cablewright.live.prints.loop import Printer
+from cablewright.live.prints.plan import PrintOptions, plan_print, twin_of
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.printing.job import Job
+from cablewright.robot import PlatformSheave, Robot, load
+from cablewright.studies.checks.check import check
+
+
+def with_sheaves() -> Robot:
+    """The cogiro with a sheave of 50 mm at each corner of its platform, whose axis is the platform's vertical."""
+    robot = load("cogiro")
+    sheave = PlatformSheave(radius=0.05, axis=(0.0, 0.0, -1.0))
+    lines = tuple(line.model_copy(update={"platform_sheave": sheave}) for line in robot.lines)
+    return Robot.model_validate(robot.model_copy(update={"lines": lines}).model_dump())
+
+
+def ring(radius: float, height: float, speed: float) -> Job:
+    """Two layers of a ring of that *radius*, m, from a *height*, m, on, at that *speed*, m/s."""
+    return Job.model_validate({
+        "name": "ring",
+        "helix": {"radius": radius, "layers": 2, "layer_height": 2e-3, "first_height": height},
+        "bead": {"width": 0.01, "height": 2e-3},
+        "motion": {"print_speed": speed, "travel_speed": speed, "acceleration": 0.5 * speed},
+    })  # fmt: skip
+
+
+CASES: Final[dict[str, tuple[Callable[[], Robot], Job]]] = {
+    "hangprinter-v4": (lambda: load("hangprinter-v4"), ring(0.2, 0.3, 0.1)),
+    "cogiro": (with_sheaves, ring(0.5, 0.5, 0.2)),
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of a print: errors (k,), m; tensions (k, m), N; how it ended."""
+
+    errors: np.ndarray
+    tensions: np.ndarray
+    end: str
+
+
+def printed(robot: Robot, job: Job, options: PrintOptions) -> Outcome:
+    """Print until the end, or until the machine stops."""
+    twin = twin_of(robot, job, None, options)
+    plan, path = plan_print(twin), twin.path
+    rig = SimulatedMachine(twin.robot, twin.settings, path.start_pose, seed=options.seed)
+    printer = Printer(
+        plan, rig, lambda place, radii: estimator(twin.estimator, twin.robot, rig.settings, place, (), radii)
+    )
+    attendant = Attendant(lambda: None)
+    errors, tensions, begun = [], [], False
+    while not (begun and attendant.is_over(printer)):
+        begun = True
+        step = printer.step(attendant.orders(printer, rig.time))
+        if step.progress.state is PrintState.PRINTING:
+            truth = rig.truth
+            nozzle = truth.position if robot.n == 3 else path.printing_point(truth.position, truth.rotation)
+            errors.append(float(np.linalg.norm(nozzle - step.progress.target)))
+            tensions.append(truth.tensions)
+    end = "finished" if printer.finished else printer.supervisor.reason
+    return Outcome(np.array(errors), np.array(tensions), end)
+
+
+def main() -> None:
+    """Print a table for each robot."""
+    parser = argparse.ArgumentParser(description="Prints with lines of other kinds by seeds.")
+    parser.add_argument("--robots", default=",".join(CASES), help="by commas")
+    parser.add_argument("--seeds", default="0:5", help="first and the one after the last")
+    parser.add_argument("--severity", default="typical", choices=("ideal", "typical", "rough", "own"))
+    parser.add_argument("--estimator", default="", help="by default the one that the machine's sensors allow")
+    given = parser.parse_args()
+    for name in given.robots.split(","):
+        make, job = CASES[name]
+        robot = make()
+        limits = np.array([line.tension_limits for line in robot.lines])
+        found = check(robot, job).expected
+        expected = np.nan if found is None else found.value
+        print(f"\n{name}: 95 of 100 machines within {1e3 * expected:.1f} mm; tensions {limits.min():g} to "
+              f"{limits.max():g} N are allowed\n")  # fmt: skip
+        print(
+            "| seed | rms | most | tensions | steps outside | end |\n| --- | --- | --- | --- | --- | --- |", flush=True
+        )
+        for seed in range(*map(int, given.seeds.split(":"))):
+            severity = None if given.severity == "own" else given.severity
+            options = PrintOptions(given.estimator or None, layers=2, seed=seed, severity=severity)
+            one = printed(robot, job, options)
+            if not len(one.errors):
+                print(f"| {seed} | - | - | - | - | {one.end} |", flush=True)
+                continue
+            rms, most = 1e3 * np.sqrt((one.errors**2).mean()), 1e3 * one.errors.max()
+            outside = ((one.tensions < limits[:, 0]) | (one.tensions > limits[:, 1])).any(axis=1).mean()
+            span = f"{one.tensions.min():.1f} to {one.tensions.max():.1f} N"
+            print(f"| {seed} | {rms:.2f} mm | {most:.2f} mm | {span} | {outside:.1%} | {one.end} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
