@@ -12,13 +12,17 @@ from cablewright.control.force_balance import balance
 from cablewright.control.length_check import check_lengths
 from cablewright.estimation.kalman.sag import Sag, balanced
 from cablewright.estimation.slackness import SlacknessSettings
-from cablewright.foundation.signals import Encoders, SensorFrame
+from cablewright.foundation.signals import Command, Encoders, SensorFrame
 from cablewright.kernels.plant import dynamics
-from cablewright.kernels.statics.equilibrium import evaluate
-from cablewright.kernels.statics.line.interface import condense_moving_line
+from cablewright.kernels.statics.equilibrium import evaluate, workspace
+from cablewright.kernels.statics.line.interface import condense_moving_line, place_lines
 from cablewright.kernels.statics.line.solved_line import end_of_line
 from cablewright.live.estimators import estimator, reckoning_of
 from cablewright.machine.simulated.settings import load_twin
+from cablewright.machine.simulated.severities import with_severity
+from cablewright.machine.simulated.simulated_machine import SimulatedMachine
+from cablewright.machine.simulated.unmodelled.exit_mounts import ExitMountState
+from cablewright.machine.simulated.unmodelled.sheave_slip import SheaveSlip
 from cablewright.models.fidelity import Fidelity
 from cablewright.models.packed_views import LineStates
 from cablewright.models.rotation import matrix_of, moved
@@ -226,3 +230,71 @@ def test_dead_reckoning_follows_winches(kind: str) -> None:
     assert found.position == pytest.approx(there.pose, abs=1e-5)
     assert reckoning.tensions == pytest.approx(there.tensions, rel=1e-2)
     assert found.excess == pytest.approx(there.lengths - taut_at(model, there.pose).lengths, abs=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["guides", "tilted", "pulleys", "several"])
+def test_exits_of_the_plant_give_as_mounts_in_statics(kind: str) -> None:
+    robot, rng = robot_of(kind, False), np.random.default_rng(4)
+    halves = 2e-3 * rng.normal(size=(4, 3, 3))
+    soft = np.array([half @ half.T for half in halves])  # m/N
+    lines = [
+        line.model_copy(update={"exit_compliance": tuple(map(tuple, each.tolist()))})
+        for line, each in zip(robot.lines, soft, strict=True)
+    ]
+    on_mounts = Model(out_of_plane.checked(robot.model_copy(update={"lines": tuple(lines)})))
+    model = Model(robot)
+    lengths = solve_inverse(model, [0.3, -0.4, 1.2]).checked().lengths
+    firm = solve_forward(model, lengths, guess=[0.3, -0.4, 1.2]).checked()
+    packed, pose, states = model.packed._replace(lines=model.packed.lines.copy()), firm.pose.copy(), firm.states.copy()
+    work = workspace(packed)
+    evaluate(packed, lengths, pose, states, work)
+    assert ExitMountState(soft).close(packed, np.arange(4), lengths, pose, states, np.ones(4), work) == 0
+    found = solve_forward(on_mounts, lengths, guess=firm.pose).checked()
+    assert np.linalg.norm(found.pose - firm.pose) > 1e-3
+    assert pose == pytest.approx(found.pose, abs=3e-6)
+    assert LineStates(states).tension == pytest.approx(found.tensions, rel=3e-4)
+
+
+def test_friction_acts_over_all_turns_of_the_cable() -> None:
+    robot = robot_of("guides", False)
+    model = Model(robot, Fidelity.of("elastic"))
+    found = solve_inverse(model, [0.3, -0.4, 1.2]).checked()
+    turned = np.array([line.dead_span().turned for line in robot.lines])
+    slip = SheaveSlip(0.03, found.states, turned)
+    states = found.states.copy()
+    LineStates(states).free_length += 0.1  # paid out
+    ratio = slip.slide(model.packed, states, found_planes(found))
+    for i, line in enumerate(robot.lines):
+        stops = np.array([line.winch_exit, *line.guides, line.exit_point, found.pose])
+        ways = np.diff(stops, axis=0) / np.linalg.norm(np.diff(stops, axis=0), axis=1)[:, None]
+        angle = np.arccos(np.clip((ways[1:] * ways[:-1]).sum(axis=1), -1.0, 1.0)).sum()
+        assert ratio[i] == pytest.approx((1.0 - 0.03) ** (angle / (0.5 * np.pi)), rel=1e-6)
+
+
+def found_planes(found: Equilibrium) -> np.ndarray:
+    """The planes of the lines of an equilibrium."""
+    work = workspace(found.model.packed)
+    place_lines(found.model.packed, found.pose, work)
+    return work.planes
+
+
+def test_a_machine_goes_on_from_a_snapshot_to_the_bit_and_both_plants_hold_it() -> None:
+    robot, pose = robot_of("mixed", True), np.array([0.3, -0.2, 1.5, 0.0, 0.0, 0.0])
+    twin = with_severity(load_twin("cogiro"), "typical").with_owner(robot=None)
+    speeds = 0.2 * np.sin(np.arange(8.0))
+    first = SimulatedMachine(robot, twin, pose, seed=5)
+    for k in range(1, 16):
+        first.step(Command(0.01 * k, speeds))
+    second = SimulatedMachine.resumed(robot, twin, first.snapshot(), seed=5)
+    for k in range(16, 26):
+        for each in (first, second):
+            each.step(Command(0.01 * k, -speeds))
+        for name in ("position", "rotation", "tensions", "excess", "lengths"):
+            assert getattr(first.truth, name).tolist() == getattr(second.truth, name).tolist()
+    ideal = load_twin("cogiro").with_owner(robot=None)
+    swings, still = (SimulatedMachine(robot, ideal, pose, seed=5, plant=plant) for plant in ("dynamic", "quasi-static"))
+    for k in range(1, 101):
+        swings.step(Command(0.01 * k, np.zeros(8)))
+    still.step(Command(0.2, np.zeros(8)))
+    assert swings.truth.position == pytest.approx(still.truth.position, abs=2e-6)
+    assert swings.truth.tensions == pytest.approx(still.truth.tensions, rel=2e-3)

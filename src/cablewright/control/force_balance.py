@@ -18,7 +18,6 @@ import numpy as np
 from cablewright.foundation.arrays import Array
 from cablewright.models.rotation import moved, placed
 from cablewright.models.statics import Model
-from cablewright.robot import RigidPlatform
 from cablewright.solvers.taut import taut_at
 
 _STEP: Final = 1e-3  # m and rad, of a derivative
@@ -72,7 +71,7 @@ def balance(model: Model, pose: Array, tensions: Array, share: float, laid: floa
 
     *laid*: kg that have left the model's platform.
     """
-    off, arm = excess(model, pose, tensions, laid), _arm(model)
+    off, arm = excess(model, pose, tensions, laid), model.robot.arm
     slopes = []
     for way in np.eye(model.n) * _STEP:
         change = _wrench(model, moved(pose, way), tensions) - _wrench(model, moved(pose, -way), tensions)
@@ -98,12 +97,9 @@ def weight_of(model: Model, laid: float = 0.0) -> float:
 def excess(model: Model, pose: Array, tensions: Array, laid: float = 0.0) -> Array:
     """What the lines carry beyond the weight, (n,) N and N m, of the platform from which *laid* kg have left."""
     weight, platform = weight_of(model, laid), model.robot.platform
-    down = np.zeros(model.n)
-    down[2] = -weight
-    if isinstance(platform, RigidPlatform):
-        x, y, _ = (placed(pose, [platform.centre_of_mass])[0] - pose[:3]).tolist()
-        down[3:5] = -y * weight, x * weight
-    return np.asarray(_wrench(model, pose, tensions) + down)
+    x, y, _ = (placed(pose, [platform.centre_of_mass])[0] - pose[:3]).tolist()
+    down = np.array([0.0, 0.0, -weight, -y * weight, x * weight, 0.0])
+    return np.asarray(_wrench(model, pose, tensions) + down[: model.n])
 
 
 @dataclass(eq=False)
@@ -133,18 +129,13 @@ class CarriedWatch:
             self._mean = self._mean + (off - self._mean) * min((time - self._time) / _MEAN, 1.0)
         self._time = time
         limit = _MOVING * self.share * _scale(self.model, tensions, laid)
-        found = ForceBalance(pose, self._mean, weight_of(self.model, laid), limit, 0.0, _arm(self.model))
+        found = ForceBalance(pose, self._mean, weight_of(self.model, laid), limit, 0.0, self.model.robot.arm)
         return found.sentence() if time - self._since > _MEAN and not found.holds else ""
 
 
 def _scale(model: Model, tensions: Array, laid: float) -> float:
     """What errors are a share of, N: the weight; of a rigid platform all tensions together where these are more."""
-    return max(weight_of(model, laid), float(np.linalg.norm(tensions)) if model.n == 6 else 0.0)
-
-
-def _arm(model: Model) -> float:
-    """Arm of the farthest line of a rigid platform, m; 0 of a point."""
-    return 0.0 if model.n == 3 else max(float(np.linalg.norm(line.platform_point)) for line in model.robot.lines)
+    return max(weight_of(model, laid), float(np.linalg.norm(tensions)) if model.robot.arm > 0.0 else 0.0)
 
 
 def _as_forces(wrench: Array, arm: float) -> Array:
@@ -158,10 +149,7 @@ def _wrench(model: Model, pose: Array, tensions: Array) -> Array:
     weights = robot.scene.gravity * np.array([line.cable.linear_density for line in robot.lines]) * taut.free
     up = -taut.toward[:, 2] / spans  # from the platform to the sheave
     middle = np.maximum(tensions - 0.5 * weights * up, 0.0)
-    pull = -((pulls / spans * middle) @ taut.per_motion)
     carried = 0.5 * pulls * weights
-    pull[2] -= float(carried.sum())
-    if model.n == 6:
-        x, y, _ = (placed(pose, [line.platform_point for line in robot.lines]) - pose[:3]).T
-        pull[3:5] += np.array([-(y @ carried), x @ carried])
-    return np.asarray(pull)
+    x, y, _ = (placed(pose, [line.platform_point for line in robot.lines]) - pose[:3]).T
+    down = np.array([0.0, 0.0, -carried.sum(), -(y @ carried), x @ carried, 0.0])
+    return np.asarray(down[: model.n] - (pulls / spans * middle) @ taut.per_motion)

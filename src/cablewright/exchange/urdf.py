@@ -95,8 +95,6 @@ def _joint(robot: Robot, pose: Array) -> str:
 
 def _roll_pitch_yaw(pose: Array) -> tuple[float, float, float]:
     """Return the rotation of a pose as turns about the world's x, y and z in this order, rad."""
-    if len(pose) == 3:
-        return 0.0, 0.0, 0.0
     R = (placed(pose, np.eye(3)) - pose[:3]).T
     pitch = float(np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0])))
     if np.hypot(R[0, 0], R[1, 0]) < 1e-12:  # straight up or down: yaw is taken as 0

@@ -123,6 +123,11 @@ class Robot(FileDescription):
         return self.n if self.platform.plane is None else {3: 2, 6: 3}[self.n]
 
     @property
+    def arm(self) -> float:
+        """Arm of the farthest platform point about the platform's origin, m; 0 of a point, which does not turn."""
+        return 0.0 if self.n == 3 else max(math.hypot(*line.platform_point) for line in self.lines)
+
+    @property
     def winches(self) -> int:
         """The number of winches: m, less the lines on the drum of another and those with a counterweight."""
         return self.m - len(self.sharing) - len(self.hung)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tools.shaped_stops import printed
+from tools.motion.shaped_stops import printed
 
 pytestmark = pytest.mark.slow
 

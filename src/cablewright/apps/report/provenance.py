@@ -91,7 +91,8 @@ def _wrench(robot: Robot) -> str:
 def _platform(robot: Robot) -> str:
     platform, guided = robot.platform, ""
     if platform.plane is not None:
-        guided = f" It stays in the plane {platform.plane}, which holds it both ways without friction."
+        how = "holds it both ways" if platform.plane.pulls else "only pushes"
+        guided = f" It stays in the plane {platform.plane}, which {how}, without friction."
     if not isinstance(platform, RigidPlatform):
         return f"The platform is a point: all lines meet in it, and it has no tilt.{guided}"
     return (

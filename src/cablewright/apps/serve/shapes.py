@@ -95,7 +95,7 @@ class Shapes:
     def curves(self, state: dict[str, Any]) -> list[int] | None:
         """Points of all lines, numbers of the grid one after the other; None where nobody knows them."""
         platform, lengths = state["platform"], state["lines"]["lengths"]
-        pose = np.array([*platform["position"], *(platform["rotation"] if self.robot.n == 6 else ())], dtype=float)
+        pose = np.array([*platform["position"], *platform["rotation"]], dtype=float)[: self.robot.n]
         if lengths is None or not np.isfinite(pose).all() or None in lengths:
             return None
         states = hanging_lines(self.model, pose[None], np.array([lengths]))[0]

@@ -24,6 +24,7 @@ from cablewright.live.body_estimator import BodyEstimator
 from cablewright.live.estimators import DeadReckoning, homed, homed_settings
 from cablewright.machine.settings import MachineSettings
 from cablewright.machine.winch_counts import CountsFile, Remembering
+from cablewright.models.rotation import rotations
 from cablewright.models.support import Capability, Coverage, support
 from cablewright.robot import Robot
 from cablewright.solvers.inverse import solve_inverse
@@ -95,7 +96,8 @@ class LengthKeeper:
         content = {"schema": 2, "robot": self.robot.name, "lines": lines, "epoch": self.machine.epoch}
         content["counts"] = counts.tolist()
         content |= {"lengths": lengths.tolist(), "position": pose[:3].tolist()}
-        content |= {"rotation": pose[3:].tolist()} if len(pose) == 6 else {}
+        if turn := pose[3:].tolist():
+            content["rotation"] = turn
         text = json.dumps(content)
         self._saved = _File.model_validate_json(text)
         write_whole(self.path, text.encode() + b"\n")
@@ -113,8 +115,9 @@ class LengthKeeper:
         m = len(lines)
         if (found.robot, found.lines) != (self.robot.name, lines) or (len(found.counts), len(found.lengths)) != (m, m):
             raise InputError(f"{self.path}: holds lengths of {found.robot!r}, lines {', '.join(found.lines)}")
-        if (found.rotation is None) != (self.robot.n == 3):
-            what = "no rotation, which a rigid platform has" if self.robot.n == 6 else "a rotation, which no point has"
+        turns = len(found.rotation or ())
+        if 3 + turns != self.robot.n:
+            what = "a rotation, which no point has" if turns else "no rotation, which a rigid platform has"
             raise InputError(f"{self.path}: rotation: holds {what}; remove the file and home the machine anew")
         return found
 
@@ -151,7 +154,7 @@ class KeptEstimator:
             frame.time,
             frozen(self._guess[:3]),
             frozen(np.zeros(3)),
-            frozen(self._guess[3:] if len(self._guess) == 6 else np.zeros(3)),
+            frozen(rotations(self._guess)),
             unknown if lengths is None else frozen(lengths),
             unknown,
             np.zeros(m, dtype=bool),

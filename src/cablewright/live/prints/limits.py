@@ -38,6 +38,7 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 from cablewright.robot.plausibility import overstretched
+from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.shaping import SLOWEST, SlowestMode
 
@@ -146,7 +147,7 @@ def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
 
     def holds(place: Array, rotation: Array) -> bool:
         pose = np.concatenate([attitude.origin(place, rotation), rotation])
-        return bool(solve_inverse(model, pose[None], path=True).ok[0])
+        return bool(solve_inverse(model, hung(model, pose[None]), path=True).ok[0])
 
     nozzle = attitude.nozzle
     x, y, z = np.maximum(low, low + nozzle).tolist()

@@ -15,6 +15,7 @@ from cablewright.foundation.signals import Condition, Notice, Truth, WinchMode, 
 from cablewright.kernels.plant import beam, dynamics, machine_step, winding
 from cablewright.kernels.rotation import matrix
 from cablewright.kernels.statics.equilibrium import evaluate
+from cablewright.kernels.statics.line.interface import place_lines
 from cablewright.machine.drives.settings import FOLLOWING_ERROR
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.simulated.as_built_parts import home_errors
@@ -85,9 +86,6 @@ class Rig:
         "_last_position",
         "_fall_start",
         "work.planes",
-        "work.arms",
-        "work.rotation",
-        "swing.place",
         "swing.ends",
         "_random",
         "winches",
@@ -153,6 +151,13 @@ class Rig:
         sensor = owner.sensor(LINE_ANGLES)
         self._sensors_at = np.maximum(0.0, along + (0.0 if sensor is None else sensor.from_platform))  # m before B
         self._upright = np.array([line.has_upright_swivel for line in robot.lines])
+
+    def after_load(self) -> None:
+        """Place the lines where the platform is; their planes are those of the last step."""
+        planes = self.work.planes.copy()
+        self.swing.place[:] = self.pose
+        place_lines(self.packed, self.swing.place, self.work)
+        self.work.planes[:] = planes
 
     def _let_exits_give(self, pose: Array) -> None:
         """Let exits give at the start, updating *pose* (n,). Raises `InputError` where nothing holds the platform."""

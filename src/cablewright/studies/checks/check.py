@@ -130,7 +130,7 @@ def check(
         expected=expected,
         uncertainty=source,
         distances=walked.distances,
-        not_checked=tuple(not_checked(robot, uncertain, walked.statics, skip)),
+        not_checked=tuple(not_checked(robot, path, uncertain, walked.statics, skip)),
         step=step,
         reserved=careful is not robot,
         shaping=motion,

@@ -11,7 +11,9 @@ from cablewright.models.inertia import with_inertia
 from cablewright.models.support import Capability, cells
 from cablewright.robot import Robot
 from cablewright.robot.uncertainty import Uncertainty
+from cablewright.studies.checks.own_vibration import slow_lines
 from cablewright.studies.checks.path_statics import PathStatics
+from cablewright.studies.checks.walk import JobPath
 
 SKIPPABLE: Final = {
     "interference": "interference of lines",
@@ -35,8 +37,10 @@ _LEFT_OUT: Final = (
 )
 
 
-def not_checked(robot: Robot, uncertain: Uncertainty, statics: PathStatics, skip: Collection[str]) -> list[str]:
-    """Return what a check of *robot* does not cover."""
+def not_checked(
+    robot: Robot, path: JobPath, uncertain: Uncertainty, statics: PathStatics, skip: Collection[str]
+) -> list[str]:
+    """Return what a check of *robot* along a *path* does not cover."""
     found = [f"{what}: switched off" for name, what in SKIPPABLE.items() if name in skip]
     found += _without_limit(robot)
     stiff = [line.name for line in robot.lines if line.exit_compliance is None]
@@ -55,6 +59,7 @@ def not_checked(robot: Robot, uncertain: Uncertainty, statics: PathStatics, skip
         found.append("inertia of the platform: the robot file gives no platform.inertia: mass at the platform points")
     if robot.platform.plane is not None and not robot.platform.plane.pulls:
         found.append("tipping on the plane")
+    found += slow_lines(robot, path.poses, path.retraction)
     found += [f"{cell.because}: {cell.instead}" for _, cell in cells(robot, Capability.CHECK)]
     return [*found, *_LEFT_OUT]
 

@@ -1,6 +1,6 @@
 """How the house printer lays one layer of the house on the nonlinear dynamic plant, with and without shaping.
 
-    python -m tools.printed_layer none      (or auto; each takes a quarter of an hour)
+python -m tools.motion.printed_layer none      (or auto; each takes a quarter of an hour)
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cablewright.live.prints.run import begin_print
 from cablewright.printing.job import load_job
 from cablewright.robot import load
 
-HOUSE: Final = Path(__file__).resolve().parent.parent / "examples" / "house.toml"
+HOUSE: Final = Path(__file__).resolve().parent.parent.parent / "examples" / "house.toml"
 SEARCH: Final = 0.3  # m along the path
 SLACK: Final = 1.0  # N
 

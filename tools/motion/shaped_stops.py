@@ -1,6 +1,6 @@
 """What is left of the swing of the house printer after corners, planned stops, pauses and jogs that are shaped.
 
-    python -m tools.shaped_stops
+    python -m tools.motion.shaped_stops
 
 The nonlinear dynamic plant of a print follows a path whose shaper takes frequencies that are wrong.
 """
