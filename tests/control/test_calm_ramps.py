@@ -131,7 +131,7 @@ def jogged(settings: ManualSettings, orders: list[tuple[float, float, float]], l
         if now < last and k % 10 == 0:
             wish = orders[min(k // 10, len(orders) - 1)]
             order = Order(OrderKind.JOG, time=now, arguments={"velocity": wish})
-            manual.begin(settings, state, order, now, np.array([0.0, 0.0, 1.0]) if k == 0 else None)
+            manual.begin(settings, state, order, now, (np.array([0.0, 0.0, 1.0]), np.zeros(3)) if k == 0 else None)
         found.append(manual.step(settings, state, now, DT).velocity)
     return np.array(found)
 
@@ -179,7 +179,7 @@ def test_a_motion_to_a_place_leaves_no_swing_and_arrives(far: float) -> None:
     for settings in (replace(BY_HAND, period=period), BY_HAND):
         state, velocities = ManualState(), []
         order = Order(OrderKind.GO_TO, arguments={"position": (far, 0.0, 1.0)})
-        manual.begin(settings, state, order, 0.0, np.array([0.0, 0.0, 1.0]))
+        manual.begin(settings, state, order, 0.0, (np.array([0.0, 0.0, 1.0]), np.zeros(3)))
         for k in range(2000):
             motion = manual.step(settings, state, k * DT, DT)
             velocities.append(motion.velocity)
@@ -202,7 +202,7 @@ def test_where_one_step_is_longer_than_the_mean_there_is_none() -> None:
 def test_a_place_is_gone_to_from_a_jog_at_the_limits_without_leaving_them() -> None:
     state, settings = ManualState(), replace(BY_HAND, period=period)
     velocity = {"velocity": (0.2, 0.0, 0.0)}
-    manual.begin(settings, state, Order(OrderKind.JOG, arguments=velocity), 0.0, np.array([0.4, 0.0, 1.0]))
+    manual.begin(settings, state, Order(OrderKind.JOG, arguments=velocity), 0.0, (np.array([0.4, 0.0, 1.0]), np.zeros(3)))
     farthest = 0.0
     for k in range(1500):
         now = k * DT

@@ -31,6 +31,7 @@ BY_NUMBERS = {
     (Capability.SHAPE, "weightless"): "a line without weight has no shape",
     (Capability.SHAPE, "no-gravity"): "a line without weight has no shape",
     (Capability.ELASTIC_CALIBRATION, "few-winches"): "a point on two lines has hardly any feasible pose",
+    (Capability.ELASTIC_CALIBRATION, "free-position"): "a point on two lines has hardly any feasible pose",
 }
 """Cells of which the numbers of a robot decide more than the feature: they are not run."""
 

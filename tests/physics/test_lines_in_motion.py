@@ -206,7 +206,7 @@ def test_estimators_and_checks_know_how_lines_hang_and_pull(kind: str) -> None:
     judged = check_lengths(model, found.lengths, found.tensions, found.pose + 0.05)
     assert judged is not None
     assert judged.fits
-    assert judged.position == pytest.approx(found.pose, abs=2e-3)
+    assert judged.pose == pytest.approx(found.pose, abs=2e-3)
 
 
 @pytest.mark.parametrize("kind", POINTS)

@@ -151,7 +151,7 @@ def test_a_bad_machine_file_is_refused(cli, tmp_path) -> None:
 
 
 def test_what_cannot_be_simulated_is_said(cli, tmp_path) -> None:
-    assert "no winch.drum_radius" in cli("simulate", "grab-four-lines", "--hold", "1.1,0,0", "--duration", "1").refusal
+    assert "no winch.drum_radius" in cli("simulate", "wang2021", "--hold", "1,0,1", "--duration", "1").refusal
     assert "a line would have to push" in cli("simulate", "merlet2023", "--hold", "0,0,9", "--duration", "1").no
     nowhere = cli("simulate", "merlet2023", *SHORT, "--out", tmp_path / "no" / "a.mcap")
     assert nowhere.code == 3

@@ -96,6 +96,7 @@ def make_check(robot: Robot, job, *, feasible: bool = True) -> tuple[Check, Laye
         toolpath=dataclasses.replace(job.toolpath(), unknown={"M104": 1}),
         travels=(),
         fastest=None,
+        slower=(),
         expected=_expected(robot, samples),
         beads=job.beads(job.toolpath()),
         uncertainty=ASSUMED,

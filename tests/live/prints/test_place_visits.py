@@ -192,7 +192,7 @@ def test_options_that_do_not_fit(options: dict, message: str) -> None:
     merlet, ring = load("merlet2023"), load_job(EXAMPLES / "blind-machines.toml")
     with pytest.raises(InputError, match="place learn: machine 'merlet2023': cable that lies so irregularly"):
         twin_of(merlet, ring, None, PrintOptions("encoders", place_every=60.0, place_learn=True))
-    with pytest.raises(InputError, match="place every: is for point platforms by encoders alone"):
+    with pytest.raises(InputError, match="place every: is for point platforms in no plane, by encoders alone"):
         twin_of(merlet, ring, None, PrintOptions(place_every=60.0))
 
 

@@ -162,7 +162,7 @@ def test_numbers_that_cannot_be(options: dict, message: str) -> None:
 
 def test_other_estimators_take_no_place() -> None:
     job = load_job(EXAMPLES / "blind-machines.toml")
-    with pytest.raises(InputError, match="place layers: is for point platforms by encoders alone"):
+    with pytest.raises(InputError, match="place layers: is for point platforms in no plane, by encoders alone"):
         twin_of(load("merlet2023"), job, None, PrintOptions(place_layers=1))
     for options, why in (
         ({"place_tensions": True}, "place tensions: place layers or place every says when"),
