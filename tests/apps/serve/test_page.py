@@ -124,11 +124,11 @@ def test_a_jog_ends_when_it_is_let_go(chromium: Browser, server: Served) -> None
         x, y = page.run(HOLD % 1)
         press(page, x, y, "mousePressed")
         watching.until(lambda state: state.get("state") == "manual")
-        watching.during(0.6)
+        watching.during(1.2)
         press(page, x, y, "mouseReleased")
         watching.until(lambda state: state.get("state") == "idle", 10.0)
         moved = watching.states[-1]["platform"]["position"][0] - watching.states[0]["platform"]["position"][0]
-        assert moved > 5e-4  # one lease alone moves it by 1 mm: a jog starts without a swing
+        assert moved > 5e-3  # one lease alone moves it by 1 mm: a jog starts without a swing
         page.run("document.querySelectorAll('#jog button')[0].focus()")
         for kind in ("keyDown", "keyUp"):
             page.send("Input.dispatchKeyEvent", type=kind, key=" ", code="Space", windowsVirtualKeyCode=32)
