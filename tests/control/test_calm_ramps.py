@@ -202,7 +202,8 @@ def test_where_one_step_is_longer_than_the_mean_there_is_none() -> None:
 def test_a_place_is_gone_to_from_a_jog_at_the_limits_without_leaving_them() -> None:
     state, settings = ManualState(), replace(BY_HAND, period=period)
     velocity = {"velocity": (0.2, 0.0, 0.0)}
-    manual.begin(settings, state, Order(OrderKind.JOG, arguments=velocity), 0.0, (np.array([0.4, 0.0, 1.0]), np.zeros(3)))
+    begin = (np.array([0.4, 0.0, 1.0]), np.zeros(3))
+    manual.begin(settings, state, Order(OrderKind.JOG, arguments=velocity), 0.0, begin)
     farthest = 0.0
     for k in range(1500):
         now = k * DT
