@@ -55,7 +55,12 @@ def test_every_example_is_pinned() -> None:
     assert sorted(path.stem for path in EXAMPLES.glob("*.py")) == sorted(PINNED)
 
 
-@pytest.mark.parametrize("name", sorted(PINNED))
+SLOW = ("09_retract_as_it_grows",)  # takes three minutes
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=[pytest.mark.slow] if each in SLOW else []) for each in sorted(PINNED)]
+)
 def test_an_example_prints_its_number(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
     last = capsys.readouterr().out.splitlines()[-1]
