@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.resources
-import importlib.util
 import json
 from collections.abc import Iterator
 
@@ -13,6 +12,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import browser, executable
+from operated import STATE, enable
 from served import Served, client, served
 
 pytestmark = pytest.mark.clock
@@ -34,15 +34,12 @@ print_speed = "0.2 m/s"
 travel_speed = "0.2 m/s"
 acceleration = "0.3 m/s^2"
 """
-STATE = "document.getElementById('state').textContent"
 SEND = """((text) => { const t = new DataTransfer(); t.items.add(new File([text], 'ring.toml'));
   document.getElementById('files').files = t.files; document.getElementById('upload').requestSubmit(); })"""
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    if importlib.util.find_spec("starlette") is None:
-        pytest.skip("the extra web is not installed")
     folder = tmp_path_factory.mktemp("served")
     machine = folder / "machine.toml"
     text = (importlib.resources.files("cablewright.machine") / "library" / "cogiro.toml").read_text("utf-8")
@@ -78,29 +75,17 @@ def test_a_body_is_moved_by_its_nozzle_at_the_rotation_that_it_has(server: Serve
 def test_a_layer_is_printed_from_the_page(server: Served) -> None:
     with browser() as chromium, chromium.page(server.address, 1280) as page:
         page.until("location.pathname === '/' && window.operate && operate.view.view")
-
-        def enable() -> None:
-            if not page.run("operate.orders.mine"):  # from the beginning, or after the page was silent for too long
-                page.until("!document.getElementById('take').disabled")
-                page.run("document.getElementById('take').click()")
-            page.until("operate.orders.mine")
-            for kind, then in (("reset", "off"), ("enable", "idle")):
-                if page.run(f"!operate.orders.buttons[{kind!r}].disabled"):
-                    page.run(f"operate.orders.buttons[{kind!r}].click()")
-                    page.until(f"{STATE} === {then!r}")
-            page.until("operate.orders.control.known")
-
-        enable()
+        enable(page)
         page.until("document.getElementById('rotation').textContent.endsWith('\\u00b0')")
         assert page.run("document.getElementById('nozzle-fact').hidden") is False
         assert page.run("[...document.querySelectorAll('#lines tr')].length") == 8
         page.run(f"{SEND}({json.dumps(RING)})")
         page.until("document.querySelector('#jobs').textContent.includes('check: ')", 300.0)
         assert "check: yes" in page.run("document.querySelector('#jobs').textContent")
-        enable()
+        enable(page)
         page.run("[...document.querySelectorAll('#jobs button')].find((b) => b.textContent === 'Load').click()")
         page.until("operate.state.sitting.job?.name === 'ring' && operate.view.view?.path", 60.0)
-        enable()
+        enable(page)
         page.run("operate.orders.buttons.start.click()")
         page.run("document.getElementById('ask-yes').click()")
         page.until(f"{STATE} === 'printing'", 120.0)

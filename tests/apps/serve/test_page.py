@@ -13,6 +13,7 @@ import pytest
 pytest.importorskip("starlette")
 
 from browser import Browser, Page, browser, executable
+from operated import STATE, enable
 from served import RING, Served, client
 
 pytestmark = [
@@ -21,7 +22,6 @@ pytestmark = [
 ]
 
 LOOKS = [(1280, False), (1280, True), (390, False), (390, True)]
-STATE = "document.getElementById('state').textContent"
 HOLD = """(() => {
   const b = document.querySelectorAll('#jog button')[%d], r = b.getBoundingClientRect();
   b.scrollIntoView({ block: 'center', behavior: 'instant' });
@@ -73,15 +73,7 @@ def opened(
 
 def ready(page: Page, name: str = "Ann") -> None:
     page.run(f"document.getElementById('name').value = {name!r}")
-    if not page.run("operate.orders.mine"):
-        page.until("!document.getElementById('take').disabled")
-        page.run("document.getElementById('take').click()")
-    page.until("operate.orders.mine")
-    for kind, then in (("reset", "off"), ("enable", "idle")):
-        if page.run(f"!operate.orders.buttons[{kind!r}].disabled"):
-            page.run(f"operate.orders.buttons[{kind!r}].click()")
-            page.until(f"{STATE} === {then!r}")
-    page.until("operate.orders.control.known")
+    enable(page)
 
 
 def press(page: Page, x: float, y: float, kind: str) -> None:
