@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cablewright.control.force_balance import balance
+from cablewright.control.force_balance import ForceBalance, balance
 from cablewright.control.length_check import LIMIT, LengthCheck, check_lengths, lengths_at
 from cablewright.control.procedure import ProcedureStep
 from cablewright.control.take_up import TakeUp, TakeUpSettings
@@ -202,15 +202,15 @@ class Homing:
         found = balance(own.model, place, tensions, own.tension_error, own.laid())
         if not found.holds:
             return found.sentence()
-        turned = (
-            ""
-            if own.model.n == 3
-            else f" or {math.degrees(found.turn):.0f} deg"
-            if found.turn < math.pi
-            else " or any turn"
-        )
-        self.notes.append(f"{unseen} by less than {found.reach:.2f} m{turned}: from there on the tensions show it")
+        self.notes.append(f"{unseen} by less than {self._unseen(found)}: from there on the tensions show it")
         return ""
+
+    def _unseen(self, found: ForceBalance) -> str:
+        """The distance, and of a rigid platform the turn, by which a pose may be wrong with tensions that still fit."""
+        apart = f"{found.reach:.2f} m"
+        if self.settings.model.n == 3:
+            return apart
+        return f"{apart} or " + (f"{math.degrees(found.turn):.0f} deg" if found.turn < math.pi else "any turn")
 
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
         """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not.
