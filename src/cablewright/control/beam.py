@@ -14,9 +14,6 @@ from cablewright.foundation.reading_times import ReadingTimes
 from cablewright.foundation.signals import BeamLength, SensorFrame
 from cablewright.robot import Robot
 
-OUTPUT: Final = "retraction"
-"""Name of the machine's output: m/s, positive makes the platform longer."""
-
 _GAIN: Final = 1.0  # 1/s, of the length's error
 _WITHIN: Final = 1.0 - 1e-9  # of the way to the end of the stroke in one step, for what numbers are rounded by
 _STILL: Final = 2e-4  # m: nearer to its target than this the beam stands

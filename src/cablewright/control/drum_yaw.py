@@ -18,9 +18,6 @@ from typing import Final
 from cablewright.foundation.signals import Inertial, SensorFrame
 from cablewright.models.rotation import wrap_angle
 
-OUTPUT: Final = "yaw"
-"""Name of the machine's output: rad/s of the drive; positive turns the drum counter-clockwise, seen from above."""
-
 GIVE_UP: Final = math.radians(45.0)
 """Error of the yaw beyond which the drive stands: it turns the wrong way, or something holds the drum."""
 

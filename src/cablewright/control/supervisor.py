@@ -14,7 +14,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cablewright.control import beam
 from cablewright.control.guard import StopCause
 from cablewright.control.guide import GuideMode, Target
 from cablewright.control.stop import StopKind
@@ -23,6 +22,7 @@ from cablewright.foundation.errors import InputError, require_positive
 from cablewright.foundation.reading_times import ReadingTimes, Timeliness
 from cablewright.foundation.signals import (
     ORDER_LIFE,
+    RETRACTION,
     Barrier,
     Condition,
     Estimate,
@@ -187,7 +187,7 @@ def step(
     return Verdict(state.state, state.reason, mode, hold, valve, answered, kind)
 
 
-_BEAM_END: Final = Notice(Condition.DRUM_END, beam.OUTPUT)
+_BEAM_END: Final = Notice(Condition.DRUM_END, RETRACTION)
 _KEEPING: Final = (PrintState.REFILLING, PrintState.STOPPED)  # keep their reason where a pause is ordered
 _RUNNING: Final = (PrintState.READY, PrintState.PRINTING)
 _HANDLED: Final = (PrintState.TENSIONING, PrintState.HOMING, PrintState.MANUAL)

@@ -16,7 +16,7 @@ from cablewright.foundation.discovery import modules_of
 from cablewright.foundation.signals.barrier import Barrier
 from cablewright.foundation.signals.beam_length import BeamLength
 from cablewright.foundation.signals.climate import Climate
-from cablewright.foundation.signals.commands import ORDER_LIFE, Command, Order, OrderKind, WinchMode
+from cablewright.foundation.signals.commands import ORDER_LIFE, RETRACTION, YAW, Command, Order, OrderKind, WinchMode
 from cablewright.foundation.signals.distance import Distance
 from cablewright.foundation.signals.drives import Drives, DriveState
 from cablewright.foundation.signals.encoders import Encoders
@@ -35,7 +35,9 @@ __all__ = [
     "ORDER_LIFE",
     "OR_NAN",
     "READINGS",
+    "RETRACTION",
     "SOURCES",
+    "YAW",
     "Barrier",
     "BeamLength",
     "Climate",

@@ -8,6 +8,12 @@ from typing import Annotated, Final
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals.reading import PerLine
 
+RETRACTION: Final = "retraction"
+"""Output of a machine, m/s, and subject of notices: positive makes the platform longer."""
+
+YAW: Final = "yaw"
+"""Output of a machine, rad/s, and subject of notices: positive turns the drum counter-clockwise, seen from above."""
+
 
 class WinchMode(StrEnum):
     """What a winch is to do."""

@@ -31,6 +31,8 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Saved, Snapshot, load
 from cablewright.foundation.signals import (
+    RETRACTION,
+    YAW,
     Command,
     Estimate,
     Order,
@@ -326,9 +328,9 @@ class Printer:
             tensions = self.estimator.measured
         moved = self._retract(target, dt)
         speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
-        outputs = {} if moved is None else {beam.OUTPUT: moved.speed}
+        outputs = {} if moved is None else {RETRACTION: moved.speed}
         if self.plan.yaw is not None:
-            outputs[drum_yaw.OUTPUT] = drum_yaw.step(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)
+            outputs[YAW] = drum_yaw.step(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)
         opening = target.flow / self.plan.path.print_speed if verdict.valve_allowed else 0.0
         return Command(now, frozen(speeds), min(max(opening, 0.0), 1.0), outputs=outputs)
 

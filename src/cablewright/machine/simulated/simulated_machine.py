@@ -17,7 +17,9 @@ from cablewright.foundation.choices import PlantName
 from cablewright.foundation.errors import InputError, UnknownName
 from cablewright.foundation.saving import Coded, Snapshot, load, save
 from cablewright.foundation.signals import (
+    RETRACTION,
     SOURCES,
+    YAW,
     Barrier,
     Command,
     Condition,
@@ -37,7 +39,6 @@ from cablewright.machine.simulated.drum_clock import DrumClock
 from cablewright.machine.simulated.found_room import FoundRoom
 from cablewright.machine.simulated.lidar import SimulatedLidar
 from cablewright.machine.simulated.link import Channel, Gaps, decode_readings, encode_readings
-from cablewright.machine.simulated.motion import retraction, yaw_axis
 from cablewright.machine.simulated.mounted import Mounted
 from cablewright.machine.simulated.plant import DynamicPlant, Plant, QuasiStaticPlant
 from cablewright.machine.simulated.rig import Rig, RigState, start_pose
@@ -183,8 +184,8 @@ class SimulatedMachine:
     def step(self, command: Command) -> SensorFrame:
         """As `Machine`."""
         speeds = self._checked(command)
-        self.rig.retraction.command(command.outputs.get(retraction.OUTPUT, 0.0))
-        self.rig.yaw.command(command.outputs.get(yaw_axis.OUTPUT, 0.0))
+        self.rig.retraction.command(command.outputs.get(RETRACTION, 0.0))
+        self.rig.yaw.command(command.outputs.get(YAW, 0.0))
         self.rig.brake(command.modes, command.outputs.get(RESET, 0.0) > 0.0)
         notices = self.rig.advance_slowly(self.time, self.period, command.valve)
         notices += self._plant.advance(speeds)
@@ -259,8 +260,8 @@ class SimulatedMachine:
     def _able(self) -> Abilities:
         brakes = self.rig.brakes is not None
         outputs = {
-            retraction.OUTPUT: self.rig.retraction.has_drive,
-            yaw_axis.OUTPUT: self.rig.yaw.has_drive,
+            RETRACTION: self.rig.retraction.has_drive,
+            YAW: self.rig.yaw.has_drive,
             RESET: brakes,
         }
         return Abilities(

@@ -6,14 +6,11 @@ import numpy as np
 
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
-from cablewright.foundation.signals import Condition, Notice
+from cablewright.foundation.signals import RETRACTION, Condition, Notice
 from cablewright.kernels.plant import beam, winding
 from cablewright.kernels.plant.machine_step import Drive
 from cablewright.machine.sensors.retraction import RetractionDrive
 from cablewright.robot import Robot
-
-OUTPUT = "retraction"
-"""Name of the output of a command, m/s, and subject of notices."""
 
 _CONDITIONS = (
     (winding.LIMITED, Condition.LIMITED),
@@ -75,4 +72,4 @@ class RetractionAxis:
     def take_notices(self) -> list[Notice]:
         """Return and clear the notices since the last call."""
         flags, self.drive.flags[0] = int(self.drive.flags[0]), 0
-        return [Notice(condition, OUTPUT) for bit, condition in _CONDITIONS if flags & bit]
+        return [Notice(condition, RETRACTION) for bit, condition in _CONDITIONS if flags & bit]

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cablewright.foundation.signals import Condition, Notice
+from cablewright.foundation.signals import YAW, Condition, Notice
 from cablewright.machine.carriers import YawDrive
-
-OUTPUT = "yaw"
-"""Name of the output of a command, rad/s, and subject of notices."""
 
 
 class YawAxis:
@@ -57,4 +54,4 @@ class YawAxis:
     def take_notices(self) -> Iterator[Notice]:
         """Yield and clear the notices since the last call."""
         while self._conditions:
-            yield Notice(self._conditions.pop(), OUTPUT)
+            yield Notice(self._conditions.pop(), YAW)
