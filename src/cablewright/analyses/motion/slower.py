@@ -7,12 +7,13 @@ from typing import Final
 import numpy as np
 
 from cablewright.analyses.feasibility import LineQuantities
+from cablewright.analyses.inertia_forces import fed_forward
 from cablewright.analyses.motion.path_swing import PathSwing
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import MEMORY, Room, blocks, let_go
-from cablewright.models.inertia import compensates, inertia_wrenches
+from cablewright.models.inertia import compensates
 from cablewright.models.job_poses import poses_at
-from cablewright.models.statics import Equilibrium, Model
+from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
 from cablewright.printing.path import Samples
@@ -102,7 +103,7 @@ def _judged(
         vector = law.vector[at] if leads and law.vector is not None else None
         found = swing.take(held, regular, linear, *times_on_way(samples, law, at), vector)
         if vector is not None:
-            found = found.beside(_added(held, retraction, vector))
+            found = found.beside(fed_forward(held, retraction, vector).added)
         needed = np.stack([-found.tension_drop, found.tension_rise])
         most = np.maximum(most, needed.max(axis=1))
         rest = LineQuantities.of(held)
@@ -116,10 +117,3 @@ def _judged(
         worst = min(worst, float(shares.min()), float(np.nanmin(errors, initial=np.inf)))
         let_go((samples, law))
     return worst, most[0], most[1]
-
-
-def _added(held: Equilibrium, retraction: Array | None, vector: Array) -> Array:
-    """Return what tensions (b, m), N, lengths add that hold the platform under its accelerations *vector* (b, 3)."""
-    wrenches = inertia_wrenches(held.model.robot, held.pose, vector)
-    moving = solve_inverse(held.model, held.pose, path=True, retraction=retraction, wrenches=wrenches)
-    return np.where((moving.ok & held.ok)[:, None], moving.tensions - held.tensions, 0.0)

@@ -9,13 +9,14 @@ import numpy as np
 
 from cablewright.analyses.accuracy.expected_error import ExpectedErrorSearch
 from cablewright.analyses.feasibility import Finding, judge
+from cablewright.analyses.inertia_forces import fed_forward
 from cablewright.analyses.job_distances import Clearances, JobDistances
 from cablewright.analyses.motion.path_swing import PathSwing, SwingExtremes
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.paging import Room, blocks, let_go, room_for, write_rows
 from cablewright.foundation.progress import Progress
 from cablewright.models.free_coordinates import free_coordinates
-from cablewright.models.inertia import compensates, inertia_wrenches
+from cablewright.models.inertia import compensates
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Beads
 from cablewright.printing.job import Job
@@ -78,7 +79,9 @@ class JobPath:
             moved = swing.take(held, regular, linear, *times_on_way(self.samples, self.law, block), fed)
             found = PathStatics.of(held, self.poses[block], retraction)
             if fed is not None:
-                found, moved = self._fed_forward(full, found, moved, block, fed)
+                led = fed_forward(held, retraction, fed)
+                if led.moving is not None:
+                    found, moved = found.fed_forward(led.moving, led.rows), moved.beside(led.added)
             found = found.moving(full.robot, moved, drum_arms(held))
             solved = room_for(found, rows, self.room) if solved is None else solved
             write_rows(found, solved, first)
@@ -94,24 +97,6 @@ class JobPath:
         lines = replace(solved.lines, cable_length=solved.lengths)
         clearances = None if distances is None else distances.clearances
         return Walked(poses, replace(solved, lines=lines), drop, rise, clearances, search)
-
-    def _fed_forward(
-        self, full: Model, found: PathStatics, moved: SwingExtremes, block: slice, vector: Array
-    ) -> tuple[PathStatics, SwingExtremes]:
-        """What was *found* of a block, with lengths that hold the platform under the accelerations *vector* (b, 3).
-
-        The tensions that these lengths add to those at rest are added to the changes of them.
-        """
-        rows = np.flatnonzero(vector.any(axis=1) & (found.codes == 0))
-        if not len(rows):
-            return found, moved
-        poses = self.poses[block][rows]
-        drawn = None if self.retraction is None else self.retraction[block][rows]
-        wrenches = inertia_wrenches(full.robot, poses, vector[rows])
-        moving = solve_inverse(full, poses, path=True, retraction=drawn, wrenches=wrenches)
-        added = np.zeros_like(found.tensions)
-        added[rows] = np.where(moving.ok[:, None], moving.tensions - found.tensions[rows], 0.0)
-        return found.fed_forward(moving, rows), moved.beside(added)
 
     def is_held(self, model: Model, rows: Sequence[int]) -> bool:
         """Whether a model holds the platform at some samples."""
