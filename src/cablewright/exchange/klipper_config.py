@@ -26,6 +26,7 @@ from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20
 LETTERS: Final = "abcdefghijklmnopqrstuvwxyz"
+FORCE: Final = 120.0  # N, of winch_max_force in the fork
 
 CARRIED: Final = (
     Mapped("stepper_a to stepper_z: anchor_x, anchor_y, anchor_z", "lines.exit_point", "eyelets of a point platform"),
@@ -62,7 +63,11 @@ def read_klipper(path: Path, cable: str | None = None) -> ImportedRobot:
     lost, assumed = Notes(), Notes()
     kinematics = sections.get("printer", {}).get("kinematics")
     if kinematics != "winch":
-        raise InputError(f"{path}: [printer] kinematics = {shown(kinematics)}: must be winch; others have no anchors")
+        elsewhere = next((name for name in sections if name.startswith("include ")), None)
+        beside = f", or in a file that [{elsewhere}] names: give that file" if kinematics is None and elsewhere else ""
+        raise InputError(
+            f"{path}: [printer] kinematics = {shown(kinematics)}: must be winch{beside}; others have no anchors"
+        )
     exits: dict[str, Point] = {}
     radii: list[float] = []
     for letter in LETTERS:
@@ -83,13 +88,22 @@ def read_klipper(path: Path, cable: str | None = None) -> ImportedRobot:
         raise InputError(f"{path}: {len(exits)} winches, [stepper_a] and so on; Klipper needs at least 3")
     printer = _Printer(sections["printer"], places, len(exits))
     mass, stiffness = printer.number("winch_mover_weight"), printer.number("winch_spring_constant")
-    robot = anchored_robot(path, _lines(printer, exits, radii, lost), cable, assumed, mass, stiffness)
-    return ImportedRobot(robot, "Klipper's cable winches", lost.all, assumed.all)
+    is_fork = any(key.startswith("winch_") for key in sections["printer"])
+    if is_fork and "winch_max_force" not in sections["printer"]:
+        assumed.add(
+            f"lines.tension_limits: up to {FORCE:g} N over the spans, what the fork takes without winch_max_force"
+        )
+    lines = _lines(printer, exits, radii, FORCE if is_fork else None, lost)
+    robot = anchored_robot(path, lines, cable, assumed, mass, stiffness)
+    version = "the fork for Hangprinters, by its winch_ keys" if is_fork else "kinematics: winch, since 2018"
+    return ImportedRobot(robot, f"Klipper's cable winches ({version})", lost.all, assumed.all)
 
 
 def _note_lost(path: Path, sections: Mapping[str, Mapping[str, str]], exits: Mapping[str, Point], lost: Notes) -> None:
     """Note each key that is not read. Raises `InputError` for a winch without those before it."""
     for section, options in sections.items():
+        if section.startswith("include "):
+            lost.add(f"[{section}]: other files are not read")
         letter = section.removeprefix("stepper_").upper()
         mine = section.startswith("stepper_") and letter in exits
         if section.startswith("stepper_") and not mine:
@@ -124,10 +138,12 @@ class _Printer:
         return [read(part, place) for part in parts]
 
 
-def _lines(printer: _Printer, exits: Mapping[str, Point], radii: list[float], lost: Notes) -> dict[str, dict[str, Any]]:
+def _lines(
+    printer: _Printer, exits: Mapping[str, Point], radii: list[float], most: float | None, lost: Notes
+) -> dict[str, dict[str, Any]]:
     spans = printer.values("winch_mechanical_advantage", whole, 1)
     dead = printer.values("winch_guy_wire_lengths", from_mm, 0.0)
-    low, high = printer.values("winch_min_force", finite, 0.0), printer.values("winch_max_force", finite, None)
+    low, high = printer.values("winch_min_force", finite, 0.0), printer.values("winch_max_force", finite, most)
     growth = 1e-3 * (printer.number("winch_buildup_factor") or 0.0)
     lines: dict[str, dict[str, Any]] = {}
     for k, (name, at) in enumerate(exits.items()):

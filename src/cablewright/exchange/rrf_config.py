@@ -1,7 +1,7 @@
 """Configuration of RepRapFirmware's Hangprinter kinematics (M669 K6, M666): read, and written. Lengths are mm.
 
-RepRapFirmware 3.6 has up to five anchors, and a point that prints on straight lines from there. It knows advantage,
-cables side by side, one rate of build-up, and how a line stretches.
+RepRapFirmware has up to five anchors, from 3.7 on eight, and a point that prints on straight lines from there. It knows
+advantage, cables side by side, one rate of build-up, and how a line stretches.
 """
 
 from __future__ import annotations
@@ -29,9 +29,17 @@ from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
 MAX_BYTES: Final = 1 << 20
-LETTERS: Final = "ABCDIJKLO"
-MOST: Final = 5
-"""Anchors of RepRapFirmware 3.6; of more it writes past its arrays."""
+LETTERS: Final = "ABCDIJLO"
+"""Of anchors; 3.5 and 3.6 name others after I, but write past their arrays with more than `FEW`."""
+
+FEW: Final = 5
+"""Most anchors of RepRapFirmware 3.5 and 3.6; 3.7 has one for each of `LETTERS`."""
+
+KINEMATICS: Final = {
+    "0": "Cartesian", "1": "CoreXY", "2": "CoreXZ", "3": "a linear delta", "4": "a serial SCARA", "5": "CoreXYU",
+    "7": "polar", "8": "CoreXYUV", "9": "a five-bar SCARA", "10": "a rotary delta", "11": "Markforged",
+}  # fmt: skip
+"""What M669 K says instead of 6, a Hangprinter's."""
 
 CARRIED: Final = (
     Mapped("M669 A B C D I", "lines.exit_point", "eyelets of a point platform"),
@@ -44,6 +52,11 @@ CARRIED: Final = (
     Mapped("M666 W", "platform.mass"),
 )
 
+_BLOCKS = ("if", "elif", "else", "while")
+_ELSEWHERE: Final = {
+    "M98": "commands of other files are not read",
+    "M501": "config-override.g is not read; what it has of M666 and M669 replaces this file's",
+}
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
 _MOVED = "RQUOLHJ"  # letters of M666 that were of M669 before 2020, where M666 had others
 _Words = dict[str, tuple[str, str]]
@@ -56,24 +69,30 @@ class _Defaults:
     version: str
     radius: str
     advantage: tuple[int, ...]
-    cables: tuple[int, ...] = (1,) * MOST
+    cables: tuple[int, ...] = (1,) * FEW
     growth: str = "0.007"
 
 
 _NEW = _Defaults("RepRapFirmware", "75", (2, 2, 2, 2, 4))
-_OLD = _Defaults("RepRapFirmware of 2019", "55", (1,) * MOST, (2, 2, 2, 3, 3))
+_OLD = _Defaults("RepRapFirmware of 2019", "55", (1,) * FEW, (2, 2, 2, 3, 3))
+_STIFFNESS, _MOST_FORCE = "20000", "70"  # of M666 S, N, and X, N, where W turns on the compensation of stretch
 
 
 def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
     """Return the robot of a ``config.g`` of a Hangprinter. Raises `InputError`."""
-    geometry, machine = _commands(path)
-    if geometry.get("K", ("", ""))[0] != "6":
-        raise InputError(f"{path}: no M669 K6: only the Hangprinter kinematics has anchors")
     lost, assumed = Notes(), Notes()
-    moved = {letter: geometry.pop(letter) for letter in _MOVED if letter in geometry}
-    defaults = _NEW
-    if moved and not set(machine) & set(_MOVED):
-        defaults = _OLD
+    commands = _commands(path, lost)
+    geometry, machine = commands["M669"], commands["M666"]
+    kind = geometry.get("K", ("", ""))[0]
+    if kind != "6":
+        named = f": K{kind} is {KINEMATICS[kind]}" if kind in KINEMATICS else ""
+        if not geometry and commands["M665"]:
+            named = ": M665 is of a linear delta"
+        raise InputError(f"{path}: no M669 K6{named}: only the Hangprinter kinematics has anchors")
+    moved = {letter: geometry.pop(letter) for letter in _MOVED if letter in geometry and letter not in LETTERS}
+    is_old = bool(moved) and not set(machine) & set(_MOVED)
+    if is_old:
+        moved |= {letter: geometry.pop(letter) for letter in _MOVED if letter in geometry}
         lost.add_all(
             f"M666 {letter}: the end switch of an axis, in a version with M669 {min(moved)}" for letter in machine
         )
@@ -81,23 +100,52 @@ def read_rrf(path: Path, cable: str | None = None) -> ImportedRobot:
     else:
         lost.add_all(f"M669 {letter}: M666 {letter} is read, its place since 2020" for letter in moved)
     count = int(_number(geometry, "N", 4.0))
-    if not 3 <= count <= MOST:
-        raise InputError(f"{geometry['N'][1]}: N = {count}: must be 3 to {MOST} anchors")
+    if not 3 <= count <= len(LETTERS):
+        raise InputError(
+            f"{geometry['N'][1]}: N = {count}: must be 3 to {FEW} anchors before RepRapFirmware 3.7, and 3 to "
+            f"{len(LETTERS)} since"
+        )
     names = LETTERS[:count]
-    lines = _lines(path, geometry, machine, names, defaults, assumed)
+    lines = _lines(path, geometry, machine, names, _OLD if is_old else _NEW, assumed)
     mass = _number(machine, "W", 0.0) or None
-    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine))
-    limits = "IX" if "X" in machine else ""
+    robot = anchored_robot(path, lines, cable, assumed, mass, _stiffness(machine, assumed))
+    limits = "IX" if "X" in machine or mass else ""
     for words, code, known in ((geometry, "M669", {*"KN", *names}), (machine, "M666", {*"RQUOSWY", *limits})):
         for letter in words:
             if letter not in known:
-                lost.add(f"{code} {letter}: {_WHY.get((code, letter), 'a robot file has no such key')}")
-    return ImportedRobot(robot, "RepRapFirmware's Hangprinter", lost.all, assumed.all)
+                beyond = f"N = {count} anchors are read" if words is geometry and letter in LETTERS else ""
+                why = beyond or _WHY.get((code, letter), "a robot file has no such key")
+                lost.add(f"{code} {letter}: {why}")
+    return ImportedRobot(
+        robot, f"RepRapFirmware's Hangprinter ({_version(geometry, machine, is_old)})", lost.all, assumed.all
+    )
+
+
+def _version(geometry: _Words, machine: _Words, is_old: bool) -> str:
+    """Return which versions have these letters."""
+    if is_old:
+        return "as of 2019: M669 has what M666 has since 2020"
+    if _number(geometry, "N", 4.0) > FEW or set(machine) & set("FBP"):
+        return "3.7 or newer, by its anchors or M666 F, B, P"
+    if "N" in geometry or set(machine) & set("AC"):
+        return "3.5 or newer, by M669 N or M666 A, C"
+    return "2020 to 3.4, or newer with its defaults"
 
 
 _WHY: Final = {
-    **{("M666", letter): "a machine file has the gear, as winch.ratio" for letter in "LH"},
+    **{
+        ("M666", letter): "teeth of the gear; an export has it, as --gear, a machine file as winch.ratio"
+        for letter in "LH"
+    },
     ("M666", "J"): "an export has it, as --full-steps",
+    ("M666", "A"): "which places the firmware takes as reachable",
+    ("M666", "C"): "torque constants of the motors",
+    ("M666", "F"): "whether the firmware compensates stretch: an export says",
+    ("M666", "B"): "of the compensation of stretch",
+    ("M666", "P"): "of the compensation of stretch",
+    ("M669", "P"): "the radius within which the firmware moves",
+    ("M669", "S"): "segments of a second",
+    ("M669", "T"): "the shortest segment",
     ("M666", "I"): "without X no limits are read",
     ("M669", "W"): "lengths of the mounted lines, of the file's version; a robot file has no such key",
 }
@@ -116,12 +164,19 @@ def _lines(
     ):
         if letter not in machine:
             assumed.add(f"lines.{key}: {what}, what {defaults.version} takes without {letter}")
+        if letter in "RUO" and letter not in machine and count > FEW:
+            raise InputError(f"{path}: M666 has no {letter}; with over {FEW} anchors the firmware has no default")
     radii = _list(machine, "R", count, from_mm) or [from_mm(defaults.radius, "R")] * count
     growth = _growth(machine, defaults)
     spans = _list(machine, "U", count, whole) or defaults.advantage
     cables = _list(machine, "O", count, whole) or defaults.cables
     dead = _list(machine, "Y", count, from_mm) or [0.0] * count
     low, high = _list(machine, "I", count, finite), _list(machine, "X", count, finite)
+    if not high and _number(machine, "W", 0.0) > 0.0:
+        high = [float(_MOST_FORCE)] * count
+        assumed.add(
+            f"lines.tension_limits: up to {_MOST_FORCE} N over the spans, what {defaults.version} takes without X"
+        )
     lines: dict[str, dict[str, Any]] = {}
     for k, (name, at) in enumerate(exits.items()):
         length = spans[k] * math.dist((0.0, 0.0, 0.0), at) + dead[k]
@@ -133,9 +188,12 @@ def _lines(
     return lines
 
 
-def _stiffness(machine: _Words) -> float | None:
+def _stiffness(machine: _Words, assumed: Notes) -> float | None:
     if "S" not in machine:
-        return None
+        if _number(machine, "W", 0.0) <= 0.0:
+            return None
+        assumed.add(f"lines.cable.axial_stiffness: {_STIFFNESS} N, what RepRapFirmware takes without S")
+        return float(_STIFFNESS)
     stiffness = _number(machine, "S", 0.0)
     if stiffness <= 0.0:
         raise InputError(f"{machine['S'][1]}: S = {stiffness:g}: the stiffness of a metre of line must be over 0 N")
@@ -247,22 +305,42 @@ def _joined(values: Iterable[float | str]) -> str:
     return ":".join(format(Decimal(str(value)), "f") for value in values)
 
 
-def _commands(path: Path) -> tuple[_Words, _Words]:
-    """Return the words of all M669 and of all M666, with their places; later ones replace earlier ones, as there."""
-    found: dict[str, _Words] = {"M669": {}, "M666": {}}
-    for number, text in text_lines(path, MAX_BYTES, "config.g"):
-        code, _, rest = text.split(";", 1)[0].strip().partition(" ")
-        if code.upper() not in found:
-            continue
+def _commands(path: Path, lost: Notes) -> dict[str, _Words]:
+    """Return the words of all M665, M666 and M669, with their places; later ones replace earlier ones, as there.
+
+    Raises `InputError` for one that stands under a condition or holds an expression.
+    """
+    found: dict[str, _Words] = {"M665": {}, "M666": {}, "M669": {}}
+    block: tuple[int, str] | None = None  # a condition's depth and word
+    for number, text in text_lines(path, MAX_BYTES, "config.g", indented=True):
+        bare = text.expandtabs(4)
+        depth, bare = len(bare) - len(bare.lstrip()), bare.split(";", 1)[0].strip()
+        code, _, rest = bare.partition(" ")
+        if block is not None and depth <= block[0] and bare:
+            block = None
+        if code.lower() in _BLOCKS:
+            block = block or (depth, code.lower())
+        code = code.upper()
         place = f"{path}, line {number}"
+        if code in _ELSEWHERE:
+            lost.add(f"{bare[:60]}: {_ELSEWHERE[code]}")
+        if code not in found:
+            continue
+        if block is not None:
+            raise InputError(
+                f"{place}: {code} stands under {block[1]!r}: give a config.g without conditions, with the values that "
+                "hold"
+            )
+        if "{" in rest:
+            raise InputError(f"{place}: {bare[:60]!r}: an expression; write its value, a number in mm")
         words = _WORD.findall(rest)
         if "".join(letter + value for letter, value in words) != "".join(rest.split()) or not all(
             value for _, value in words
         ):
-            raise InputError(f"{place}: {text[:60]!r}: must be letters, each with its numbers")
+            raise InputError(f"{place}: {bare[:60]!r}: must be letters, each with its numbers")
         for letter, value in words:
-            found[code.upper()][letter.upper()] = value, place
-    return found["M669"], found["M666"]
+            found[code][letter.upper()] = value, place
+    return found
 
 
 def _number(words: _Words, letter: str, default: float) -> float:

@@ -19,7 +19,17 @@ CableName = Literal[
     "belt-atl5-10mm",
 ]
 """Cable of a new robot, from a small table."""
-ReadFormatName = Literal["wirex", "caspr", "maslow", "klipper", "reprapfirmware"]
+ReadFormatName = Literal[
+    "wirex",
+    "caspr",
+    "maslow",
+    "wallplotter",
+    "maslow-classic",
+    "polargraph",
+    "makelangelo",
+    "klipper",
+    "reprapfirmware",
+]
 """Format of another program whose robots are read."""
 WrittenFormatName = Literal["wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc", "ros2"]
 """Format of another program that is written."""

@@ -41,7 +41,7 @@ def import_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Reads WireX, CASPR (bodies and cables), a Maslow's settings, and configurations of Klipper and RepRapFirmware.
+    """Reads WireX, CASPR, and settings of Hangprinters (RepRapFirmware, Klipper), Maslows and wall plotters.
 
     What the file has and a robot file has not, and what had to be assumed, is told on stderr and in comments of the
     file that is written. See docs/exchange.md.
