@@ -191,7 +191,7 @@ _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
 _BY_ANGLE: Final = "Export klipper, which moves winches by their angle"
 _NOTHING: Final = "the format has nothing like it"
 _IN_FILE: Final = "Give the number in the robot file"
-_AT_POSES: Final = "Use inverse at poses in its plane"
+_ONE_DRUM: Final = "Lines on one drum have tensions that follow their stretch, not a choice"
 _C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
@@ -200,13 +200,12 @@ _ROWS: Final = (
     (_C.POSE_BOX, _REJECTED, f"{_PROVED} advantage cables", "Use linearise, whose pose errors are of first order"),
     (_C.EQUILIBRIA, _REJECTED, "plane weightless no-gravity", "Use forward with a guess"),
     (_C.EXHAUSTIVE, _REJECTED, f"{_PROVED} advantage cables body", "Search from many starts: leave out exhaustive"),
-    (_C.TENSIONS, _REJECTED, "counterweight shared-winch", "Use inverse"),
-    (_C.WRENCH_CLOSURE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
-    (_C.CAPACITY, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
-    (_C.TENSION_CHOICE, _REJECTED, "shared-winch few-winches", "Use inverse with preferred tensions"),
-    (_C.WORKSPACE, _REJECTED, "tilted-plane", _AT_POSES),
-    (_C.STRAIGHT_WORKSPACE, _REJECTED, "tilted-plane", _AT_POSES),
-    (_C.STRAIGHT_WORKSPACE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
+    (_C.TENSIONS, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse"),
+    (_C.WRENCH_CLOSURE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
+    (_C.CAPACITY, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
+    (_C.TENSION_CHOICE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse with preferred tensions"),
+    (_C.TENSION_CHOICE, _REJECTED, "few-winches", "The balance leaves no tension to choose: use inverse"),
+    (_C.STRAIGHT_WORKSPACE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
     (_C.BOUNDARY_MODES, _REJECTED, "few-winches plane", "Use modes at a pose"),
     (_C.SLACK, _REJECTED, "counterweight plane shared-winch few-winches", "Use forward with longer lengths"),
     (_C.SLACK_SETS, _REJECTED, f"{SPATIAL} plane shared-winch few-winches", "Use forward with longer lengths"),
