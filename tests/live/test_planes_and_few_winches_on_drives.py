@@ -9,6 +9,7 @@ import pytest
 
 from cablewright.control.guide import TimedPath
 from cablewright.foundation.signals import Order, OrderKind, PrintState
+from cablewright.live.drives import actions
 from cablewright.live.drives.session import RealMachine
 from cablewright.live.prints.body_limits import nozzle_of
 from cablewright.live.prints.loop import Printer
@@ -64,6 +65,16 @@ def homed(found: Bench, folder: Path, place: np.ndarray) -> Printer:
     assert printer.supervisor.reason == "", printer.supervisor.reason
     rest(printer)
     return printer
+
+
+def test_a_line_that_was_turned_by_hand_is_named_in_a_plane(tmp_path: Path) -> None:
+    found = made("maslow4")
+    for turned in (0.0, 0.02):
+        found.rig.turn_by_hand("top left", turned)
+        place = place_of(found) if turned == 0.0 else None
+        answer = actions.home(found.robot, found.twin.owner, tmp_path / "machine", place, lambda: found.port)
+        assert (answer.reason == "") == (turned == 0.0), answer.reason
+    assert "it is line top left by -20 mm" in answer.reason
 
 
 @pytest.mark.parametrize(
