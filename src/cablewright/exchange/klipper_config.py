@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -18,6 +18,7 @@ from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, radius_of_turn, to_mm, turn_of_radius
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
+from cablewright.foundation.arrays import Array
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.validation import shown
@@ -163,15 +164,27 @@ def klipper_anchors(robot: Robot) -> ExportedFile:
     require(robot, Capability.KLIPPER_WINCH)
     carried = "lines.exit_point lines.winch.drum_radius lines.name lines.sheave.kind"
     lost = tuple(lost_keys(keys_given(robot), carried))
+    turns = [turn_of_radius(line.winch.drum_radius or math.nan) for line in robot.lines]
+    return ExportedFile(_sections_of(robot, turns), lost)
+
+
+def winch_sections(robot: Robot, turns: Array, ratio: float) -> str:
+    """Return the sections of a ``printer.cfg`` for lines to one point, without a check of the robot.
+
+    *turns* (m,): m of the nozzle's distance for a turn of each drum; *ratio*: turns of a motor for one of its drum.
+    """
+    gear = "" if ratio == 1.0 else f"gear_ratio: {ratio!r}:1\n"
+    return _sections_of(robot, [to_mm(turn) for turn in turns.tolist()], gear)
+
+
+def _sections_of(robot: Robot, turns: Sequence[str], more: str = "") -> str:
     text = "# Lines are straight and rigid, drums have one layer. Lengths are mm.\n"
     text += "\n[printer]\nkinematics: winch\n"
-    for letter, line in zip(LETTERS, robot.lines, strict=False):
+    for letter, line, turn in zip(LETTERS, robot.lines, turns, strict=False):
         x, y, z = map(to_mm, line.exit_point)
-        radius = line.winch.drum_radius
-        assert radius is not None  # by what is required
         text += f"\n# line {line.name!r}\n[stepper_{letter}]\nanchor_x: {x}\nanchor_y: {y}\nanchor_z: {z}\n"
-        text += f"rotation_distance: {turn_of_radius(radius)}\n"
-    return ExportedFile(text, lost)
+        text += f"rotation_distance: {turn}\n{more}"
+    return text
 
 
 def _sections(path: Path) -> tuple[dict[str, dict[str, str]], dict[Any, str]]:

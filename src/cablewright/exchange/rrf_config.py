@@ -17,10 +17,11 @@ from typing import Any, Final
 from cablewright.exchange.anchors import anchored_robot, spool
 from cablewright.exchange.losses import keys_given, lost_keys
 from cablewright.exchange.millimetres import from_mm, to_mm
-from cablewright.exchange.rrf_spool import dead_length, spool_law
+from cablewright.exchange.rrf_spool import SpoolLaw, dead_length, spool_law
 from cablewright.exchange.translation import ExportedFile, ImportedRobot, Mapped, Notes
 from cablewright.exchange.xml_input import finite, whole
 from cablewright.foundation.arrays import Array
+from cablewright.foundation.choices import RrfVersionName
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
 from cablewright.machine.settings import MachineSettings
@@ -221,8 +222,39 @@ def _anchor(path: Path, words: _Words, name: str, last: bool) -> tuple[float, ..
     return (0.0, 0.0, numbers[0]) if len(numbers) == 1 else tuple(numbers)
 
 
+@dataclass(frozen=True)
+class RrfTarget:
+    """A RepRapFirmware that is written for. ``gear``: teeth of motor and spool; None: by the machine file, or none."""
+
+    version: RrfVersionName
+    gear: tuple[int, int] | None = None
+
+    @property
+    def anchors(self) -> str:
+        """Letters of the anchors that it has."""
+        return LETTERS if self.is_new else LETTERS[:FEW]
+
+    @property
+    def is_new(self) -> bool:
+        """Whether it is 3.7 or newer: spools may have no build-up, and stretch is compensated on request."""
+        return self.version == "3.7"
+
+    def require(self, robot: Robot) -> None:
+        """Raise `InputError` for more lines than it has anchors."""
+        if robot.m > len(self.anchors):
+            raise InputError(
+                f"robot {robot.name!r} has {robot.m} lines; RepRapFirmware {self.version} has up to "
+                f"{len(self.anchors)} anchors: give --firmware-version 3.7, which has {len(LETTERS)}"
+            )
+
+
 def rrf_config(
-    robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None, full_steps: int, positions: Array
+    robot: Robot,
+    drums: Sequence[WinchDrum],
+    machine: MachineSettings | None,
+    full_steps: int,
+    positions: Array,
+    target: RrfTarget = RrfTarget("3.6"),
 ) -> ExportedFile:
     """Return the lines of a ``config.g``.
 
@@ -230,6 +262,7 @@ def rrf_config(
     Raises `InputError`.
     """
     require(robot, Capability.REPRAPFIRMWARE)
+    target.require(robot)
     carried = (
         "name lines.name lines.exit_point lines.sheave.kind lines.advantage lines.cables lines.winch.drum_radius "
         "lines.winch.build_up lines.winch.drum_length lines.dead_length lines.winch_exit platform.mass "
@@ -238,13 +271,33 @@ def rrf_config(
     notes = Notes()
     notes.add_all(lost_keys(keys_given(robot), carried))
     notes.add("lines.cable: weight, sag and creep; of all lines the least stiffness is written")
-    names, lines = LETTERS[: robot.m], robot.lines
-    law = spool_law(robot, drums, positions, _build_up(robot, drums, machine))
+    law = law_of(robot, drums, machine, positions, target)
     fitted = "" if law.own else "; they fit the lengths of this job alone, they are no measured spools"
     notes.add(f"lines.winch: by M666 Q and R in float32 the nozzle is up to {law.error:.2g} mm off on this job{fitted}")
-    anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
-    teeth, assumed = _teeth(machine)
+    text, assumed = geometry_words(robot, machine, full_steps, law, target)
+    lines = robot.lines
     stiffness = min(line.cable.stiffness for line in lines)
+    dead = _joined(to_mm(dead_length(line)) for line in lines)
+    text += f"M666 W{_joined([robot.platform.mass])} S{_joined([stiffness])} Y{dead}\n"
+    forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
+    text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}{' F1' if target.is_new else ''}\n"
+    return ExportedFile(text, notes.all, assumed)
+
+
+def law_of(
+    robot: Robot, drums: Sequence[WinchDrum], machine: MachineSettings | None, positions: Array, target: RrfTarget
+) -> SpoolLaw:
+    """Return Q and R for a job's *positions* (k, 3), m. Raises `InputError`."""
+    return spool_law(robot, drums, positions, _build_up(robot, drums, machine), may_be_zero=target.is_new)
+
+
+def geometry_words(
+    robot: Robot, machine: MachineSettings | None, full_steps: int, law: SpoolLaw, target: RrfTarget
+) -> tuple[str, tuple[str, ...]]:
+    """Return M669 and of M666 what turns the spools, and what is assumed."""
+    names, lines = target.anchors[: robot.m], robot.lines
+    anchors = " ".join(f"{n}{_joined(map(to_mm, line.exit_point))}" for n, line in zip(names, lines, strict=True))
+    teeth, assumed = _teeth(machine) if target.gear is None else (target.gear, ())
     text = "".join(f"; {name} is line {line.name!r}\n" for name, line in zip(names, lines, strict=True))
     text += f"M669 K6 N{robot.m}\nM669 {anchors} P{_joined([to_mm(_reach(robot))])}\n"
     text += f"M666 Q{_joined([law.growth])} R{_joined(_shortest(radius) for radius in law.radii)}\n"
@@ -252,11 +305,7 @@ def rrf_config(
     text += (
         f"M666 L{_joined([teeth[0]] * robot.m)} H{_joined([teeth[1]] * robot.m)} J{_joined([full_steps] * robot.m)}\n"
     )
-    dead = _joined(to_mm(dead_length(line)) for line in lines)
-    text += f"M666 W{_joined([robot.platform.mass])} S{_joined([stiffness])} Y{dead}\n"
-    forces = [[line.tension_limits[k] * line.advantage for line in lines] for k in (0, 1)]
-    text += f"M666 I{_joined(forces[0])} X{_joined(forces[1])}\n"
-    return ExportedFile(text, notes.all, assumed)
+    return text, assumed
 
 
 def _shortest(millimetres: float) -> str:
