@@ -12,7 +12,7 @@ import pytest
 from cablewright.foundation.errors import AnswerError, InputError
 from cablewright.foundation.signals import Order, OrderKind, PrintState
 from cablewright.live.drives import actions
-from cablewright.live.drives.session import RealMachine, SessionOperator, Watching, still_path
+from cablewright.live.drives.session import RealMachine, SessionOperator, Watching, session_path
 from cablewright.live.prints import loop
 from cablewright.robot.cable import Creep
 from virtual_drives import RING_BEGIN, Bench, bench
@@ -27,7 +27,7 @@ def home(found: Bench, folder: Path, place: np.ndarray | None = None) -> tuple[R
     """Home it; also returns how far off the position is that was found, m."""
     on = real(found, folder)
     homing = on.homing(np.array(RING_BEGIN["merlet2023"]), place)
-    printer = on.printer(still_path(found.robot, None), "model", {PrintState.HOMING: homing})
+    printer = on.printer(session_path(found.robot, None), "model", {PrintState.HOMING: homing})
     operator = SessionOperator("anna", Order(OrderKind.HOME))
     loop.run(printer, operator, Watching())
     position = homing.pose
