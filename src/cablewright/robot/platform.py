@@ -112,6 +112,8 @@ class PointPlatform(_PlatformWithLoads):
     noun: ClassVar[str] = "point mass"
     pose_sizes: ClassVar[str] = "3"
     pose_units: ClassVar[str] = "m"
+    drawing: ClassVar[str] = "The platform is a point mass: the ball has no size of its own."
+    own_nozzle: ClassVar[None] = None  # it prints where it is
 
     kind: Literal["point"] = "point"
     # What only a body can be given is, of a point, that of a body all of which is at its origin.
@@ -205,6 +207,17 @@ class RigidPlatform(_PlatformWithLoads):
             f"The platform is a rigid body: its centre of mass is at ({centre}) m and its nozzle at ({nozzle}) m from "
             f"its origin. Retraction moves platform points, not masses.{self.guidance}"
         )
+
+    @property
+    def drawing(self) -> str:
+        """What a picture of it does not show, in words; empty if nothing."""
+        joined = "The robot file has no boxes of the platform: its platform points are joined by their convex hull."
+        return "" if self.boxes else joined
+
+    @property
+    def own_nozzle(self) -> Vec3:
+        """Its nozzle, m, platform frame."""
+        return self.nozzle
 
     @property
     def has_inertia(self) -> bool:

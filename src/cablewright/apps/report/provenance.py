@@ -123,8 +123,7 @@ def _sheave(line: Line) -> str:
         return f"over a pulley of {quantity(sheave.radius, 'm')} radius in a fixed plane"
     over = f"{sheave.wrap} a sheave of {quantity(sheave.radius, 'm')} radius"
     if sheave.kind == "swivel":
-        axis = "a vertical axis" if sheave.upright else f"the axis {_point(sheave.axis)}"
-        return f"{over} that swivels about {axis} without friction"
+        return f"{over} that swivels about {sheave.axis_words} without friction"
     return (
         f"{over} on a lever of {quantity(sheave.lever, 'm')} that turns freely and hangs as forces and weight take it"
     )
