@@ -15,7 +15,7 @@ def extent_notes(path: WinchPath, letters: Sequence[str], robot: Robot, mark: st
     """Return comments that say what the file is: points, error, and which letter is which line."""
     text = f"{mark}{len(path.samples)} points; lengths between them are good to {1e6 * path.error:.3g} um\n"
     text += f"{mark}X Y Z: the nozzle, mm; winches: degrees of the drum, positive pays out; E: mm of strand laid\n"
-    for letter, line, length in zip(letters, robot.lines, path.lengths[0], strict=True):
+    for letter, line, length in zip(letters, robot.winch_lines, path.lengths[0], strict=True):
         text += f"{mark}{letter} is line {printable(line.name)}, {length:.6f} m long at the first point\n"
     return text
 

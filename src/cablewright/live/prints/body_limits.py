@@ -176,7 +176,7 @@ def chosen_places(path: TimedPath) -> Array:
 def with_margin(model: Model, path: TimedPath) -> Model:
     """Return the model with the narrowest limits of tension, within its own, that the whole path and tour allow."""
     robot = model.robot
-    if model.m <= model.freedoms:
+    if model.m - len(robot.sharing) <= model.freedoms:
         return model
     poses, retraction = poses_at(model, path, chosen_places(path))
     taut = 0.0 if robot.platform.plane is None else _TAUT
