@@ -23,10 +23,11 @@ from cablewright.robot import Robot, library_names, load
 from cablewright.robot.new_robot import LAYOUTS, Outline
 from cablewright.studies.new_robot import new_robot
 from exchange import samples
+from exchange.test_files_by_version import GROUND, WALL
 
 SAMPLES = {
     "own.wcrfx": samples.wirex(), "maslow.yaml": samples.MASLOW, "printer.cfg": samples.KLIPPER,
-    "fork.cfg": samples.FORK, "config.g": samples.RRF,
+    "fork.cfg": samples.FORK, "config.g": samples.RRF, "wall.yaml": WALL, "groundcontrol.ini": GROUND,
 }  # fmt: skip
 FIRMWARE = ("klipper", "linuxcnc", "reprapfirmware")
 UNLIKE = {("linuxcnc", "body"), ("reprapfirmware", "body"), ("reprapfirmware", "suspended")}  # 8 lines, and swivels

@@ -19,10 +19,26 @@ CableName = Literal[
     "belt-atl5-10mm",
 ]
 """Cable of a new robot, from a small table."""
-ReadFormatName = Literal["wirex", "caspr", "maslow", "klipper", "reprapfirmware"]
+ReadFormatName = Literal[
+    "wirex",
+    "caspr",
+    "maslow",
+    "wallplotter",
+    "maslow-classic",
+    "polargraph",
+    "makelangelo",
+    "klipper",
+    "reprapfirmware",
+]
 """Format of another program whose robots are read."""
-WrittenFormatName = Literal["wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc", "ros2"]
+WrittenFormatName = Literal[
+    "wirex", "mjcf", "urdf", "stl", "glb", "klipper", "reprapfirmware", "linuxcnc", "gcode", "ros2"
+]
 """Format of another program that is written."""
+RrfVersionName = Literal["3.5", "3.6", "3.7"]
+"""Version of RepRapFirmware for which files are written."""
+DialectName = Literal["rrf", "klipper"]
+"""Firmware whose own kinematics computes the lengths of lines from X Y Z."""
 WireXVersion = Literal["0.31", "0.32"]
 """Version of WireX's schema."""
 CriterionName = Literal["closed-form", "improved-closed-form", "exact", "capacity", "wrench-closure", "static"]

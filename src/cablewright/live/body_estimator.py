@@ -18,7 +18,7 @@ from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Saved
 from cablewright.foundation.signals import Estimate, SensorFrame
-from cablewright.live.estimator_settings import with_drum_mass
+from cablewright.live.estimator_settings import clock_of, with_drum_mass
 from cablewright.machine.coils import coils_of
 from cablewright.machine.sensors.encoders import ENCODERS
 from cablewright.machine.sensors.retraction import RETRACTION
@@ -49,6 +49,7 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
         tuple(updates.values()),
         0.0 if retraction is None else retraction.deviation,
         {source: max(0.5, 2.5 / settings.sheets[source].rate) for source in missed},
+        clock=clock_of(settings),
     )
 
 

@@ -74,7 +74,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     radii = tuple(radius for radius in nominal if radius is not None)
     if len(radii) < robot.m:
         raise InputError(f"robot {robot.name!r}: a winch without drum_radius, which the estimation needs")
-    vertical, winch, clock = settings.lidars.get("vertical"), settings.winch, settings.clock
+    vertical, winch = settings.lidars.get("vertical"), settings.winch
     return ObserverSettings(
         model=model,
         walls=WallSettings(
@@ -101,8 +101,14 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
         valve_depth=settings.point_drum.valve,
         lasers=tuple(lasers),
         timeouts=_timeouts(settings),
-        clock=None if clock is None else ClockLeadSettings(clock.offset, clock.drift, clock.latency, clock.age),
+        clock=clock_of(settings),
     )
+
+
+def clock_of(settings: MachineSettings) -> ClockLeadSettings | None:
+    """Return what is known of the clock on the platform; None where it is the machine's."""
+    clock = settings.clock
+    return None if clock is None else ClockLeadSettings(clock.offset, clock.drift, clock.latency, clock.age)
 
 
 def started_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[Laser] = ()) -> StartedSettings:

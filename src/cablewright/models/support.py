@@ -175,7 +175,7 @@ FEATURES: Final = (
     _of_robot("tilted-plane", "a tilted platform.plane", "platform.plane", _has_tilted_plane),
     _of_robot("body", "a rigid platform", "platform.kind", lambda robot: isinstance(robot.platform, RigidPlatform)),
     _of_robot("retraction", "platform.retraction", "platform.retraction", lambda robot: robot.retraction is not None),
-    *map(_over, (5, 6, 17, 26)),
+    *map(_over, (6, 8, 17, 26)),
     _of_robot("few-winches", "fewer winches than degrees of freedom", "lines",
               lambda robot: robot.winches < robot.freedoms),
     _of_robot("few-shared-winches", "shared winches that hold neither its pose nor its position alone",
@@ -191,14 +191,14 @@ SPATIAL: Final = "counterweight pulley winch-aside platform-sheave platform-pull
 """Features of lines that are more than a winch and a cable in one vertical plane."""
 
 _PROVED: Final = f"{SPATIAL} mount spring plane"  # no proof covers them
-_DRIVEN: Final = "counterweight shared-winch"  # no estimator covers them
+_DRIVEN: Final = "counterweight shared-winch"  # no estimator by lidars and no homing covers them
 _TURNING: Final = "swivel universal-joint pulley platform-sheave platform-pulley"
 _OWN_WINCH: Final = "Give each line a winch of its own"
 _WINCH_OR_URDF: Final = f"{_OWN_WINCH}, or export urdf, which has no lines"
 _BY_ANGLE: Final = "Export klipper, which moves winches by their angle"
 _NOTHING: Final = "the format has nothing like it"
 _IN_FILE: Final = "Give the number in the robot file"
-_AT_POSES: Final = "Use inverse at poses in its plane"
+_ONE_DRUM: Final = "Lines on one drum have tensions that follow their stretch, not a choice"
 _C, _LOST, _REJECTED = Capability, Coverage.LOST, Coverage.REJECTED
 
 _ROWS: Final = (
@@ -207,13 +207,12 @@ _ROWS: Final = (
     (_C.POSE_BOX, _REJECTED, f"{_PROVED} advantage cables", "Use linearise, whose pose errors are of first order"),
     (_C.EQUILIBRIA, _REJECTED, "plane weightless no-gravity", "Use forward with a guess"),
     (_C.EXHAUSTIVE, _REJECTED, f"{_PROVED} advantage cables body", "Search from many starts: leave out exhaustive"),
-    (_C.TENSIONS, _REJECTED, "counterweight shared-winch", "Use inverse"),
-    (_C.WRENCH_CLOSURE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
-    (_C.CAPACITY, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
-    (_C.TENSION_CHOICE, _REJECTED, "shared-winch few-winches", "Use inverse with preferred tensions"),
-    (_C.WORKSPACE, _REJECTED, "tilted-plane", _AT_POSES),
-    (_C.STRAIGHT_WORKSPACE, _REJECTED, "tilted-plane", _AT_POSES),
-    (_C.STRAIGHT_WORKSPACE, _REJECTED, "counterweight shared-winch", "Use the criterion static"),
+    (_C.TENSIONS, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse"),
+    (_C.WRENCH_CLOSURE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
+    (_C.CAPACITY, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
+    (_C.TENSION_CHOICE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use inverse with preferred tensions"),
+    (_C.TENSION_CHOICE, _REJECTED, "few-winches", "The balance leaves no tension to choose: use inverse"),
+    (_C.STRAIGHT_WORKSPACE, _REJECTED, "shared-winch", f"{_ONE_DRUM}: use the criterion static"),
     (_C.BOUNDARY_MODES, _REJECTED, "few-winches plane", "Use modes at a pose"),
     (_C.SLACK, _REJECTED, "counterweight plane shared-winch few-winches", "Use forward with longer lengths"),
     (_C.SLACK_SETS, _REJECTED, f"{SPATIAL} plane shared-winch few-winches", "Use forward with longer lengths"),
@@ -245,10 +244,10 @@ _ROWS: Final = (
     (_C.ESTIMATION, _REJECTED, "free-position few-lines-in-plane", "Use forward with the measured lengths"),
     (_C.ROOM_ESTIMATION, _REJECTED, _DRIVEN, "Use the estimator encoders"),
     (_C.ESTIMATION, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
-    (_C.HOMING, _REJECTED, f"{_DRIVEN} plane few-winches retraction", "Use forward with the measured lengths"),
+    (_C.HOMING, _REJECTED, f"{_DRIVEN} free-position retraction", "Use forward with the measured lengths"),
     (_C.DRIVES, _REJECTED, "counterweight shared-winch", _OWN_WINCH),
     (_C.DRIVES, _REJECTED, "no-diameter no-drum-radius", _IN_FILE),
-    (_C.SERVE, _REJECTED, f"{_DRIVEN} plane few-winches", "Use check, which needs no machine"),
+    (_C.SERVE, _REJECTED, "free-position few-lines-in-plane", "Use check, which needs no machine"),
     (_C.KLIPPER, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),
     (_C.LINUXCNC, _REJECTED, "free-position few-shared-winches few-lines-in-plane", _WINCH_OR_URDF),
     (_C.REPRAPFIRMWARE, _REJECTED, "counterweight shared-winch", _BY_ANGLE),
@@ -262,7 +261,7 @@ _ROWS: Final = (
     (_C.REPRAPFIRMWARE, _REJECTED, "no-drum-radius", _IN_FILE),
     (_C.KLIPPER, _REJECTED, "over-17-lines", "Leave out some of them"),
     (_C.LINUXCNC, _REJECTED, "over-6-lines", "Export klipper"),
-    (_C.REPRAPFIRMWARE, _REJECTED, "over-5-lines", _BY_ANGLE),
+    (_C.REPRAPFIRMWARE, _REJECTED, "over-8-lines", _BY_ANGLE),
     (_C.KLIPPER_WINCH, _REJECTED, "over-26-lines", _BY_ANGLE),
     (_C.REPRAPFIRMWARE, _LOST, "guides mount spring", _NOTHING),
     (_C.KLIPPER_WINCH, _LOST, "cables guides mount spring", _NOTHING),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -12,12 +12,20 @@ import cablewright as cw
 from cablewright.apps.cli.command import command, options
 from cablewright.apps.cli.options import AsJson, Pose, RobotName
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers, pose_of
-from cablewright.foundation.choices import CableName, ReadFormatName, WireXVersion, WrittenFormatName
+from cablewright.apps.cli.parsing import numbers, pose_of, quantity
+from cablewright.foundation.choices import (
+    CableName,
+    DialectName,
+    ReadFormatName,
+    RrfVersionName,
+    WireXVersion,
+    WrittenFormatName,
+)
 from cablewright.foundation.errors import AnswerError, InputError
+from cablewright.foundation.units import LENGTH
 
 if TYPE_CHECKING:
-    from cablewright.exchange.klipper_motion import Stepper
+    from cablewright.exchange.motion.klipper import Stepper
     from cablewright.exchange.result import Exported
     from cablewright.exchange.translation import ExportedFile
 
@@ -41,7 +49,7 @@ def import_command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Reads WireX, CASPR (bodies and cables), a Maslow's settings, and configurations of Klipper and RepRapFirmware.
+    """Reads WireX, CASPR, and settings of Hangprinters (RepRapFirmware, Klipper), Maslows and wall plotters.
 
     What the file has and a robot file has not, and what had to be assumed, is told on stderr and in comments of the
     file that is written. See docs/exchange.md.
@@ -70,7 +78,7 @@ AT_A_POSE: Final = ("mjcf", "urdf", "stl", "glb")
 
 @options("Firmware")
 class MotionOptions:
-    """For klipper, reprapfirmware and linuxcnc."""
+    """For klipper, reprapfirmware, linuxcnc and gcode."""
 
     machine: Annotated[
         str | None,
@@ -80,9 +88,11 @@ class MotionOptions:
         str | None, typer.Option("--layers", metavar="FIRST,LAST", help="Layers of the part; by default all.")
     ] = None
     tolerance: Annotated[
-        float | None,
+        str | None,
         typer.Option(
-            "--tolerance", help="Largest error of a line's length between two points, m; by default half a microstep."
+            "--tolerance",
+            metavar="L",
+            help="Largest error of a line's length between two points, m or like '20 um'; by default half a microstep.",
         ),
     ] = None
     microsteps: Annotated[
@@ -92,41 +102,60 @@ class MotionOptions:
         int | None, typer.Option("--full-steps", help="Full steps of a motor's turn; by default 200.")
     ] = None
 
+    gear: Annotated[
+        str | None,
+        typer.Option("--gear", metavar="MOTOR:SPOOL", help="Teeth of each gear; by default the machine's, or no gear."),
+    ] = None
+    version: Annotated[
+        RrfVersionName | None,
+        typer.Option("--firmware-version", help="Of RepRapFirmware; by default 3.6, or 3.7 for over 5 lines."),
+    ] = None
+    dialect: Annotated[
+        DialectName | None, typer.Option("--for", help="Firmware of gcode, whose own kinematics moves the lines.")
+    ] = None
+
     def written(self, target: str, robot: cw.Robot, job: Path, out: Path) -> Exported:
         """Write the files of a firmware into the folder *out*. Raises `InputError`."""
-        from cablewright.exchange.firmware import firmware
+        from cablewright.exchange.firmware import firmware, plain_gcode
         from cablewright.exchange.result import Exported
         from cablewright.foundation.file_output import whole_folder, write_whole
 
         machine = None if self.machine is None else cw.load_machine(self.machine)
-        if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
-            raise InputError(f"--tolerance = {self.tolerance:g}: must be over 0 and under 1 m")
+        tolerance = None if self.tolerance is None else quantity(self.tolerance, "--tolerance", LENGTH)
+        if tolerance is not None and tolerance >= 1.0:
+            raise InputError(f"--tolerance = {self.tolerance!r}: must be under 1 m; a number alone is in m")
+        if (target == "gcode") is (self.dialect is None):
+            raise InputError("export gcode needs --for, rrf or klipper, and only gcode takes it")
+        if target == "gcode" and tolerance is not None:
+            raise InputError("export gcode: --tolerance is for winches by angle; leave it out")
+        given: dict[str, Any] = {
+            "machine": machine, "stepper": self._stepper(), "layers": _layers(self.layers), "version": self.version,
+            "gear": _gear(self.gear),
+        }  # fmt: skip
         with progress() as show:
-            found = firmware(
-                target,
-                robot,
-                cw.load_job(job),
-                machine=machine,
-                stepper=self._stepper(1.0 if machine is None else machine.winch.ratio),
-                layers=_layers(self.layers),
-                tolerance=self.tolerance,
-                progress=show,
-            )
+            if self.dialect is not None:
+                found, own = plain_gcode(self.dialect, robot, cw.load_job(job), **given, progress=show)
+                error: float | None = own.error
+            else:
+                found = firmware(target, robot, cw.load_job(job), **given, tolerance=tolerance, progress=show)
+                error = None if target == "reprapfirmware" else found.path.error
         with whole_folder(out) as folder:
             for name, text in found.files.items():
                 write_whole(folder / name, text.encode())
-        points, error = len(found.path.samples), None if target == "reprapfirmware" else found.path.error
+        points = len(found.path.samples)
+        if self.dialect is not None:
+            return Exported(target, robot.name, found.lost, found.assumed, points, nozzle_error=error)
         return Exported(target, robot.name, found.lost, found.assumed, points, error)
 
-    def _stepper(self, ratio: float) -> Stepper | None:
-        from cablewright.exchange.klipper_motion import Stepper
+    def _stepper(self) -> Stepper | None:
+        from cablewright.exchange.motion.klipper import Stepper
 
         for option, value in (("--microsteps", self.microsteps), ("--full-steps", self.full_steps)):
             if value is not None and not 1 <= value <= 100_000:
                 raise InputError(f"{option} = {value}: must be 1 to 100000")
         if self.microsteps is None and self.full_steps is None:
             return None
-        return Stepper(self.full_steps or Stepper.full_steps, self.microsteps or Stepper.microsteps, ratio)
+        return Stepper(self.full_steps or Stepper.full_steps, self.microsteps or Stepper.microsteps)
 
 
 @command("export mjcf cogiro --out runs/cogiro.xml", "exchange.result:Exported")
@@ -158,7 +187,7 @@ def export_command(
     from cablewright.exchange.wirex_output import wirex
     from cablewright.foundation.file_output import write_whole
 
-    is_firmware = target in FIRMWARE
+    is_firmware = target in (*FIRMWARE, "gcode")
     if is_firmware and job is None:
         raise InputError(f"export {target}: expected a JOB after ROBOT, whose motion is written")
     if target == "ros2" and job is None:
@@ -212,6 +241,16 @@ def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile
         return urdf(robot, held.pose), b""
     mesh, lost = shapes(robot, held.pose), ("all but shapes of frame, exits and platform, for looking",)
     return ExportedFile("", lost), mesh.stl() if target == "stl" else mesh.glb()
+
+
+def _gear(text: str | None) -> tuple[int, int] | None:
+    """Return the teeth of motor and spool. Raises `InputError`."""
+    if text is None:
+        return None
+    teeth = text.split(":")
+    if len(teeth) != 2 or not all(each.isdecimal() and 1 <= int(each) <= 10_000 for each in teeth):
+        raise InputError(f"--gear = {text!r}: expected teeth of motor and spool, each 1 to 10000, like 20:255")
+    return int(teeth[0]), int(teeth[1])
 
 
 def _layers(text: str | None) -> tuple[int, int] | None:

@@ -9,6 +9,7 @@ the constants, linearised at each equilibrium.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -19,7 +20,7 @@ from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
 from cablewright.estimation.body.updates.update import Slopes
-from cablewright.estimation.reading_checks import accepted
+from cablewright.estimation.reading_checks import accepted, by_machine_clock
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.signals import BeamLength, Climate, Encoders, Estimate, SensorFrame, frozen, per_line
 from cablewright.models.rotation import motion_between
@@ -35,6 +36,8 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
         state.monitor.restart(frame.time, f"the clock jumped from {state.time:g} to {frame.time:g} s")
         state.window.begin, dt = math.nan, math.inf
     state.time, before = frame.time, state.pose
+    if state.clock is not None:
+        frame = replace(frame, readings=by_machine_clock(state.clock, frame.readings, frame.time))
     for beam in accepted(state.monitor, frame.of(BeamLength), frame.time):
         _read_beam(settings, state, beam.length)
     for encoders in accepted(state.monitor, frame.of(Encoders), frame.time):

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from cablewright.estimation.body.updates.update import Update
+from cablewright.estimation.drum_clock import ClockLeadSettings
 from cablewright.foundation.errors import InputError, require_positive
 from cablewright.models.coil import Coil, LineCoils
 from cablewright.models.statics import Model
@@ -53,6 +54,7 @@ class BodySettings:
     is told of those that are used besides encoders, in the order of `UPDATES`. ``beam_deviation``: m, of a
     reading of the length of a platform that retracts. ``interval``: s of readings that are one measurement.
     ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
+    ``clock``: of that on the platform, which stamps what comes over the wireless link; None: it is the machine's.
     """
 
     model: Model
@@ -67,6 +69,7 @@ class BodySettings:
     interval: float = 0.1
     smoothing_time: float = 0.2
     slack_threshold: float = 2.5e-3
+    clock: ClockLeadSettings | None = None
 
     def __post_init__(self) -> None:
         """Refuse point platforms, and another number of coils than lines."""

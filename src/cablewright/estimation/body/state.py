@@ -12,6 +12,7 @@ from cablewright.estimation.body.creep import BodyCreep, LoadPath, creep_of
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.unknowns import BodyLayout, prior
 from cablewright.estimation.body.updates.update import Update
+from cablewright.estimation.drum_clock import ClockLead
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.foundation.arrays import Array, Mask
 from cablewright.foundation.errors import Status
@@ -151,6 +152,7 @@ class BodyState:
     motion: BodySwing = field(default_factory=BodySwing)
     time: float = -math.inf  # s
     window: Window = field(default_factory=Window)
+    clock: ClockLead | None = None
 
     @property
     def pose(self) -> Array:
@@ -203,6 +205,7 @@ def start(
         Wound(still, wound.copy(), still.copy()),
         Doubts(np.ones(m, dtype=bool)),
         retraction=retraction if not math.isnan(retraction) else _own_retraction(model),
+        clock=None if settings.clock is None else ClockLead(settings.clock),
     )
 
 

@@ -28,6 +28,7 @@ from cablewright.machine.winch_counts import CountsFile, Remembering
 from cablewright.models.rotation import rotations
 from cablewright.models.support import Capability, Coverage, support
 from cablewright.robot import Robot
+from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 
 _MAX_FILE: Final = 1 << 20  # bytes
@@ -222,7 +223,7 @@ def warm(keeper: LengthKeeper, pose: Array) -> None:
     from cablewright.solvers.continuation import Tracker, TrackerSettings
 
     reckoning = keeper.reckoning
-    held = solve_inverse(reckoning.model, pose).checked()
+    held = solve_inverse(reckoning.model, hung(reckoning.model, pose[None]))[0].checked()
     lengths, counts = held.lengths, np.zeros(len(held.lengths), dtype=np.int64)
     begun = homed(reckoning, lengths, counts, held.pose)
     for now in (0.01, 0.02, 0.2):  # the last one ends a measurement of a rigid platform

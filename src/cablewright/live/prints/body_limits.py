@@ -22,14 +22,11 @@ from cablewright.models.rotation import matrices
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.printing.job import Job
 from cablewright.robot import RigidPlatform, Robot
+from cablewright.solvers import held_tensions
 from cablewright.solvers.hanging_path import hung
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import Linearisation, linearise_where_regular
 
-_SAMPLES: Final = 400  # places of a path at which tensions and speeds are judged
-_MARGINS: Final = (1.0, 0.75, 0.5, 0.35, 0.25, 0.15, 0.1, 0.05, 0.0)  # of the least tension, kept above it
-_TAUT: Final = 0.1  # of the range of tensions, kept above the least in a plane, where lines pull against each other
-_BELOW: Final = 0.05  # of the range of tensions, kept below the largest
 _TOUR_STEP: Final = 0.2  # m between places of a tour that are checked
 _STOPS: Final = 0.5  # share of the least tension under which a print stops
 
@@ -168,28 +165,13 @@ def check_speeds(model: Model, path: TimedPath, settings: MachineSettings) -> No
 
 def chosen_places(path: TimedPath) -> Array:
     """Return places (k, 3), m, of the tour and all along the path, at which tensions are judged."""
-    rows = np.linspace(0, len(path.track.positions) - 1, min(len(path.track.positions), _SAMPLES)).astype(np.int64)
-    places = path.track.positions[rows]
+    places = path.track.positions[held_tensions.chosen_rows(len(path.track.positions))]
     return np.concatenate([tour_places(path), places]) if len(path.tour) else places
 
 
 def with_margin(model: Model, path: TimedPath) -> Model:
-    """Return the model with the narrowest limits of tension, within its own, that the whole path and tour allow."""
-    robot = model.robot
-    if model.m - len(robot.sharing) <= model.freedoms:
-        return model
-    poses, retraction = poses_at(model, path, chosen_places(path))
-    taut = 0.0 if robot.platform.plane is None else _TAUT
-    for share in _MARGINS:
-        lines = []
-        for line in robot.lines:
-            low, high = line.tension_limits
-            limits = (low + share * max(low, taut * (high - low)), high - _BELOW * (high - low))
-            lines.append(line.model_copy(update={"tension_limits": limits}))
-        narrow = Model(robot.model_copy(update={"lines": tuple(lines)}), model.fidelity)
-        if solve_inverse(narrow, poses, path=True, retraction=retraction).ok.all():
-            return narrow
-    return model
+    """Return the model whose tensions control holds along the whole path and tour: see `held_tensions`."""
+    return held_tensions.with_margin(model, *poses_at(model, path, chosen_places(path)))
 
 
 def least_tensions(robot: Robot) -> Array:

@@ -140,19 +140,23 @@ def planned(
 
 def _by_hand(model: Model, path: TimedPath, speed: float) -> ManualSettings:
     """Limits of motions by hand: of a rigid platform those of its nozzle, with its origin and nozzle in the frame."""
-    scene, attitude = model.robot.scene, path.attitude
+    scene, attitude, plane = model.robot.scene, path.attitude, model.robot.platform.plane
     low, high = np.array(scene.frame_min), np.array(scene.frame_max)
     if attitude is None:
-        return ManualSettings(scene.frame_min, scene.frame_max, path.acceleration, speed, period=path.period)
+        limits = scene.frame_min, scene.frame_max, path.acceleration, speed
+        return ManualSettings(*limits, period=path.period, plane=plane)
 
     def holds(place: Array, rotation: Array) -> bool:
         pose = np.concatenate([attitude.origin(place, rotation), rotation])
         return bool(solve_inverse(model, hung(model, pose[None]), path=True).ok[0])
 
     nozzle = attitude.nozzle
+    if plane is not None:  # of the nozzle, which stays as far off the origin's as it is
+        plane = plane.model_copy(update={"distance": plane.distance + float(nozzle @ plane.across)})
     x, y, z = np.maximum(low, low + nozzle).tolist()
     far_x, far_y, far_z = np.minimum(high, high + nozzle).tolist()
-    return ManualSettings((x, y, z), (far_x, far_y, far_z), path.acceleration, speed, holds=holds, period=path.period)
+    limits = (x, y, z), (far_x, far_y, far_z), path.acceleration, speed
+    return ManualSettings(*limits, holds=holds, period=path.period, plane=plane)
 
 
 def _calm(model: Model, path: TimedPath) -> TimedPath:

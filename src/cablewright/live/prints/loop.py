@@ -223,7 +223,7 @@ class Printer:
         if self._approach_pending and estimate.valid:
             guide.leave_path(self.plan.path, self.guide, estimate.position, estimate.rotation)
             self._approach_pending = False
-        target = self._next_target(verdict, dt)
+        target = self._next_target(verdict, estimate, dt)
         self.target = None if self._approach_pending else target
         self._command = self._with_reset(verdict, self._sound(self._decide(frame, verdict, estimate, target, dt)))
         guard.take_note(self._guard, frame.time, self._command)
@@ -285,12 +285,12 @@ class Printer:
                 at = self.plan.path.printing_point(place, estimate.rotation), estimate.rotation
                 manual.begin(self.plan.manual, self._manual, order, self.time, None if begun else at)
 
-    def _next_target(self, verdict: Verdict, dt: float) -> Target:
+    def _next_target(self, verdict: Verdict, estimate: Estimate, dt: float) -> Target:
         if verdict.state is not PrintState.MANUAL:
             target = guide.step(self.plan.path, self.guide, dt, verdict.guide_mode, self.speed_share)
             waits = verdict.state is PrintState.READY and not self._is_tensioned()
             return target._replace(arrived=False) if waits else target
-        motion = manual.step(self.plan.manual, self._manual, self.time, dt)
+        motion = manual.step(self.plan.manual, self._manual, self.time, dt, self._off_target(estimate))
         if motion.done:
             supervisor.end_procedure(self.supervisor, self.time, motion.failure)
         path, distance = self.plan.path, self.plan.path.distance(self.guide.path_time)
@@ -301,6 +301,13 @@ class Printer:
             place = path.attitude.origin(place, turned)
         speed, rates = motion.velocity, motion.accelerations
         return Target(place, speed, distance, layer, 0.0, False, False, False, turned, accelerations=rates)
+
+    def _off_target(self, estimate: Estimate) -> float:
+        """Distance, m, of the moved point from the target of a motion by hand; 0 where the estimate swings with it."""
+        if not (self.plan.velocity.by_lengths or self.plan.path.attitude is not None):
+            return 0.0
+        there = self.plan.path.printing_point(estimate.position, estimate.rotation)
+        return float(np.linalg.norm(there - self._manual.position))
 
     def _is_tensioned(self) -> bool:
         """Whether lines have about their tensions on the path: those of a rigid platform, or one in a plane."""

@@ -34,6 +34,7 @@ from cablewright.machine.simulated.simulated_machine import PLANTS
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.printing.job import Job
+from cablewright.printing.path import Samples
 from cablewright.robot import Robot
 
 HEIGHTS: Final = get_args(HeightRule)
@@ -116,11 +117,18 @@ class MachineTwin:
     built: str = ""  # file of the machine that was built for the robot, where there was none
 
 
-def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, choices: PrintOptions) -> MachineTwin:
-    """Combine robot, job and machine. *machine*: settings, a file, or a library name.
+def twin_of(
+    robot: Robot,
+    job: Job,
+    machine: TwinSettings | str | Path | None,
+    choices: PrintOptions,
+    samples: Samples | None = None,
+) -> MachineTwin:
+    """Combine robot, job and machine. *machine*: settings, a file, or a library name. *samples*: of the job.
 
-    By default it is the library's machine of the robot's name, or where there is none the one that `built_machine`
-    builds. Raises `InputError` for a job or machine of another robot, layers that the job does not have.
+    By default the samples are those of the job's file, and the machine is the library's machine of the robot's name, or
+    where there is none the one that `built_machine` builds. Raises `InputError` for a job or machine of another robot,
+    and for layers that the job does not have.
     """
     if job.robot is not None and job.robot != robot.name:
         raise InputError(f"job {job.name!r}: robot = {job.robot!r}, but the robot is {robot.name!r}")
@@ -134,7 +142,7 @@ def twin_of(robot: Robot, job: Job, machine: TwinSettings | str | Path | None, c
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
-    asked, (job, samples) = job, driven_job(robot, job)
+    asked, (job, samples) = job, driven_job(robot, job, samples)
     bead, differing = job.typical_bead()
     owner = extruding(given.owner, bead, job.motion.print_speed)
     settings = _fine(given.model_copy(update={"owner": owner}), robot)

@@ -37,6 +37,9 @@ from cablewright.live.serve.station import Sitting
 from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
 from cablewright.machine.log.topics import Signal
+from cablewright.models.plane import directions
+from cablewright.models.winch_lines import WinchLines
+from cablewright.robot import Plane
 
 STATE_STEPS: Final = 2
 """Steps between two states that are told."""
@@ -253,11 +256,14 @@ def told_sitting(
         "robot": sitting.head.robot.name,
         "machine": owner.name,
         "lines": [line.name for line in sitting.head.robot.lines],
+        "winches": WinchLines.of(sitting.head.robot).winch.tolist(),
+        "hosts": sitting.head.robot.hosts,
         "limits": [list(line.tension_limits) for line in sitting.head.robot.lines],
         "stops_at": plan.guard.max_tensions.tolist(),
         "cable": owner.winch.held,
         "frame": [list(plan.manual.min_position), list(plan.manual.max_position)],
         "jog_speed": plan.manual.max_speed,
+        "plane": None if plan.manual.plane is None else _plane_of(plan.manual.plane),
         "park": plan.manual.park is not None,
         "procedures": sitting.procedures,
         "orders": allowed_orders(),
@@ -269,6 +275,12 @@ def told_sitting(
         "path": _path_of(path, numbers) if sitting.job is not None else None,
     }
     return to_json(about, inf_nan_mode="null")
+
+
+def _plane_of(plane: Plane) -> dict[str, Any]:
+    """The plane of motions by hand: unit normal, distance, m, and two directions in it."""
+    along = directions(plane, 3).T
+    return {"normal": plane.across, "distance": plane.distance, "along": along.tolist()}
 
 
 def allowed_orders() -> dict[str, list[str]]:

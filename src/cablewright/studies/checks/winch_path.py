@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -18,6 +18,7 @@ from cablewright.models.job_poses import along, sampled
 from cablewright.models.statics import Model
 from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES, Samples
+from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
 from cablewright.solvers.hanging_path import nozzle_on_path
 from cablewright.solvers.inverse import BLOCK, solve_inverse
@@ -40,7 +41,7 @@ class WinchPath:
 
     ``turns`` (k, m): rad of each drum, positive as it pays out, 0 at the first point; ``laid`` (k,): m of strand laid
     until there; ``error``: m, the largest by which a length is off half-way between two points, when both turns and the
-    place of the nozzle go linearly; ``ignored``: words of the job's file that are no motion, and their counts.
+    place of the nozzle go linearly; ``toolpath``: of the job's file; ``is_part``: whether it is some layers of the job.
     """
 
     samples: Samples
@@ -48,7 +49,8 @@ class WinchPath:
     turns: Array  # (k, m) rad
     laid: Array  # (k,) m
     error: float
-    ignored: Mapping[str, int]
+    toolpath: Toolpath
+    is_part: bool
 
 
 def winch_path(
@@ -84,7 +86,7 @@ def winch_path(
         rough = errors > np.where(np.diff(samples.distance) < SHORTEST, max(jump, tolerance), tolerance)
         if not rough.any():
             worst = float(errors.max(initial=0.0))
-            return WinchPath(samples, lengths, turns - turns[0], _laid(samples), worst, toolpath.unknown)
+            return WinchPath(samples, lengths, turns - turns[0], _laid(samples), worst, toolpath, layers is not None)
         # the error of a piece goes with the square of its length, but for corners of a length along the path
         parts = np.clip(np.ceil(np.sqrt(errors / (0.9 * tolerance))), 2, _MOST_PARTS)
         parts = np.where(rough, parts, 1).astype(np.int64)

@@ -11,8 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from cablewright.exchange.klipper_motion import rates_of
-from cablewright.exchange.motion_lines import extent_notes, motion_lines
+from cablewright.exchange.motion.beside import Beside
+from cablewright.exchange.motion.klipper import rates_of
+from cablewright.exchange.motion.lines import extent_notes, motion_lines
 from cablewright.foundation.errors import printable
 from cablewright.printing.job import Job
 from cablewright.robot import Robot
@@ -48,20 +49,21 @@ def linuxcnc_ini(robot: Robot, job: Job, path: WinchPath) -> str:
     return text
 
 
-def linuxcnc_job(robot: Robot, job: Job, path: WinchPath) -> str:
-    """Return the G-code of a job."""
+def linuxcnc_job(robot: Robot, job: Job, path: WinchPath, besides: Beside) -> str:
+    """Return the G-code of a job, with what its own file has *besides*."""
     letters = LETTERS[: robot.winches]
     x, y, z = (f"{1e3 * each:.4f}" for each in path.samples.positions[0])
-    text = f"; {printable(job.name)} on {printable(robot.name)}, for LinuxCNC\n{extent_notes(path, letters, robot)}"
+    text = f"; {printable(job.name)} on {printable(robot.name)}, for LinuxCNC\n"
+    text += extent_notes(path, letters, robot, "M67 E0: 1 while a strand is laid")
     zero = " ".join(f"{letter}0" for letter in letters)
     text += f"G21 G90 G94 G64 P{BLENDING:g}\nG10 L20 P1 X{x} Y{y} Z{z} {zero}\nM67 E0 Q0\n"
-    return f"{text}{''.join(_with_output(path, letters))}M67 E0 Q0\nM2\n"
+    return f"{text}{''.join(_with_output(path, letters, besides))}M67 E0 Q0\nM2\n"
 
 
-def _with_output(path: WinchPath, letters: str) -> Iterator[str]:
+def _with_output(path: WinchPath, letters: str, besides: Beside) -> Iterator[str]:
     """Yield the lines of motion, and the output where laying begins and ends."""
     laying = False
-    for line in motion_lines(path, letters, extruder=False):
+    for line in motion_lines(path, letters, besides, extruder=False):
         if line.startswith(("G0 ", "G1 ")) and line.startswith("G1 ") != laying:
             laying = not laying
             yield f"M67 E0 Q{int(laying)}\n"
