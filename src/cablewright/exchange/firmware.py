@@ -225,7 +225,7 @@ def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[WinchDru
         return math.inf
     corners = list(product(*zip(robot.scene.frame_min, robot.scene.frame_max, strict=True)))
     radii = []
-    for line, drum in zip(robot.lines, drums, strict=True):
+    for line, drum in zip(robot.winch_lines, drums, strict=True):
         longest = line.advantage * max(math.dist(corner, line.exit_point) for corner in corners)
         radii.append(drum.radius if drum.build_up == 0.0 else float(drum.radii(np.asarray(longest))))
     return 0.99 * 0.5 * motor.microstep * min(radii)

@@ -19,7 +19,7 @@ from cablewright.foundation.errors import InputError
 from cablewright.foundation.saving import Saved
 from cablewright.foundation.signals import Estimate, SensorFrame
 from cablewright.live.estimator_settings import clock_of, with_drum_mass
-from cablewright.machine.coils import coil_of
+from cablewright.machine.coils import coils_of
 from cablewright.machine.sensors.encoders import ENCODERS
 from cablewright.machine.sensors.retraction import RETRACTION
 from cablewright.machine.settings import MachineSettings
@@ -42,7 +42,7 @@ def body_settings(robot: Robot, settings: MachineSettings, *, sensors: bool) -> 
     return BodySettings(
         Model(with_drum_mass(robot, settings)),
         winch.counts * winch.ratio / math.tau,
-        tuple(coil_of(line, winch) for line in robot.lines),
+        coils_of(robot, winch),
         winch.held,
         winch.max_speed,
         _deviations(robot, settings),

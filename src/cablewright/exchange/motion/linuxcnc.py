@@ -26,7 +26,7 @@ BLENDING: Final = 0.01
 
 def linuxcnc_ini(robot: Robot, job: Job, path: WinchPath) -> str:
     """Return the sections of an INI file for kinematics, axes and joints; HAL pins are the machine's own."""
-    letters = LETTERS[: robot.m]
+    letters = LETTERS[: robot.winches]
     speed = 1e3 * max(job.motion.print_speed, job.motion.travel_speed)
     acceleration = 1e3 * job.motion.acceleration
     rates = np.abs(rates_of(path)).max(axis=0)
@@ -44,14 +44,14 @@ def linuxcnc_ini(robot: Robot, job: Job, path: WinchPath) -> str:
             f"MIN_LIMIT = {lows[k] - 1.0:.3f}\nMAX_LIMIT = {highs[k] + 1.0:.3f}\n"
             f"MAX_VELOCITY = {1.1 * rate * speed:.4f}\nMAX_ACCELERATION = {2.0 * rate * acceleration:.4f}\n"
         )
-        what = "nozzle, virtual" if k < 3 else f"line {robot.lines[k - 3].name!r}, degrees of the drum"
+        what = "nozzle, virtual" if k < 3 else f"line {robot.winch_names[k - 3]!r}, degrees of the drum"
         text += f"\n# {what}\n[AXIS_{letter}]\n{body}\n[JOINT_{k}]\nTYPE = {kind}\nHOME_SEQUENCE = 0\n{body}"
     return text
 
 
 def linuxcnc_job(robot: Robot, job: Job, path: WinchPath, besides: Beside) -> str:
     """Return the G-code of a job, with what its own file has *besides*."""
-    letters = LETTERS[: robot.m]
+    letters = LETTERS[: robot.winches]
     x, y, z = (f"{1e3 * each:.4f}" for each in path.samples.positions[0])
     text = f"; {printable(job.name)} on {printable(robot.name)}, for LinuxCNC\n"
     text += extent_notes(path, letters, robot, "M67 E0: 1 while a strand is laid")
