@@ -69,7 +69,7 @@ HeightRule = Literal["structure", "job"]
 """Height of a print: kept above the structure by the vertical lidar, or that of the job."""
 ObserverName = Literal["paper", "filter"]
 """Estimator of a log: the chain of Merlet and Papegay 2023, or the error-state Kalman filter."""
-ReplayName = Literal["paper", "filter", "both"]
+ReplayName = Literal["paper", "filter", "encoders", "both"]
 """Estimators of a replay."""
 EstimatorName = Literal["paper", "filter", "encoders"]
 """Estimator of a print: an observer, or dead reckoning by the encoders."""
