@@ -126,8 +126,8 @@ def simulate(
     elif loop is None:
         start = np.asarray(hold, dtype=np.float64)
         if start.shape not in {(3,), (described.n,)} or not np.isfinite(start).all():
-            asked = "3 finite numbers are expected, m" if described.n == 3 else "3 or 6 finite numbers, m and rad"
-            raise InputError(f"hold = {start.tolist()}: {asked}")
+            sizes, units = described.platform.pose_sizes, described.platform.pose_units
+            raise InputError(f"hold = {start.tolist()}: {sizes} finite numbers are expected, {units}")
     else:
         path = random_loop(described, loop, seed)
         start = np.array([*path[0], height])
