@@ -114,6 +114,10 @@ class MotionOptions:
         DialectName | None, typer.Option("--for", help="Firmware of gcode, whose own kinematics moves the lines.")
     ] = None
 
+    complete: Annotated[
+        bool, typer.Option("--config", help="Of LinuxCNC, a complete configuration: HAL, homing, simulated joints.")
+    ] = False
+
     def written(self, target: str, robot: cw.Robot, job: Path, out: Path) -> Exported:
         """Write the files of a firmware into the folder *out*. Raises `InputError`."""
         from cablewright.exchange.firmware import firmware, plain_gcode
@@ -128,6 +132,8 @@ class MotionOptions:
             raise InputError("export gcode needs --for, rrf or klipper, and only gcode takes it")
         if target == "gcode" and tolerance is not None:
             raise InputError("export gcode: --tolerance is for winches by angle; leave it out")
+        if self.complete and target != "linuxcnc":
+            raise InputError(f"export {target}: --config is of linuxcnc; leave it out")
         given: dict[str, Any] = {
             "machine": machine, "stepper": self._stepper(), "layers": _layers(self.layers), "version": self.version,
             "gear": _gear(self.gear),
@@ -137,7 +143,9 @@ class MotionOptions:
                 found, own = plain_gcode(self.dialect, robot, cw.load_job(job), **given, progress=show)
                 error: float | None = own.error
             else:
-                found = firmware(target, robot, cw.load_job(job), **given, tolerance=tolerance, progress=show)
+                found = firmware(
+                    target, robot, cw.load_job(job), **given, tolerance=tolerance, complete=self.complete, progress=show
+                )
                 error = None if target == "reprapfirmware" else found.path.error
         with whole_folder(out) as folder:
             for name, text in found.files.items():
