@@ -18,6 +18,7 @@ PICTURES: Final = {
     "CreepResult": ("tensile", "creep_picture"),
     "Curves": ("curves", "curves_picture"),
     "Designed": ("variants", "design_picture"),
+    "Fit": ("fit", "fit_picture"),
     "Interference": ("interference", "interference_picture"),
     "JobInterference": ("interference", "interference_picture"),
     "MeasuredModes": ("modes", "swing_picture"),
