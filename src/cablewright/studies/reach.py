@@ -92,8 +92,8 @@ def reach(robot: Robot, *, max_error: float | None = None, nodes: int = NODES, p
         holds[at] = held_at(model, points[at]).ok
     if max_error is not None and holds.any():
         some = np.flatnonzero(holds)
-        errors = accuracy(robot, model.unrotated_at(points[some]), method="first-order").spread.max_error
-        holds[some] = errors <= max_error
+        found = accuracy(robot, model.unrotated_at(points[some]).tolist(), method="first-order")
+        holds[some] = found.spread.max_error <= max_error
     progress("reach", len(points), len(points))
     return Reach((axes[0], axes[1], axes[2]), holds.reshape([len(axis) for axis in axes]))
 
