@@ -37,9 +37,11 @@ class Fit(Pictured):
 
     FIGURES: ClassVar = (
         Figure("fits", "", "Whether the part fits at its own scale."),
-        Figure("scale", "1", "Largest scale at which it fits.", name="largest scale"),
+        Figure("scale", "1", "Largest scale at which it fits at this rotation.", name="largest scale"),
         Figure("origin", "m", "Where the part's zero is at its own scale, or else at the largest: a job's origin."),
-        Figure("rotation", "rad", "By how much it is turned about the vertical.", shown="deg"),
+        Figure(
+            "rotation", "rad", "By how much it is turned about the vertical; only where it fits only so.", shown="deg"
+        ),
         Figure("size", "m", "Sides of the part at its own scale."),
         Figure("limit", "", "What limits a larger part."),
         Figure("reach_volume", "m^3", "Volume that the nozzle reaches; in a plane m^2.", "reach.volume"),
@@ -99,6 +101,8 @@ def fit(
     best = (0.0, 0.0, np.zeros(3))
     for number, angle in enumerate(angles):
         progress("placing", number, len(angles))
+        if best[0] >= 1.0 and best[1] == 0.0:
+            break  # a part is turned where it does not fit else
         best = max(best, _largest(found, points, float(angle), best[0], flat), key=lambda each: each[0])
     progress("placing", len(angles), len(angles))
     scale, angle, centre = best

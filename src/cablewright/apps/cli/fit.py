@@ -32,7 +32,7 @@ def fit_command(
     ] = None,
     output: OutputOptions,
 ) -> int:
-    """Places and rotations about the vertical are tried on a grid of what the nozzle reaches, and the best is verified.
+    """Places, and rotations if it fits at none, are tried on a grid of what the nozzle reaches; the best is verified.
 
     The answer is no (exit 1) if the part fits at no place at its own scale. Lines against the part, motion and winches
     are not counted: `check` does.
