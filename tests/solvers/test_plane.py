@@ -342,7 +342,6 @@ def test_what_does_not_know_planes_refuses_them() -> None:
     robot = boards.board()
     held = cw.inverse(robot, boards.places(robot, 1)[0]).checked()
     for asked in (
-        lambda: cw.equilibria(robot, held.lengths),
         lambda: cw.enclose_poses(held, 1e-6),
         lambda: require(robot, Capability.SERVE),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
