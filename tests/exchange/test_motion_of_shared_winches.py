@@ -7,8 +7,8 @@ import pytest
 
 import driven
 from cablewright.exchange.firmware import firmware
-from cablewright.exchange.klipper_motion import LETTERS as KLIPPER
-from cablewright.exchange.linuxcnc import LETTERS as LINUXCNC
+from cablewright.exchange.motion.klipper import LETTERS as KLIPPER
+from cablewright.exchange.motion.linuxcnc import LETTERS as LINUXCNC
 from cablewright.models.statics import Model
 from cablewright.models.winch_lines import WinchLines
 from cablewright.printing.job import Job

@@ -268,6 +268,7 @@ def _internal_rates(
     own = error[hosts] - _moving_part(_by_motion(model, taut)[hosts], error[hosts])
     if model.free_directions is not None:
         state.tension_error = float(np.abs(own / stretches(model.lines, taut)[hosts]).max())
-    change = min(settings.internal_gain, 0.5 / dt) * own
-    rates[hosts] = np.clip(change, -settings.max_correction, settings.max_correction)
+    rates[hosts] = np.clip(
+        min(settings.internal_gain, 0.5 / dt) * own, -settings.max_correction, settings.max_correction
+    )
     return rates
