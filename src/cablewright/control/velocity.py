@@ -21,19 +21,21 @@ import numpy as np
 
 from cablewright.control.beam import BeamMotion
 from cablewright.control.guide import Target
-from cablewright.control.held_lengths import held_at
+from cablewright.control.held_lengths import Held, held_at
 from cablewright.control.slack import SlackSettings, choose_slack_line, slack_rates
 from cablewright.control.swing_damping import SwingDamping, SwingState, follow
 from cablewright.foundation.arrays import Array, Indices
 from cablewright.foundation.choices import LawName
 from cablewright.foundation.errors import InputError, UnknownName, require_positive
 from cablewright.foundation.signals import Estimate
+from cablewright.kernels.layout import Packed
 from cablewright.models.inertia import compensates, inertia_wrenches
-from cablewright.models.rotation import moved
+from cablewright.models.packed_views import LineNumbers
+from cablewright.models.rotation import motion_between, moved
 from cablewright.models.statics import Model
 from cablewright.models.support import Capability, require
 from cablewright.solvers.inverse import solve_inverse
-from cablewright.solvers.taut import Taut, stretches, taut_at
+from cablewright.solvers.taut import Taut, stretches, taut_at, taut_of
 
 LAWS: Final = get_args(LawName)
 
@@ -185,8 +187,40 @@ def _rates_of_body(
     state.chosen = held.tensions[0]
     state.tension_error = math.inf if tensions is None else float(np.abs(tensions - held.tensions[0]).max())
     now, then = held.lengths[:, settings.hosts]
-    correction = min(settings.gain, 0.5 / dt) * (now - estimate.lengths[settings.hosts])
+    error = _length_errors(settings, estimate, held, retraction, tensions)
+    if not np.isfinite(error).all():
+        return None
+    correction = min(settings.gain, 0.5 / dt) * error
     return np.asarray((then - now) / dt + _bounded(correction, settings.max_correction))
+
+
+def _length_errors(
+    settings: VelocitySettings, estimate: Estimate, held: Held, retraction: Array | None, tensions: Array | None
+) -> Array:
+    """Return by how much lengths of lines with a winch, m, are to grow for the first pose *held*, and its tensions.
+
+    The estimated pose decides what moves the platform, *tensions* (m,), N, what does not. Both agree with lengths of
+    the model as long as lines are as soft and the platform as heavy as it says; else lengths alone would be followed,
+    and the pose that they no longer hold.
+    """
+    model, hosts = settings.model, settings.hosts
+    here = np.concatenate([estimate.position, estimate.rotation])
+    rows = model.rows(retraction=None if retraction is None else retraction[:1])
+    packed: Packed = model.packed._replace(lines=rows.lines[0])
+    taut = taut_of(packed, here)
+    by_motion = taut.per_motion[hosts]
+    error = by_motion @ motion_between(here, held.poses[0])
+    if tensions is None or len(hosts) <= model.freedoms:
+        return np.asarray(error)
+    own = stretches(LineNumbers(packed.lines), taut) * (tensions - held.tensions[0])
+    own = own[hosts]
+    return np.asarray(error + own - _moving_part(by_motion, own))
+
+
+def _moving_part(by_motion: Array, change: Array) -> Array:
+    """Return the part (m,) of a *change* of lengths that moves the platform, by their gradients (m, p)."""
+    basis, _ = np.linalg.qr(by_motion)
+    return np.asarray(basis @ (basis.T @ change))
 
 
 def _bounded(vector: Array, most: float) -> Array:
@@ -231,10 +265,10 @@ def _internal_rates(
     else:
         error = np.nan_to_num(stretches(model.lines, taut) * (tensions - at_target.tensions))
     hosts, rates = settings.hosts, np.zeros(model.m)
-    basis, _ = np.linalg.qr(_by_motion(model, taut)[hosts])
-    own = error[hosts] - basis @ (basis.T @ error[hosts])
+    own = error[hosts] - _moving_part(_by_motion(model, taut)[hosts], error[hosts])
     if model.free_directions is not None:
         state.tension_error = float(np.abs(own / stretches(model.lines, taut)[hosts]).max())
-    change = min(settings.internal_gain, 0.5 / dt) * own
-    rates[hosts] = np.clip(change, -settings.max_correction, settings.max_correction)
+    rates[hosts] = np.clip(
+        min(settings.internal_gain, 0.5 / dt) * own, -settings.max_correction, settings.max_correction
+    )
     return rates

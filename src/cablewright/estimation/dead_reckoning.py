@@ -19,6 +19,7 @@ from cablewright.estimation.body.updates.cells import Cells
 from cablewright.estimation.fault_monitor import FaultMonitor
 from cablewright.estimation.felt_air import FeltAir
 from cablewright.estimation.learnt_lengths import LearntLengths, LengthPriors, MeasuredPlace
+from cablewright.estimation.measured_tensions import smoothed
 from cablewright.estimation.reading_checks import accepted
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError, InputError, Status
@@ -32,7 +33,7 @@ from cablewright.solvers.continuation import Tracker, TrackerSettings
 from cablewright.solvers.forward import solve_forward
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.solvers.linearise import linearise, tension_changes
-from cablewright.solvers.taut import taut_at
+from cablewright.solvers.taut import Taut, taut_at
 
 _PLACINGS: Final = 3  # Newton steps to the lengths of a known place: centimetres are left as nanometres
 _UNEVEN: Final = 2e-3  # standard deviation of how far lengths are off by load cells, as a share: more than cables creep
@@ -96,6 +97,7 @@ class ReckoningState:
     velocity: Array | None = None
     measured: Array | None = None  # (m,) tensions, N, smoothed; NaN: not read
     learnt: LearntLengths | None = None
+    taut: Taut | None = None
     time: float = -math.inf
 
 
@@ -264,16 +266,10 @@ def step(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame)
 
 def _read_tensions(settings: ReckoningSettings, state: ReckoningState, frame: SensorFrame, dt: float) -> None:
     """Smooth the tensions that a frame brings; what is not read stays as it was."""
-    if settings.cells is None:
-        return
-    for reading in accepted(state.monitor, frame.of(Tensions), frame.time):
-        if reading.source != settings.cells.source:
-            continue
-        if state.measured is None:
-            state.measured = reading.tensions.copy()
+    if settings.cells is not None:
+        readings = accepted(state.monitor, frame.of(Tensions), frame.time)
         share = min(1.0, dt / settings.smoothing_time)
-        known = np.where(np.isnan(state.measured), reading.tensions, state.measured)
-        state.measured = np.where(np.isnan(reading.tensions), known, known + share * (reading.tensions - known))
+        state.measured = smoothed(state.measured, readings, settings.cells.source, share)
 
 
 def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading: Encoders) -> None:
@@ -293,9 +289,10 @@ def _update_lengths(settings: ReckoningSettings, state: ReckoningState, reading:
 def _estimate(settings: ReckoningSettings, state: ReckoningState, paid: Array, status: Status) -> Estimate:
     assert state.velocity is not None
     pose = state.tracker.pose
+    state.taut = taut_at(settings.model, pose)
     if settings.model.robot.hung:
         paid = state.tracker.solved.lengths[0]
-    excess = paid - taut_at(settings.model, pose).lengths
+    excess = paid - state.taut.lengths
     if state.learnt is not None:  # as those have it who know the file alone: at the same tensions
         excess = excess + state.learnt.given(state.tracker.solved)
     return Estimate(

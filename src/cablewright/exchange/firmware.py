@@ -62,13 +62,15 @@ def firmware(
     tolerance: float | None = None,
     version: RrfVersionName | None = None,
     gear: tuple[int, int] | None = None,
+    complete: bool = False,
     progress: Progress = silent,
 ) -> Firmware:
     """Return the files for a firmware. Without a *machine* drums have one layer and no gear, and that is noted.
 
     *tolerance*: of lengths between points, m; by default half a microstep, or none where the firmware computes the
     lengths itself. By default a jump of a length, as of a line that goes slack, may be `TOLERANCE` and is noted.
-    *version*: of RepRapFirmware; *gear*: teeth of motors and spools.
+    *version*: of RepRapFirmware; *gear*: teeth of motors and spools; *complete*: of LinuxCNC, all files that it needs
+    to move simulated joints.
 
     Raises `InputError` for a robot or job that it cannot do, by name, and `AnswerError` where the robot cannot.
     """
@@ -103,8 +105,9 @@ def firmware(
         files |= _anchors(robot, lost)
     else:
         assumed.add(f"G64 P{linuxcnc.BLENDING:g}: corners are rounded by up to {linuxcnc.BLENDING:g} mm")
-        files = {
-            "machine.ini": linuxcnc.linuxcnc_ini(robot, job, path),
+        before, more = linuxcnc.linuxcnc_config(robot) if complete else ("", {})
+        files = more | {
+            "machine.ini": before + linuxcnc.linuxcnc_ini(robot, job, path),
             "job.ngc": linuxcnc.linuxcnc_job(robot, job, path, besides),
         }
     lost.add_all(besides.notes())
@@ -189,6 +192,8 @@ def _told(files: dict[str, str], lost: Notes, assumed: Notes, path: WinchPath) -
     told = [*(f"lost: {each}" for each in lost.all), *(f"assumed: {each}" for each in assumed.all)]
     for file, text in files.items():
         mark = "#" if file.endswith((".cfg", ".ini", ".hal")) else ";"
+        if file.endswith((".var", ".tbl")):
+            continue
         files[file] = "".join(f"{mark} {printable(each)}\n" for each in told) + text
     return Firmware(MappingProxyType(files), lost.all, assumed.all, path)
 

@@ -28,6 +28,7 @@ from cablewright.live.estimator_settings import OBSERVERS, Observer, with_drum_m
 from cablewright.machine.coils import coils_of
 from cablewright.machine.sensors import SENSORS
 from cablewright.machine.sensors.encoders import ENCODERS
+from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.sensors.tensions import MOTOR_TORQUES
 from cablewright.machine.settings import MachineSettings
 from cablewright.models.statics import Model
@@ -55,6 +56,15 @@ class Weighing(Protocol):
 
     def weigh(self, mass: float) -> None:
         """Take the drum with its powder to be of *mass*, kg, in the next step."""
+
+
+def best_estimator(settings: MachineSettings) -> str:
+    """The best estimator for a machine's sensors: the filter, or encoders alone."""
+    if settings.body is not None:
+        return "encoders" if settings.tension_sensor is None else "filter"
+    if settings.sensor(LINE_ANGLES) is None or not {"north", "south"} & settings.lidars.keys():
+        return "encoders"
+    return "filter"
 
 
 def estimator(

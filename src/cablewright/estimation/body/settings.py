@@ -55,6 +55,7 @@ class BodySettings:
     reading of the length of a platform that retracts. ``interval``: s of readings that are one measurement.
     ``smoothing_time``: s, of the velocity. ``slack_threshold``: m of excess from which a line counts as slack.
     ``clock``: of that on the platform, which stamps what comes over the wireless link; None: it is the machine's.
+    ``cells``: source of tensions that correct nothing, where the pose is by encoders alone; None: none are read.
     """
 
     model: Model
@@ -70,6 +71,7 @@ class BodySettings:
     smoothing_time: float = 0.2
     slack_threshold: float = 2.5e-3
     clock: ClockLeadSettings | None = None
+    cells: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse point platforms, and another number of coils than lines."""

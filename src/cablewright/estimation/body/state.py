@@ -153,6 +153,7 @@ class BodyState:
     time: float = -math.inf  # s
     window: Window = field(default_factory=Window)
     clock: ClockLead | None = None
+    measured: Array | None = None  # (m,) tensions, N, smoothed, of cells that correct nothing; NaN: not read
 
     @property
     def pose(self) -> Array:

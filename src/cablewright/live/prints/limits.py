@@ -66,7 +66,7 @@ def path_of(
     """
     body_limits.require_fit(robot, job, owner, law)
     lift = owner.drum.valve if owner.extrusion is not None and owner.drum is not None else 0.0
-    path = TimedPath.of(job, layers, lift, body_limits.nozzle_of(robot), samples, robot)  # a strand's is the nozzle's
+    path = TimedPath.of(job, layers, lift, robot.platform.own_nozzle, samples, robot)  # a strand's is the nozzle's
     return body_limits.with_tour(path, owner, estimator)
 
 

@@ -332,8 +332,8 @@ def start_pose(robot: Robot, start: ArrayLike) -> Array:
         pose[: len(given)] = given
         return with_free(robot, pose)
     if given.shape != (robot.n,):
-        asked = "3 numbers" if robot.n == 3 else "3 or 6 numbers"
-        raise InputError(f"start = {given.tolist()}: {asked} are expected, a pose of robot {robot.name!r}")
+        asked = f"{robot.platform.pose_sizes} numbers are expected, a pose of robot {robot.name!r}"
+        raise InputError(f"start = {given.tolist()}: {asked}")
     return given
 
 
