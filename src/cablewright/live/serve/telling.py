@@ -38,6 +38,7 @@ from cablewright.machine.log.head import written_head
 from cablewright.machine.log.messages import encode, encode_frame
 from cablewright.machine.log.topics import Signal
 from cablewright.models.plane import directions
+from cablewright.models.winch_lines import WinchLines
 from cablewright.robot import Plane
 
 STATE_STEPS: Final = 2
@@ -255,6 +256,8 @@ def told_sitting(
         "robot": sitting.head.robot.name,
         "machine": owner.name,
         "lines": [line.name for line in sitting.head.robot.lines],
+        "winches": WinchLines.of(sitting.head.robot).winch.tolist(),
+        "hosts": sitting.head.robot.hosts,
         "limits": [list(line.tension_limits) for line in sitting.head.robot.lines],
         "stops_at": plan.guard.max_tensions.tolist(),
         "cable": owner.winch.held,
