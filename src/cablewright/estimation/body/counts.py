@@ -15,6 +15,7 @@ from cablewright.foundation.signals import Encoders
 from cablewright.models.coil import Coil
 
 _FASTER: Final = 1.5  # times the winches' largest speed: counts that change so fast have slipped ...
+_SLIDES: Final = 1e-3  # m, assumed, from rest until a cable slides over all of its sheave
 _LEAST: Final = 0.05  # rad: ... and by this much of a drum at least
 
 
@@ -72,7 +73,9 @@ def _unwind(settings: BodySettings, state: BodyState, counts: NDArray[np.int64])
         return
     state.monitor.clear("encoders", "jump")
     rows = zip(settings.coils, state.home.angles.tolist(), angles.tolist(), strict=True)
-    state.wound.paid = np.array([coil.length(before) - coil.length(now) for coil, before, now in rows])
+    paid = np.array([coil.length(before) - coil.length(now) for coil, before, now in rows])
+    state.wound.sliding = np.clip(state.wound.sliding + (paid - state.wound.paid) / _SLIDES, -1.0, 1.0)
+    state.wound.paid = paid
     state.wound.angles = angles
 
 
