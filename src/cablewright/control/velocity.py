@@ -87,7 +87,7 @@ class VelocityState:
     planned_excess: Array  # (m,) m, of each line on purpose
     slack_line: int = -1  # index; -1: none chosen yet
     swing: SwingState = field(default_factory=SwingState)
-    tension_error: float = math.inf  # N, largest of a body's lines, or in a plane, from those that the model chooses
+    tension_error: float = math.inf  # N, largest, from those that the model chooses
     chosen: Array | None = None  # (m,) N at the sheaves, that the model chooses; None: lines that are slack on purpose
 
 
@@ -114,7 +114,7 @@ def step(
     if settings.model.n == 6:
         rates = _rates_of_body(settings, state, estimate, target, dt, tensions, beam)
         return np.zeros(len(settings.hosts)) if rates is None else _within(settings, rates, estimate)
-    taut = taut_at(settings.model, estimate.position)
+    taut = taut_at(settings.model, estimate.position + 0.5 * dt * target.velocity)  # lengths are no lines in space
     if not (np.isfinite(taut.toward).all() and np.isfinite(estimate.lengths).all()):
         return np.zeros(len(settings.hosts))
     lead, leading = _lead(settings.model, target, dt)
@@ -266,9 +266,8 @@ def _internal_rates(
         error = np.nan_to_num(stretches(model.lines, taut) * (tensions - at_target.tensions))
     hosts, rates = settings.hosts, np.zeros(model.m)
     own = error[hosts] - _moving_part(_by_motion(model, taut)[hosts], error[hosts])
-    if model.free_directions is not None:
+    if not settings.manage_slack:
         state.tension_error = float(np.abs(own / stretches(model.lines, taut)[hosts]).max())
-    rates[hosts] = np.clip(
-        min(settings.internal_gain, 0.5 / dt) * own, -settings.max_correction, settings.max_correction
-    )
+    gain, most = min(settings.internal_gain, 0.5 / dt), settings.max_correction
+    rates[hosts] = np.clip(gain * own, -most, most)
     return rates

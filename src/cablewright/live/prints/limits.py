@@ -93,16 +93,16 @@ def planned(
     manages_slack = model.winches == model.m > model.n and settings.sensor(LINE_ANGLES) is not None
     if path.attitude is None:
         held = _check_path(model, path)
-        narrow = model if manages_slack else body_limits.with_margin(model, path)
+        narrow, told_of = (model, ()) if manages_slack else body_limits.with_margin(model, path, settings)
     else:
         held, linear = body_limits.check_held(model, path)
         body_limits.check_tour(model, path)
-        narrow = body_limits.with_margin(model, path)
+        narrow, told_of = body_limits.with_margin(model, path, settings)
         wanted, path = path, calmed(model, narrow, path, settings)
         notes += told(wanted, path)
         body_limits.check_accelerations(path, held, linear)
         body_limits.check_speeds(model, path, settings)
-    notes += overstretched(robot, held.tensions.max(axis=0))
+    notes += (*told_of, *overstretched(robot, held.tensions.max(axis=0)))
     path = _calm(model, path)
     begin, scene = path.track.at(0.0).position, robot.scene
     velocity = VelocitySettings(

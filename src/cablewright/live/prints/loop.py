@@ -66,7 +66,7 @@ class Learning(Protocol):
         """Whether it still looks for the cause of that."""
 
 
-_TENSIONED: Final = 0.1  # share of the least tension by which tensions may be off when a path begins ...
+_TENSIONED: Final = 0.1  # share of the smallest chosen tension by which all may be off when a path begins ...
 _TENSIONING_TIME: Final = 30.0  # s: ... unless that takes longer
 _COLLECT_STEPS: Final = 100  # between garbage collections of a loop in real time
 _MAX_STEPS: Final = 100_000_000
@@ -310,14 +310,13 @@ class Printer:
         return float(np.linalg.norm(there - self._manual.position))
 
     def _is_tensioned(self) -> bool:
-        """Whether lines have about their tensions on the path: those of a rigid platform, or one in a plane."""
+        """Whether lines have about their tensions on the path: those that the control chooses."""
         own = self.plan.velocity
-        in_plane = own.model.free_directions is not None and own.law == "model" and not own.manage_slack
-        if not (in_plane or self.plan.path.attitude is not None) or self.estimator.tensions is None:
+        chooses = own.model.m > own.model.freedoms and own.law == "model" and not own.manage_slack
+        if not (chooses or self.plan.path.attitude is not None) or self.estimator.tensions is None:
             return True
-        least = own.model.lines.tension_min
-        waited = self.time - self.supervisor.state_start > _TENSIONING_TIME
-        return waited or self.velocity.tension_error <= _TENSIONED * float(least.min())
+        waited, wanted = self.time - self.supervisor.state_start > _TENSIONING_TIME, self.velocity.chosen
+        return waited or (wanted is not None and self.velocity.tension_error <= _TENSIONED * float(wanted.min()))
 
     def _decide(self, frame: SensorFrame, verdict: Verdict, estimate: Estimate, target: Target, dt: float) -> Command:
         now = frame.time
