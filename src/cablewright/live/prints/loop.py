@@ -14,12 +14,12 @@ from typing import ClassVar, Final, Protocol, runtime_checkable
 
 import numpy as np
 
-from cablewright.control import beam, drum_yaw, guard, guide, height, manual, supervisor, velocity
+from cablewright.control import beam, drum_yaw, guard, guide, height, manual, stretch_damping, supervisor, velocity
 from cablewright.control.beam import BeamMotion, BeamSettings, BeamState
 from cablewright.control.clock import FrameClock
 from cablewright.control.drum_yaw import YawSettings, YawState
 from cablewright.control.guard import GuardSettings, GuardState, StopCause
-from cablewright.control.guide import GuideState, Target, TimedPath
+from cablewright.control.guide import GuideMode, GuideState, Target, TimedPath
 from cablewright.control.height import HeightControl
 from cablewright.control.manual import ManualSettings, ManualState
 from cablewright.control.orders import BY_HAND, OrderState, examine
@@ -333,7 +333,11 @@ class Printer:
         elif isinstance(self.estimator, DeadReckoning):
             tensions = self.estimator.measured
         moved = self._retract(target, dt)
-        speeds = velocity.step(self.plan.velocity, self.velocity, estimate, target, dt, tensions, moved)
+        own = self.plan.velocity
+        if own.stretch is not None:
+            stretch_damping.listen(own.stretch, self.velocity.stretch, frame)
+        calms = verdict.guide_mode is not GuideMode.HOLD and verdict.state is not PrintState.MANUAL  # its ramps stay
+        speeds = velocity.step(own, self.velocity, estimate, target, dt, tensions, moved, calms=calms)
         outputs = {} if moved is None else {RETRACTION: moved.speed}
         if self.plan.yaw is not None:
             outputs[YAW] = drum_yaw.step(self.plan.yaw, self.yaw, frame, estimate.yaw, dt)
