@@ -142,6 +142,8 @@ def twin_of(
     if choices.severity is not None:
         given = with_severity(given, choices.severity)
     require_robot(given.owner, robot.name)
+    chosen = choices.estimator or best_estimator(given.owner)
+    _require_places(choices, chosen, robot, given.owner)
     toolpath = job.toolpath()
     asked, (job, samples) = job, driven_job(robot, job, samples, toolpath=toolpath)
     bead, differing = job.typical_bead(toolpath)
@@ -151,10 +153,8 @@ def twin_of(
         if not 1e-3 <= choices.period <= 60.0:
             raise InputError(f"period = {choices.period:g} s: must be from 1 ms to 60 s")
         settings = settings.with_simulation(quasi_static_period=choices.period)
-    chosen = choices.estimator or best_estimator(owner)
     path = path_of(robot, job, samples, owner, chosen, choices.law, choices.layers)
     settings = _intruded(settings, choices, path.duration)
-    _require_places(choices, chosen, robot, owner)
     return MachineTwin(
         robot,
         job,
