@@ -23,10 +23,10 @@ _HOMES = {
 __all__ = sorted(_HOMES)  # a list, by `sorted`
 
 
-def _draw(result: Pictured, file: Any) -> Any:
+def _draw(result: Pictured, *file: Any, **look: Any) -> Any:
     from cablewright.apps.pictures.gallery import draw
 
-    return draw(result, file)
+    return draw(result, *file, **look)
 
 
 Pictured.draw = _draw
