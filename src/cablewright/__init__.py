@@ -7,9 +7,11 @@ documentation lists the names by subject.
 
 import ast
 from importlib import import_module
+from inspect import isfunction
 from pathlib import Path
 from typing import Any
 
+from cablewright.foundation.border import checked
 from cablewright.foundation.results import Pictured
 
 _HOMES = {
@@ -37,6 +39,8 @@ def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module 'cablewright' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
+    if isfunction(value):
+        value = checked(value, name)
     globals()[name] = value
     return value
 
