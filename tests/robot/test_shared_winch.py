@@ -98,7 +98,6 @@ REFUSED: dict[str, Callable[[], Any]] = {
     "capacity": lambda: cw.capacity(BODY, AT),
     "slack lines": lambda: cw.solve_with_slack(POINT, AT, {0: 0.1}),
     "sets of slack lines": lambda: cw.slack_sets(POINT, AT),
-    "a line let out alone": lambda: cw.let_out(POINT, np.full(4, 9.0), 0, [0.1]),
 }
 
 

@@ -341,9 +341,6 @@ def test_what_does_not_know_planes_refuses_them() -> None:
     robot = boards.board()
     held = cw.inverse(robot, boards.places(robot, 1)[0]).checked()
     for asked in (
-        lambda: cw.equilibria(robot, held.lengths),
-        lambda: cw.solve_with_slack(robot, held.pose, {0: 0.1}),
-        lambda: cw.slack_sets(robot, held.pose),
         lambda: cw.enclose_poses(held, 1e-6),
         lambda: refuse_unfit(cw.Model.of(robot), held.lengths),
     ):

@@ -62,13 +62,15 @@ def firmware(
     tolerance: float | None = None,
     version: RrfVersionName | None = None,
     gear: tuple[int, int] | None = None,
+    complete: bool = False,
     progress: Progress = silent,
 ) -> Firmware:
     """Return the files for a firmware. Without a *machine* drums have one layer and no gear, and that is noted.
 
     *tolerance*: of lengths between points, m; by default half a microstep, or none where the firmware computes the
     lengths itself. By default a jump of a length, as of a line that goes slack, may be `TOLERANCE` and is noted.
-    *version*: of RepRapFirmware; *gear*: teeth of motors and spools.
+    *version*: of RepRapFirmware; *gear*: teeth of motors and spools; *complete*: of LinuxCNC, all files that it needs
+    to move simulated joints.
 
     Raises `InputError` for a robot or job that it cannot do, by name, and `AnswerError` where the robot cannot.
     """
@@ -103,8 +105,9 @@ def firmware(
         files |= _anchors(robot, lost)
     else:
         assumed.add(f"G64 P{linuxcnc.BLENDING:g}: corners are rounded by up to {linuxcnc.BLENDING:g} mm")
-        files = {
-            "machine.ini": linuxcnc.linuxcnc_ini(robot, job, path),
+        before, more = linuxcnc.linuxcnc_config(robot) if complete else ("", {})
+        files = more | {
+            "machine.ini": before + linuxcnc.linuxcnc_ini(robot, job, path),
             "job.ngc": linuxcnc.linuxcnc_job(robot, job, path, besides),
         }
     lost.add_all(besides.notes())
@@ -136,6 +139,9 @@ def plain_gcode(
             f"robot {robot.name!r} has {robot.m} lines; the own kinematics of {dialect} has {FEWEST} to {most}: export "
             "klipper, which moves winches by their angle"
         )
+    if robot.winches < robot.m:
+        why = f"the own kinematics of {dialect} has one on each: export klipper, which moves winches by their angle"
+        raise InputError(f"robot {robot.name!r} has {robot.m} lines on {robot.winches} winches; {why}")
     motor = _motor(stepper, machine, gear)
     job, _ = driven_job(robot, job)
     drums, model = drums_of(robot, machine), Model.full(robot)
@@ -186,6 +192,8 @@ def _told(files: dict[str, str], lost: Notes, assumed: Notes, path: WinchPath) -
     told = [*(f"lost: {each}" for each in lost.all), *(f"assumed: {each}" for each in assumed.all)]
     for file, text in files.items():
         mark = "#" if file.endswith((".cfg", ".ini", ".hal")) else ";"
+        if file.endswith((".var", ".tbl")):
+            continue
         files[file] = "".join(f"{mark} {printable(each)}\n" for each in told) + text
     return Firmware(MappingProxyType(files), lost.all, assumed.all, path)
 
@@ -225,7 +233,7 @@ def _tolerance(name: str, motor: Stepper, robot: Robot, drums: Sequence[WinchDru
         return math.inf
     corners = list(product(*zip(robot.scene.frame_min, robot.scene.frame_max, strict=True)))
     radii = []
-    for line, drum in zip(robot.lines, drums, strict=True):
+    for line, drum in zip(robot.winch_lines, drums, strict=True):
         longest = line.advantage * max(math.dist(corner, line.exit_point) for corner in corners)
         radii.append(drum.radius if drum.build_up == 0.0 else float(drum.radii(np.asarray(longest))))
     return 0.99 * 0.5 * motor.microstep * min(radii)

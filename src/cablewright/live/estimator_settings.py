@@ -40,6 +40,7 @@ from cablewright.machine.sensors.lidars import LidarSettings
 from cablewright.machine.sensors.line_angles import LINE_ANGLES
 from cablewright.machine.settings import MachineSettings, RoomSettings
 from cablewright.models.statics import Model
+from cablewright.models.support import Capability, require
 from cablewright.robot import Robot
 
 _MIN_WALL: Final = 3.0  # m; a shorter face is a window or a corner
@@ -59,6 +60,7 @@ def observer_settings(robot: Robot, settings: MachineSettings, lasers: Sequence[
     *lasers*: an operator's distances at the start. Raises `InputError` for
     a machine without what the estimation needs (a horizontal lidar, walls, line angles), and for a *laser* to no wall.
     """
+    require(robot, Capability.ROOM_ESTIMATION)
     model = Model(with_drum_mass(robot, settings))
     walls = surveyed_walls(settings.room)
     for laser in lasers:

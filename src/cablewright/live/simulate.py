@@ -144,7 +144,7 @@ def simulate(
         plant=plant,
         seed=seed,
         epoch=epoch,
-        home=tuple(pose.tolist()) if described.n == 6 else None,
+        home=tuple(pose.tolist()),
     )
     run = partial(drive, twin, path, duration, settings=settings, seed=seed, progress=progress)
     return Simulation(head, run() if log is None else _logged(run, Path(log), head))

@@ -23,13 +23,11 @@ from served import Served, served
 pytestmark = pytest.mark.clock
 
 BEGIN = "0.1, 0.2143593, 0.8"
-GCODE = (
-    ";LAYER:0\nG21\nG90\nM83\nG0 X100 Y214.359 Z800 F6000\nG1 X160 Y214.359 Z800 E5\nG1 X160 Y230.436 Z860 E5\n"
-    "G1 X100 Y214.359 Z800 E5\n"
-)
+GCODE = ";LAYER:0\nG21\nG90\nM83\nG1 X60 E5 F3600\nG1 Y16.077 Z60 E5\nG1 X0 Y0 Z0 E5\n"
 JOB = """
 schema = 1
 name = "triangle"
+origin = [0.1, 0.2143593, 0.8]
 [bead]
 width = "6 mm"
 height = "2 mm"
@@ -95,9 +93,10 @@ def home(page: Page, measured: str) -> None:
         page.run(f"operate.orders.buttons[{kind!r}].click()")
         page.until(f"{STATE} === {then!r}")
     page.run("operate.orders.buttons.home.click()")
+    page.until("document.getElementById('ask').open")
     page.run(f"document.getElementById('place').value = {measured!r}")
     page.run("document.getElementById('ask-yes').click()")
-    page.until("operate.orders.control.known", 120.0)
+    page.until("operate.orders.control.known")
     page.until(f"{STATE} === 'idle'")
 
 

@@ -10,14 +10,14 @@ import typer
 
 import cablewright as cw
 from cablewright.apps.cli.command import command, options
-from cablewright.apps.cli.options import AsJson, Pose, RobotName
+from cablewright.apps.cli.options import AsJson, BeadSize, Pose, RobotName
 from cablewright.apps.cli.output import answer, progress
-from cablewright.apps.cli.parsing import numbers, pose_of, quantity
+from cablewright.apps.cli.parsing import bead_size, numbers, pose_of, quantity
 from cablewright.foundation.choices import (
     CableName,
-    DialectName,
     ReadFormatName,
     RrfVersionName,
+    TargetName,
     WireXVersion,
     WrittenFormatName,
 )
@@ -47,6 +47,10 @@ def import_command(
     cable_set: Annotated[
         str | None, typer.Option("--cable-set", metavar="ID", help="Set of cables of a CASPR model; else its default.")
     ] = None,
+    nozzle_below: Annotated[
+        str | None,
+        typer.Option("--nozzle-below", metavar="L", help="Of a Hangprinter: its nozzle below where its lines meet."),
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Reads WireX, CASPR, and settings of Hangprinters (RepRapFirmware, Klipper), Maslows and wall plotters.
@@ -63,7 +67,8 @@ def import_command(
         raise cw.InputError(f"--out = {str(out)!r}: must end in .toml")
     if out.exists() or out.is_symlink():
         raise cw.InputError(f"{out}: is there already; nothing is overwritten")
-    found = read_robot(files, form, ImportOptions(cable, cable_set))
+    below = 0.0 if nozzle_below is None else quantity(nozzle_below, "--nozzle-below", LENGTH)
+    found = read_robot(files, form, ImportOptions(cable, cable_set, below))
     text = robot_toml(found, "cablewright import")
     cw.loads(text, str(out))
     write_whole(out, text.encode(), parents=True)
@@ -71,6 +76,9 @@ def import_command(
     told = Imported(found.format, robot.name, robot.m, robot.freedoms, found.lost, found.assumed)
     return answer(told, as_json, file=out)
 
+
+FOR: Final = {"gcode": ("rrf", "klipper"), "slicer": ("orca", "prusa", "cura")}
+"""What formats that are made for several programs are made for."""
 
 AT_A_POSE: Final = ("mjcf", "urdf", "stl", "glb")
 """Formats that describe the robot at a pose."""
@@ -110,11 +118,11 @@ class MotionOptions:
         RrfVersionName | None,
         typer.Option("--firmware-version", help="Of RepRapFirmware; by default 3.6, or 3.7 for over 5 lines."),
     ] = None
-    dialect: Annotated[
-        DialectName | None, typer.Option("--for", help="Firmware of gcode, whose own kinematics moves the lines.")
-    ] = None
+    complete: Annotated[
+        bool, typer.Option("--config", help="Of LinuxCNC, a complete configuration: HAL, homing, simulated joints.")
+    ] = False
 
-    def written(self, target: str, robot: cw.Robot, job: Path, out: Path) -> Exported:
+    def written(self, target: str, made_for: TargetName | None, robot: cw.Robot, job: Path, out: Path) -> Exported:
         """Write the files of a firmware into the folder *out*. Raises `InputError`."""
         from cablewright.exchange.firmware import firmware, plain_gcode
         from cablewright.exchange.result import Exported
@@ -124,26 +132,28 @@ class MotionOptions:
         tolerance = None if self.tolerance is None else quantity(self.tolerance, "--tolerance", LENGTH)
         if tolerance is not None and tolerance >= 1.0:
             raise InputError(f"--tolerance = {self.tolerance!r}: must be under 1 m; a number alone is in m")
-        if (target == "gcode") is (self.dialect is None):
-            raise InputError("export gcode needs --for, rrf or klipper, and only gcode takes it")
         if target == "gcode" and tolerance is not None:
             raise InputError("export gcode: --tolerance is for winches by angle; leave it out")
+        if self.complete and target != "linuxcnc":
+            raise InputError(f"export {target}: --config is of linuxcnc; leave it out")
         given: dict[str, Any] = {
             "machine": machine, "stepper": self._stepper(), "layers": _layers(self.layers), "version": self.version,
             "gear": _gear(self.gear),
         }  # fmt: skip
         with progress() as show:
-            if self.dialect is not None:
-                found, own = plain_gcode(self.dialect, robot, cw.load_job(job), **given, progress=show)
+            if made_for == "rrf" or made_for == "klipper":
+                found, own = plain_gcode(made_for, robot, cw.load_job(job), **given, progress=show)
                 error: float | None = own.error
             else:
-                found = firmware(target, robot, cw.load_job(job), **given, tolerance=tolerance, progress=show)
+                found = firmware(
+                    target, robot, cw.load_job(job), **given, tolerance=tolerance, complete=self.complete, progress=show
+                )
                 error = None if target == "reprapfirmware" else found.path.error
         with whole_folder(out) as folder:
             for name, text in found.files.items():
                 write_whole(folder / name, text.encode())
         points = len(found.path.samples)
-        if self.dialect is not None:
+        if target == "gcode":
             return Exported(target, robot.name, found.lost, found.assumed, points, nozzle_error=error)
         return Exported(target, robot.name, found.lost, found.assumed, points, error)
 
@@ -170,6 +180,11 @@ def export_command(
     out: Annotated[
         Path, typer.Option("--out", metavar="OUT", help="File, of a firmware and ros2 folder; it must not exist.")
     ],
+    made_for: Annotated[
+        TargetName | None,
+        typer.Option("--for", help="Of gcode: rrf or klipper, whose own kinematics moves lines; of slicer: a slicer."),
+    ] = None,
+    bead: BeadSize = None,
     schema_version: Annotated[
         WireXVersion | None, typer.Option("--schema-version", help="Of WireX; by default 0.32.")
     ] = None,
@@ -188,12 +203,7 @@ def export_command(
     from cablewright.foundation.file_output import write_whole
 
     is_firmware = target in (*FIRMWARE, "gcode")
-    if is_firmware and job is None:
-        raise InputError(f"export {target}: expected a JOB after ROBOT, whose motion is written")
-    if target == "ros2" and job is None:
-        raise InputError("export ros2: expected a machine's LOG after ROBOT, a file or a run folder")
-    if not (is_firmware or target == "ros2") and job is not None:
-        raise InputError(f"{job}: {target} describes a robot and takes no JOB")
+    _require_target(target, made_for, bead, job, is_firmware)
     if not is_firmware and motion != MotionOptions():
         raise InputError(f"export {target}: --machine, --layers and their like are for a firmware")
     if schema_version is not None and target != "wirex":
@@ -203,6 +213,8 @@ def export_command(
     if out.exists() or out.is_symlink():
         raise InputError(f"{out}: is there already; nothing is overwritten")
     described = cw.load(robot)
+    if target == "slicer":
+        return answer(_profile(made_for, described, bead, out), as_json, out=out)
     if job is None:
         if target == "wirex":
             found, content = wirex(described, schema_version or "0.32"), b""
@@ -215,7 +227,7 @@ def export_command(
             bag = ros_bag(described, job, out, show)
         told = Exported(target, described.name, bag.lost, (), messages=bag.messages)
     else:
-        told = motion.written(target, described, job, out)
+        told = motion.written(target, made_for, described, job, out)
     return answer(told, as_json, out=out)
 
 
@@ -241,6 +253,40 @@ def _at_pose(target: str, robot: cw.Robot, at: str | None) -> tuple[ExportedFile
         return urdf(robot, held.pose), b""
     mesh, lost = shapes(robot, held.pose), ("all but shapes of frame, exits and platform, for looking",)
     return ExportedFile("", lost), mesh.stl() if target == "stl" else mesh.glb()
+
+
+def _require_target(
+    target: str, made_for: TargetName | None, bead: str | None, job: Path | None, is_firmware: bool
+) -> None:
+    """Raise `InputError` unless what a format needs is given, and nothing else."""
+    if made_for not in FOR.get(target, (None,)):
+        wanted = " or ".join(FOR.get(target, ())) or "left out"
+        raise InputError(f"export {target}: --for = {made_for}: must be {wanted}; gcode and slicer take one")
+    if (target == "slicer") is (bead is None):
+        raise InputError(f"export {target}: --bead WIDTH,HEIGHT of strands is given for a slicer, and only there")
+    if is_firmware and job is None:
+        raise InputError(f"export {target}: expected a JOB after ROBOT, whose motion is written")
+    if target == "ros2" and job is None:
+        raise InputError("export ros2: expected a machine's LOG after ROBOT, a file or a run folder")
+    if not (is_firmware or target == "ros2") and job is not None:
+        raise InputError(f"{job}: {target} describes a robot and takes no JOB")
+
+
+def _profile(slicer: TargetName | None, robot: cw.Robot, bead: str | None, out: Path) -> Exported:
+    """Write the profile of a slicer for strands of *bead* into the folder *out*."""
+    from cablewright.exchange.result import Exported
+    from cablewright.exchange.slicers.formats import slicer_files
+    from cablewright.foundation.file_output import whole_folder, write_whole
+
+    strand = bead_size(bead)
+    assert strand is not None
+    assert slicer == "orca" or slicer == "prusa" or slicer == "cura"
+    with progress() as show:
+        found = slicer_files(slicer, robot, strand, progress=show)
+    with whole_folder(out) as folder:
+        for name, text in found.files.items():
+            write_whole(folder / name, text.encode())
+    return Exported("slicer", robot.name, found.lost, found.assumed)
 
 
 def _gear(text: str | None) -> tuple[int, int] | None:

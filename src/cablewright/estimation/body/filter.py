@@ -20,9 +20,19 @@ from cablewright.estimation.body.correction import correct
 from cablewright.estimation.body.settings import BodySettings
 from cablewright.estimation.body.state import BodyState, corrected, follow, set_load
 from cablewright.estimation.body.updates.update import Slopes
+from cablewright.estimation.measured_tensions import smoothed
 from cablewright.estimation.reading_checks import accepted, by_machine_clock
 from cablewright.foundation.arrays import Array
-from cablewright.foundation.signals import BeamLength, Climate, Encoders, Estimate, SensorFrame, frozen, per_line
+from cablewright.foundation.signals import (
+    BeamLength,
+    Climate,
+    Encoders,
+    Estimate,
+    SensorFrame,
+    Tensions,
+    frozen,
+    per_line,
+)
 from cablewright.models.rotation import motion_between
 
 _SPEED_SIGMA: Final = 0.01  # m/s and rad/s, of the velocity by the lengths
@@ -50,6 +60,9 @@ def step(settings: BodySettings, state: BodyState, frame: SensorFrame) -> Estima
     state.creep.advance(state.tensions, frame.time, settings.interval)
     _smooth_velocity(settings, state, before, dt)
     _read_sensors(settings, state, frame)
+    if settings.cells is not None:
+        readings = accepted(state.monitor, frame.of(Tensions), frame.time)
+        state.measured = smoothed(state.measured, readings, settings.cells, min(1.0, dt / settings.smoothing_time))
     slopes = None
     if frame.time - state.window.begin >= settings.interval - 1e-9 and found:
         slopes = _measure(settings, state)

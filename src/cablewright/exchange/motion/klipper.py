@@ -42,14 +42,14 @@ class Stepper:
 
 def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
     """Return the sections of a ``printer.cfg``; pins are the machine's own. Raises `InputError` for too many lines."""
-    letters = LETTERS[: robot.m]
+    letters = LETTERS[: robot.winches]
     text = (
         "# Winches as manual steppers, in degrees of the drum. Add [mcu], pins, and the extruder of the machine.\n"
         "[printer]\nkinematics: none\n"
         f"max_velocity: {1e3 * max(job.motion.print_speed, job.motion.travel_speed):g}\n"
         f"max_accel: {1e3 * job.motion.acceleration:g}\nsquare_corner_velocity: {SQUARE_CORNER:g}\n"
     )
-    for letter, line in zip(letters, robot.lines, strict=True):
+    for letter, line in zip(letters, robot.winch_lines, strict=True):
         text += (
             f"\n# line {line.name!r}, axis {letter}\n[manual_stepper winch_{letter.lower()}]\n"
             "#step_pin:\n#dir_pin:\n#enable_pin:\n"
@@ -61,7 +61,7 @@ def printer_config(robot: Robot, job: Job, stepper: Stepper) -> str:
 
 def klipper_job(robot: Robot, job: Job, path: WinchPath, besides: Beside) -> str:
     """Return the G-code of a job, with what its own file has *besides*."""
-    letters = LETTERS[: robot.m]
+    letters = LETTERS[: robot.winches]
     start = path.samples.positions[0]
     x, y, z = (f"{1e3 * each:.4f}" for each in start)
     corner = _corner_velocity(path, job)

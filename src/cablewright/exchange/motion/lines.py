@@ -16,7 +16,7 @@ def extent_notes(path: WinchPath, letters: Sequence[str], robot: Robot, extruded
     """Return comments that say what the file is: points, error, which letter is which line, and what E is."""
     text = f"{mark}{len(path.samples)} points; lengths between them are good to {1e6 * path.error:.3g} um\n"
     text += f"{mark}X Y Z: the nozzle, mm; winches: degrees of the drum, positive pays out; {extruded}\n"
-    for letter, line, length in zip(letters, robot.lines, path.lengths[0], strict=True):
+    for letter, line, length in zip(letters, robot.winch_lines, path.lengths[0], strict=True):
         text += f"{mark}{letter} is line {printable(line.name)}, {length:.6f} m long at the first point\n"
     return text
 

@@ -135,7 +135,7 @@ def run_print(
                 plant=plant,
                 seed=seed,
                 epoch=log_epoch(folder, real_time),
-                home=tuple(begin.tolist()) if len(begin) == 6 else None,
+                home=tuple(begin.tolist()),
             )
             path = next_segment(folder)
             if begun is not None:  # before anything is laid, so that a log never stands alone

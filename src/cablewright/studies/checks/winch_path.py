@@ -20,6 +20,7 @@ from cablewright.printing.job import Job
 from cablewright.printing.path import MAX_SAMPLES, Samples
 from cablewright.printing.toolpath import Toolpath
 from cablewright.robot import Robot
+from cablewright.solvers.hanging_path import nozzle_on_path
 from cablewright.solvers.inverse import BLOCK, solve_inverse
 
 TOLERANCE: Final = 2e-5
@@ -91,7 +92,7 @@ def winch_path(
         parts = np.where(rough, parts, 1).astype(np.int64)
         _require_points(model.robot, samples, lengths, errors, parts, tolerance)
         samples, errors, kept = _divided(samples, errors, parts)
-        known, lengths = lengths, np.empty((len(samples), model.m))
+        known, lengths = lengths, np.empty((len(samples), model.winches))
         lengths[kept] = known
         lengths[~kept] = _lengths(model, job, _rows(samples, ~kept), progress)
 
@@ -104,7 +105,7 @@ def _require_points(
     if short.any():
         k = int(np.argmax(np.where(short, errors, 0.0)))
         place = ", ".join(f"{each:g}" for each in samples.positions[k])
-        line = robot.lines[int(np.argmax(np.abs(lengths[k + 1] - lengths[k])))]
+        line = robot.winch_lines[int(np.argmax(np.abs(lengths[k + 1] - lengths[k])))]
         allowed = f", or allow it with --tolerance {1.1 * errors[k]:.2g}" if errors[k] < ALLOWED else ""
         raise AnswerError(
             f"nozzle at {place} m, {samples.where(k + 1)}: line {line.name!r} jumps, lengths between points are off by "
@@ -153,9 +154,11 @@ def _divided(samples: Samples, errors: Array, parts: NDArray[np.int64]) -> tuple
 
 
 def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Array:
-    """Return the lengths (k, m) that hold the nozzle at the samples. Raises `AnswerError` where none do."""
+    """Return the lengths (k, w) of winches that hold the nozzle at the samples. Raises `AnswerError` where none do."""
     poses, retraction = along(model.robot, job, samples)
-    found = np.empty((len(poses), model.m))
+    poses = nozzle_on_path(model, poses, samples.positions, retraction)
+    hosts = list(model.robot.hosts)
+    found = np.empty((len(poses), len(hosts)))
     for first in range(0, len(poses), BLOCK):
         progress("solving", first, len(poses))
         block = slice(first, first + BLOCK)
@@ -168,7 +171,7 @@ def _lengths(model: Model, job: Job, samples: Samples, progress: Progress) -> Ar
             raise AnswerError(
                 f"nozzle at {place} m, {samples.where(first + bad)}: {held[bad].sentence()}", held[bad].status
             )
-        found[block] = held.lengths
+        found[block] = held.lengths[:, hosts]
     progress("solving", len(poses), len(poses))
     return found
 
