@@ -356,6 +356,17 @@ def test_a_plotter_hangs_as_by_hand(tmp_path: Path) -> None:
     assert found.lengths == pytest.approx([0.2675 * math.sqrt(2.0)] * 2, rel=1e-9)
 
 
+def test_spellings_that_firmware_reads(tmp_path: Path) -> None:
+    """Codes without a space, in small letters, with numbers and Windows' line ends; macros with repeated lines."""
+    plain = read(tmp_path, "config.g", RRF_33).robot
+    odd = RRF_33.replace("M669 K6", "n10 m669k6").replace("M666 Q", "M666Q").replace("\n", "\r\n")
+    odd += 'if {global.a}\n  M98 P"b.g"\nG28\n'
+    assert read(tmp_path, "config.g", odd).robot == plain
+    macro = "[gcode_macro GO]\ngcode:\n  {% set a = 1 %}\n  x = 1\n  x = 1\n  [stepper_z]\n"
+    spaced = KLIPPER_2018.replace("kinematics: winch", "  kinematics: winch")
+    assert read(tmp_path, "printer.cfg", spaced + macro).robot == read(tmp_path, "printer.cfg", KLIPPER_2018).robot
+
+
 BAD = {
     "corexy": ("config.g", "M669 K1 X1:1:0\n", "K1 is CoreXY"),
     "delta by M669": ("config.g", "M669 K3\n", "K3 is a linear delta"),
