@@ -215,17 +215,17 @@ class Homing:
     def _certified(self, lengths: Array, counts: NDArray[np.int64], place: Array) -> str:
         """Accept lengths whose equilibrium, proved to be the only one there, is at that place; or return why not.
 
-        Where springs or mounts of exits give there is no proof, and a note says so; so does one of described creep.
+        Of some lines there is no proof, and a note says of which; another says of described creep.
         """
         own = self.settings
-        gives = support(own.model.robot, Capability.TRACKER).verdict is Coverage.REJECTED
-        if gives:
-            self.notes.append("not proved to be the only equilibrium there: springs or mounts of exits give")
+        proof = support(own.model.robot, Capability.TRACKER)
+        if proof.verdict is not Coverage.WORKS:
+            self.notes.append(f"not proved to be the only equilibrium there: {proof.because}")
         if any(line.cable.creep is not None for line in own.model.robot.lines):
             self.notes.append("not counted: creep of cables, as nobody knows what they have crept by now")
         try:
             near = None if own.model.n == 3 else solve_forward(own.model, lengths, guess=place).checked()
-            tracker = Tracker(own.model, lengths, TrackerSettings(certify=not gives), begin=near)
+            tracker = Tracker(own.model, lengths, TrackerSettings(certify=proof.verdict is Coverage.WORKS), begin=near)
             status = tracker.step(lengths)
         except AnswerError as error:
             return f"the lengths have no equilibrium: {error}"
